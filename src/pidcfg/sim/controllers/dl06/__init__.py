@@ -256,8 +256,10 @@ ENGINE = (
     Decision(
         64,
         "a change of mode stops auto-tune",
-        "With bit 13; the words keep their old values. Program mode is such a change.",
-        "Both methods say which mode they need.",
+        "With bit 13; the words keep their old values, and the output goes back to where it was before the transfer: "
+        "Manual holds it, and Auto begins with it. Program mode is such a change.",
+        "Both methods say which mode they need. Nobody has asked for an output that the tune has moved; CLICK gives it "
+        "back as well.",
     ),
     Decision(
         65,

@@ -73,8 +73,22 @@ REASONS = {
 }
 
 
+def restore_output(state: State) -> None:
+    """The output of before the auto-tune; after a relay the controller goes on from its old bias (D60).
+
+    The velocity form goes on from that output. Until the noise is known, the output has not been moved.
+    """
+    if state.tune_phase < RESPONSE:
+        return
+    state.out = state.tune_out
+    if state.pending & RELAY:
+        state.unrounded_output = state.tune_out
+        state.pending |= FRESH
+
+
 def end_tune(state: State, error: int) -> None:
     """The auto-tune releases the loop; ``error`` is a reason, 0 for success."""
+    restore_output(state)
     state.status &= ~TUNING
     state.pending &= ~(TUNE | RELAY)
     state.tune_phase = IDLE
@@ -84,6 +98,12 @@ def end_tune(state: State, error: int) -> None:
         tell_request(state, error)
     else:
         state.tune_done = 1
+
+
+def stop_tune(state: State) -> None:
+    """Another mode ends an auto-tune before its transfer, which begins from the output of before (D64)."""
+    if state.status & TUNING:
+        end_tune(state, TUNE_ABORTED)
 
 
 def digits(x: float) -> float:
@@ -116,7 +136,6 @@ def step_output(config: Config, state: State) -> None:
     state.tune_step += STEP
     wanted = state.tune_out + state.tune_step * config.out_span
     if wanted >= config.out_max:
-        state.out = state.tune_out
         end_tune(state, TUNE_FULL_SCALE)
         return
     state.out = wanted + NEAREST - NEAREST
@@ -127,7 +146,6 @@ def step_output(config: Config, state: State) -> None:
 def measure(config: Config, state: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
     slope, dead = steepest_line(state, config.tune_buffer, aux, change)
-    state.out = state.tune_out
     if slope <= 0.0:
         end_tune(state, TUNE_NO_RESPONSE)
         return
@@ -152,7 +170,6 @@ def respond(config: Config, state: State, aux: list[float], pv: float) -> None:
         state.tune_base += -change if config.reverse else change
         step_output(config, state)
     elif verdict == NO_ANSWER and second:
-        state.out = state.tune_out
         end_tune(state, TUNE_NO_RESPONSE)
     elif verdict == NO_ANSWER:
         step_output(config, state)
@@ -169,20 +186,10 @@ def begin_relay(config: Config, state: State) -> None:
     state.tune_phase = SWITCHING
     state.pending |= RELAY
     begin_cycle(state)
-    if config.velocity == 0:
-        state.tune_out = state.bias
     if config.output_high_limit >= config.out_max or config.output_low_limit <= config.out_min:
         state.status |= TUNE_ERROR
         state.requested = 0
         tell_request(state, TUNE_AT_LIMITS)
-
-
-def restore_bias(config: Config, state: State) -> None:
-    """The controller continues from the bias before the auto-tune, the velocity form from the output (D60)."""
-    if config.velocity == 0:
-        state.bias = state.tune_out
-    state.unrounded_output = state.tune_out
-    state.pending |= FRESH
 
 
 def switching(config: Config, state: State, pv: float, sp: float) -> None:
@@ -193,7 +200,6 @@ def switching(config: Config, state: State, pv: float, sp: float) -> None:
         up = side > 0 if config.reverse == 0 else side < 0
         state.out = config.output_high_limit if up else config.output_low_limit
     if state.tune_turns == LAST_TURN:
-        restore_bias(config, state)
         swing = state.tune_swing / 2.0 - band
         ultimate = (
             4.0
@@ -206,7 +212,6 @@ def switching(config: Config, state: State, pv: float, sp: float) -> None:
         )
         store(config, state, gain, reset, derivative, sample)
     elif stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS):
-        restore_bias(config, state)
         end_tune(state, TUNE_NO_RESPONSE)
 
 
@@ -252,7 +257,7 @@ def observe(config: Config, state: State, pv: float) -> None:
 
 
 def tune(config: Config, state: State, aux: list[float], sp: float) -> None:
-    """One sample of the auto-tune; a change of mode stops it (D64)."""
+    """One sample of the auto-tune; one for the other mode stops it, too (D64)."""
     pv = pv_on_sp_scale(config, state.pv)
     if state.tune_phase == REQUESTED:
         check_start(config, state, pv, sp)

@@ -15,6 +15,7 @@ from pidcfg.schemas.dl06 import Reset, parse_reset
 from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.controllers.dl06 import autotune as dl06_tune_results
 from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06.autotune import stop_tune
 from pidcfg.sim.controllers.dl06.equation import (
     ALARM_ERROR,
     AUTO,
@@ -103,6 +104,7 @@ def to_manual(i: int, configs: list[Config], states: list[State], reason: int) -
         if state.status & MANUAL:
             return
         major = configs[i].major if state.status & CASCADE else -1
+        stop_tune(state)
         state.status = (state.status & ~MODES) | MANUAL
         state.requested = 0
         tell_request(state, reason)
@@ -119,6 +121,7 @@ def transfer(i: int, wanted: int, configs: list[Config], states: list[State]) ->
     """
     config, state = configs[i], states[i]
     now = state.status & MODES
+    stop_tune(state)
     if wanted == MANUAL:
         state.status = (state.status & ~MODES) | MANUAL
         return

@@ -23,7 +23,7 @@ from pidcfg.encoders.maps.dl06 import (
 from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06 import operate as dl06_modes
-from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED, TUNE_ABORTED, TUNE_RUNS, end_tune
+from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED, TUNE_RUNS, stop_tune
 from pidcfg.sim.controllers.dl06.equation import (
     SLOW,
     Config,
@@ -483,8 +483,7 @@ class Dl06(CountsPlc):
             else:
                 state.prior = state.status & bits.MODES
                 state.pending |= bits.STOPPED
-                if state.status & bits.TUNING:  # a change of mode, too (D64)
-                    end_tune(state, TUNE_ABORTED)
+                stop_tune(state)
         for state in self.states:
             if state.pending & bits.STOPPED and state.prior != bits.MANUAL:
                 state.requested = 0
