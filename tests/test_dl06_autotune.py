@@ -206,6 +206,8 @@ def test_closed_loop_bears_noise(seed):
     rig.random.seed(seed)
     until_tuned(rig, s)
 
+    # D60: 4 M/(pi X) with both peak to peak, X as it is measured
+    assert s.gain == pytest.approx(0.45 * 4.0 * 2000.0 / (math.pi * s.tune_swing / 2.0), abs=0.0051)
     # the band of 15 counts delays each switch of a PV that crosses at about 45 counts a second by one sample at most
     assert s.gain == pytest.approx(reference.gain, rel=0.12)
     assert s.reset == pytest.approx(reference.reset, rel=0.12)

@@ -230,9 +230,10 @@ ENGINE = (
         60,
         "the relay's cycle",
         "Three cycles from the first change of sign, the first one left out; T and X are means of the other two. "
-        "Kpc = 4 M/(π X). Afterwards the loop goes on from its old bias, "
+        "Kpc = 4 M/(π X), X as it is measured, with noise too. Afterwards the loop goes on from its old bias, "
         "the velocity form from the output that it had.",
-        '"Proceeds through three full cycles"; the first one still contains the way to the set point.',
+        '"Proceeds through three full cycles"; the first one still contains the way to the set point. Kpc and Tpc are '
+        "computed from Xo, the amplitude of the PV, and To, and from nothing else.",
     ),
     Decision(
         61,

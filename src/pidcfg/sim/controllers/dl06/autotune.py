@@ -200,7 +200,7 @@ def switching(config: Config, state: State, pv: float, sp: float) -> None:
         up = side > 0 if config.reverse == 0 else side < 0
         state.out = config.output_high_limit if up else config.output_low_limit
     if state.tune_turns == LAST_TURN:
-        swing = state.tune_swing / 2.0 - band
+        swing = state.tune_swing / 2.0
         ultimate = (
             4.0
             * (config.output_high_limit - config.output_low_limit)
