@@ -120,6 +120,17 @@ def test_the_gain_does_not_depend_on_the_outputs_limits():
     assert found[0] == pytest.approx(found[1], rel=0.05)
 
 
+@pytest.mark.parametrize("method", ["open", "closed"])
+def test_the_process_gain_is_measured_and_not_made_of_the_pv_limits(method):
+    """D123: limits twice as wide make no gain half as high; answers and hysteresis are shares of them."""
+    narrow, wide = (
+        tuned(settled(pv_range=limits, autotune={"method": method, "hysteresis": band}))["results"]
+        for limits, band in (([0, 100], 2), ([0, 200], 1))
+    )
+
+    assert narrow["proportional_gain"] == pytest.approx(wide["proportional_gain"], rel=0.05)
+
+
 def test_the_new_parameters_act_at_once_and_without_a_kick():
     """The error that the step has left has no past: P and one sample of I on the old bias, no derivative."""
     rig = settled(gain=0.5, dead_time=10.0, autotune={"method": "open"})

@@ -122,8 +122,10 @@ CONTROLLER = (
         "much again when the PV settles after less than 2 % of the PV limits' range or does not answer; "
         "Ziegler and Nichols' gains of the steepest slope and the dead time. After 600 s and 256 samples "
         "without an answer that stands out of the noise it is given up.",
-        "The help names both methods and no rule. The PV limits are what answers are judged by; the gain "
-        "itself comes from the answer, in % per unit.",
+        'The help names both methods and no rule. It has the PV limits "calculate the Process gain which in turn is '
+        'used by Autotune to calculate the Proportional Gain", and not how: a gain, and a time constant that the '
+        "slope gives with it, cancel out in Ziegler and Nichols' rule, and a relay needs none. So answers are judged "
+        "by the limits, and P comes from the answer, in % per unit; a CLICK with wrong limits may find another one.",
     ),
     Decision(
         124,

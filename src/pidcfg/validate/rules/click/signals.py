@@ -46,9 +46,10 @@ def time_constant(view: LoopView) -> float | None:
 def pv_range_without_width(view: LoopView) -> Findings:
     """The PV's range does not ascend, or its two ends are the same number for the PLC.
 
-    Why: the range gives the process gain, from which the autotune computes the proportional gain: without a width there
-    is none, and with crossed ends it has the wrong sign. Registers that were never written hold 0 to 0. They are
-    single-precision floats, of about 7 digits, in which ends that are close together become one number.
+    Why: the range gives the process gain, from which the PLC's autotune computes the proportional gain: without a width
+    there is none, and with crossed ends it has the wrong sign. (The virtual PLC measures the gain, D123, and refuses an
+    autotune without a width.) Registers that were never written hold 0 to 0. They are single-precision floats, of about
+    7 digits, in which ends that are close together become one number.
 
     Fix: write what the process reaches at 0 % and at 100 % of the output, the lower number first, in a unit in which
     they differ by more than a ten-millionth of their size.
@@ -281,8 +282,8 @@ def setpoint_outside_range(view: LoopView) -> Findings:
     Why: the PV's range is what the process reaches at 0 % and at 100 % of the output. For a set point beyond it the
     output runs to a limit and stays there.
 
-    Fix: correct the set point. If the process does get there, correct `pv.range`, from which the autotune works out the
-    gain.
+    Fix: correct the set point. If the process does get there, correct `pv.range`, from which the PLC's autotune works
+    out the process gain; the virtual one measures it (D123).
     """
     value = setpoint_in_file(view)
     kept = None if value is None else limited_setpoint(view, value)
