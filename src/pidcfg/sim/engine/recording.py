@@ -229,6 +229,16 @@ RUN = (
         "A full tank keeps nothing of what has run over.",
     ),
     Decision(
+        695,
+        "another sample rate ends an auto-tune",
+        "Where another sample rate is written while DL06, CLICK, EZLogix or DPIDE tune a loop, the tune ends at once "
+        "without results: DL06 with bit 13, CLICK in Auto with its autotune error, EZLogix with status 6, DPIDE in "
+        "the PID_MODE of before. The output goes back, the gains stay, and a note says why. The same number again "
+        "changes nothing.",
+        "No manual speaks of it. Dead times and periods are counted in samples, and samples of two rates make gains "
+        "that look like any others; who needs the tune starts it again.",
+    ),
+    Decision(
         330,
         "what takes a loop out of its mode",
         "A loop is meant for the mode of its configuration, of the last event that requests one, or of the parameters "

@@ -57,6 +57,7 @@ TUNE_ABORTED = 34
 TUNE_CANCELLED = 35
 TUNE_IDLE = 36
 TUNE_MOVING = 37
+TUNE_RATE = 38
 
 ASCENDING = "the PV limits (DFn+22, DFn+23) and the output limits (DFn+09, DFn+10) must ascend"
 REASONS = {
@@ -67,6 +68,7 @@ REASONS = {
     TUNE_ABORTED: "autotune stopped: the loop went to Manual",
     TUNE_CANCELLED: "autotune cancelled: its request was cleared",
     TUNE_IDLE: "no autotune to be cancelled",
+    TUNE_RATE: "autotune stopped: the sample rate was changed (D695)",
     TUNE_MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
 }
 
@@ -115,6 +117,12 @@ def fail(state: State, reason: int) -> None:
     state.status = (state.status & ~MODES) | AUTO | TUNE_ERROR
     state.requested = 0
     state.notice = add_notice(state.notice, 0, reason)
+
+
+def change_rate(state: State) -> None:
+    """Another sample rate has been written: samples of two rates make no curve and no cycle (D695)."""
+    if state.status & TUNING:
+        fail(state, TUNE_RATE)
 
 
 def store(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:

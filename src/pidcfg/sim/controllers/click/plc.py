@@ -15,6 +15,7 @@ from pidcfg.encoders.maps.click import ERRORS, TUNED
 from pidcfg.sim.controllers.autotune import DONE, POINTS, TUNE_STATUS
 from pidcfg.sim.controllers.click import equation as bits
 from pidcfg.sim.controllers.click import operate as click_modes
+from pidcfg.sim.controllers.click.autotune import change_rate
 from pidcfg.sim.controllers.click.equation import (
     Config,
     Loop,
@@ -122,10 +123,12 @@ class Click(Plc):
     def _apply(self, i: int) -> None:
         """Make the registers the controller's configuration, and look for PID errors (D117)."""
         config, state = self.configs[i], self.states[i]
-        n = self._loops[i].numbers()
+        n, period = self._loops[i].numbers(), state.period
         configure(config, n)
         write_state(state, n)
         self._note_error(state, lowest_error(n))
+        if state.period != period:
+            change_rate(state)
         if not state.error:
             calculate_gains(config, state)
 

@@ -57,6 +57,7 @@ TUNE_NO_SWING = 36
 REFUSED_TUNE_APART = 37
 TUNE_MOVING = 38
 TUNE_RUNS = 39
+TUNE_RATE = 40
 
 REASONS = {
     REFUSED_TUNE_MODE: "auto-tune refused: open loop needs Manual, closed loop needs Auto",
@@ -69,6 +70,7 @@ REASONS = {
     TUNE_NO_SWING: "auto-tune stopped: output limits leave nothing to switch between",
     REFUSED_TUNE_APART: "auto-tune refused: PV and SP are more than 5 % of full scale (205 of 4095 counts) apart",
     TUNE_RUNS: "auto-tune is running already (D683)",
+    TUNE_RATE: "auto-tune stopped: the sample rate was changed (D695)",
     TUNE_MOVING: "the PV was moving when the auto-tune began: do not trust its gains (D623)",
 }
 
@@ -104,6 +106,12 @@ def stop_tune(state: State) -> None:
     """Another mode ends an auto-tune before its transfer, which begins from the output of before (D64)."""
     if state.status & TUNING:
         end_tune(state, TUNE_ABORTED)
+
+
+def change_rate(state: State) -> None:
+    """Another sample rate has been written: samples of two rates make no curve and no cycle (D695)."""
+    if state.status & TUNING:
+        end_tune(state, TUNE_RATE)
 
 
 def digits(x: float) -> float:

@@ -23,7 +23,7 @@ from pidcfg.encoders.maps.dl06 import (
 from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06 import operate as dl06_modes
-from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED, TUNE_RUNS, stop_tune
+from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED, TUNE_RUNS, change_rate, stop_tune
 from pidcfg.sim.controllers.dl06.equation import (
     SLOW,
     Config,
@@ -329,7 +329,7 @@ class Dl06(CountsPlc):
         """Make the words that the controller has read its configuration."""
         words, config, state = self._loops[i], self.configs[i], self.states[i]
         v = words.values
-        form = config.velocity
+        form, period = config.velocity, state.period
         configure(config, v, words.decimals, self._setup.count)
         state.pending |= bits.FRESH if config.velocity != form else 0  # another form has no past (D681)
         config.halt = int(config.halt or not self._setup.running or i >= self._setup.count)
@@ -340,6 +340,8 @@ class Dl06(CountsPlc):
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
         self.aux[config.rs_table : config.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
         tuning(config, state, v, words.decimals)
+        if config.halt or state.period != period:
+            change_rate(state)
         calculate_gains(config, state)
         state.alarm_band_low, state.alarm_band_high = bits.UNBOUNDED, -bits.UNBOUNDED
         state.status &= ~bits.ALARM_ERROR

@@ -25,7 +25,7 @@ from pidcfg.sim.controllers.autotune import (
     stalled,
     ultimate_gain,
 )
-from pidcfg.sim.controllers.dpide.equation import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR, calculate_gains
+from pidcfg.sim.controllers.dpide.equation import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR, TUNING, calculate_gains
 from pidcfg.sim.controllers.kernels import add_notice, clamp, single
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning.rules import TYREUS_LUYBEN
@@ -39,6 +39,7 @@ OBSERVING, SWITCHING = 1, 2
 NO_RANGE, NO_RESPONSE, NO_SWITCH, TOO_FAST, UNEVEN, OUT_OF_RANGE = 16, 17, 18, 19, 20, 21
 """Why there is no result."""
 ABANDONED = 22
+RATE_WRITTEN = 23
 REASONS = {
     NO_RANGE: "autotune stopped: MV_MIN and MV_MAX are the same",
     NO_RESPONSE: "autotune stopped: PV does not answer",
@@ -46,6 +47,7 @@ REASONS = {
     TOO_FAST: "autotune stopped: PV swings faster than CYCLE can follow",
     UNEVEN: "autotune stopped: MV does not swing evenly, a limit is too near the MV that holds SV",
     OUT_OF_RANGE: "autotune stopped: a result is no number that its operand can hold",
+    RATE_WRITTEN: "autotune stopped: the sampling time was changed (D695)",
     ABANDONED: "autotune ended without results",
 }
 
@@ -97,6 +99,12 @@ def fail(config: Config, state: State, reason: int) -> None:
     state.status |= TUNE_ERROR
     state.notice = add_notice(state.notice, 0, reason)
     leave(config, state, state.previous_mode)
+
+
+def change_rate(config: Config, state: State) -> None:
+    """Another sampling time has been written: samples of two of them make no cycle (D695)."""
+    if state.status & TUNING:
+        fail(config, state, RATE_WRITTEN)
 
 
 def abandon(state: State) -> None:

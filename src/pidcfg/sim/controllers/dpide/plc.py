@@ -12,6 +12,7 @@ from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.autotune import DONE, FAILED, TUNE_STATUS
 from pidcfg.sim.controllers.dpide import equation as bits
 from pidcfg.sim.controllers.dpide import operate as report
+from pidcfg.sim.controllers.dpide.autotune import change_rate
 from pidcfg.sim.controllers.dpide.equation import OFF, TUNING, Config, State, calculate_gains, show_signals
 from pidcfg.sim.controllers.dpide.operate import (
     ABOUT_MODE,
@@ -211,7 +212,7 @@ class Dpide(NamedPlc):
     def _put(self, i: int, values: Mapping[str, float]) -> None:
         """A mode that operands make takes effect with the next calculation, FALSE for PID_RUN at once."""
         config, state = self.configs[i], self.states[i]
-        before = state.mode
+        before, period = state.mode, state.period
         absorb(self._contents[i], state)
         self._contents[i] |= values
         configure(config, state, self._contents[i], self._interval)
@@ -221,6 +222,8 @@ class Dpide(NamedPlc):
         state.pending &= ~(bits.REQUEST | bits.HALTING)
         if state.wanted_mode != state.status & bits.MODES:
             state.pending |= bits.REQUEST | (bits.HALTING if state.wanted_mode == bits.OFF else 0)
+        elif state.period != period and not state.pending & bits.STOPPED:
+            change_rate(config, state)
         self._join(i)
 
     def _show(self, signals: MutableSequence[float]) -> None:

@@ -55,8 +55,8 @@ REASON = 32
 """Base+12 as the reason of a notice: it is added to this."""
 FAR, MOVING = 7, 8
 """Reasons of notices: an autotune that begins far from the set point (D622), or on a moving PV (D623)."""
-PLC_STOPPED = 9
-"""Reason of a notice: the PLC has stopped an autotune (D173)."""
+PLC_STOPPED, RATE_WRITTEN = 9, 10
+"""Reasons of notices: a stop of the PLC (D173) or another sample rate (D695) has ended an autotune."""
 NEAR = 0.10
 """Share of the PV's span."""
 
@@ -86,6 +86,13 @@ def stop_tune(config: Config, state: State) -> None:
     if state.status & TUNING:
         restore(config, state, CANCELLED)
         state.notice = add_notice(state.notice, 0, PLC_STOPPED)
+
+
+def change_rate(config: Config, state: State) -> None:
+    """Another sample rate has been written: samples of two rates make no curve (D695)."""
+    if state.status & TUNING:
+        restore(config, state, NO_FIT)
+        state.notice = add_notice(state.notice, 0, RATE_WRITTEN)
 
 
 def switch_tune(config: Config, state: State) -> None:

@@ -57,6 +57,7 @@ REASONS = {
     TUNE_RUNS: "autotune is running already",
     ezlogix_autotune.FAR: "the autotune begins with the PV more than 10 % of its span from the set point (D622)",
     ezlogix_autotune.PLC_STOPPED: "autotune cancelled: the PLC was stopped (status 4)",
+    ezlogix_autotune.RATE_WRITTEN: "autotune: the sample rate was changed (status 6, D695)",
     ezlogix_autotune.MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
 }
 

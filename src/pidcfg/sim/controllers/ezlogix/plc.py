@@ -206,9 +206,11 @@ class Ezlogix(CountsPlc):
     def _apply(self, i: int) -> None:
         """Make the registers the controller's configuration."""
         config, state, loop = self.configs[i], self.states[i], self._loops[i]
-        halted = config.halt
+        halted, period = config.halt, state.period
         configure(config, loop, goes_on=self._goes_on)
         tuning(config, state, loop)
+        if (config.halt or state.period != period) and not state.pending & bits.STOPPED:
+            ezlogix_autotune.change_rate(config, state)
         calculate_gains(state)
         if config.halt:
             state.due = NEVER
@@ -354,7 +356,10 @@ class Ezlogix(CountsPlc):
         absorb(registers, state)
         registers.write(row.name, raw)
         state.sp = float(registers.word("setpoint"))
+        tuned = state.status & bits.TUNING
         self._apply(loop)
+        if tuned and not state.status & bits.TUNING:
+            self._set_cv(loop, int(state.out), signals)
         if row.name == "autotune_timeout":
             state.tune_countdown = self.configs[loop].timeout
         if row.name.startswith("setpoint"):
