@@ -297,7 +297,7 @@ def test_set_of_one_register_leaves_the_others():
 def test_a_new_set_point_shows_at_once_and_within_its_limits():
     machine = plc({**SCALED, "setpoint": {"value": 20, "limits": [0, 60]}})
     signal_values = list(machine.signal_values)
-    change(machine, "setpoint", 70, signal_values=signal_values)
+    change(machine, "setpoint", 70, signals=signal_values)
 
     assert signal_values[SP] == pytest.approx(60.0, abs=0.02)
     assert machine.signal_values[SP] == pytest.approx(20.0, abs=0.02)
