@@ -184,7 +184,7 @@ loops:
 }
 
 
-def outcome(vendor, *edits, config=(), more=""):
+def outcome(vendor, *edits, config=(), more="", **how):
     """The result of a vendor's run; ``edits`` are replacements in the scenario, ``config`` in the configuration."""
     scenario, text = SCENARIO, SIDES[vendor].config
     for old, new in edits:
@@ -193,13 +193,18 @@ def outcome(vendor, *edits, config=(), more=""):
     for old, new in config:
         assert old in text, old
         text = text.replace(old, new)
-    return simulate(scenario + more, name="tank.scenario.yaml", files={"tank.yaml": text})
+    return simulate(scenario + more, name="tank.scenario.yaml", files={"tank.yaml": text}, **how)
 
 
 def failures(result):
-    """The kinds by which a run fails."""
+    """The kinds by which a run fails, but for what it only does not prove."""
     assert result.report is not None, [d.message for d in result.findings]
-    return {v.kind for v in result.report.standing if v.fails}
+    return {v.kind for v in result.report.standing if v.fails and v.verdict == "failed"}
+
+
+def unproven(result):
+    """The kinds that a run does not prove."""
+    return {v.kind for v in result.report.standing if v.fails and v.verdict == "not-proven"}
 
 
 def verdict(result, kind, loop="TANK"):

@@ -559,7 +559,12 @@ def test_failed_expectations_are_findings_at_their_lines(failing):
         "expected: FIC-301 iae at most 5",
         "expected: FIC-301.PV 20 ± 1 at the end",
         "expected: V7642 is set",
-        "saturated: FIC-301: ends at its upper output limit with an error of 48.99, which was 49.2 from 17.5 s on",
+        "saturated: FIC-301: ends at its upper output limit with an error of 48.99 m3/h, which was 49.2 from 17.5 s on",
+        "not proven, not-settled: FIC-301: is 48.99 m3/h away from its set point, 15.05 s after what moved it last",
+        (
+            "not proven, no-better: FIC-301: no better than without control: the PV has not come 63 % of the way to "
+            "its new set point after 15 s; the plant alone takes 5 s"
+        ),
     ]
     assert told[3][1]["file"] == "flow.yaml"
     assert [rows[int(properties["line"]) - 1].strip(" -{").partition(",")[0] for _, properties, _ in told[:3]] == [
@@ -567,7 +572,7 @@ def test_failed_expectations_are_findings_at_their_lines(failing):
         "signal: FIC-301.PV",
         "flag: V7642",
     ]
-    assert result.stderr == "fails.scenario.yaml: FAILED: 3 of 4 expectations, 1 of 9 standing ones\n"
+    assert result.stderr == "fails.scenario.yaml: FAILED: 3 of 4 expectations, 1 of 11 standing ones, 2 not proven\n"
     assert run("simulate", failing.name, "--format", "github", "-q").stderr == ""
 
 
@@ -579,12 +584,12 @@ def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
     text = {fmt: (folder / f"{fmt}.out").read_text("utf-8") for fmt in reports}
     log = json.loads(text["sarif"])
     log_schema().validate(log)
-    assert [r["ruleId"] for r in log["runs"][0]["results"]] == ["PID061"] * 3 + ["PID063"]
+    assert [r["ruleId"] for r in log["runs"][0]["results"]] == ["PID061"] * 3 + ["PID063"] * 3
     assert log["runs"][0]["results"][1]["locations"][0]["logicalLocations"] == [
         {"name": "expect", "fullyQualifiedName": "expect[1]", "kind": "property"},
         {"name": "FIC-301", "kind": "object"},
     ]
-    assert len(json.loads(text["gitlab"])) == 4
+    assert len(json.loads(text["gitlab"])) == 6
     assert json.loads(text["json"])["findings"] == [], "the layout of JSON stays"
     (cases,) = suites(text["junit"]).values()
     assert [(case.name, case.is_passed) for case in cases] == [
@@ -594,9 +599,10 @@ def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
         ("FIC-301 mode is auto at the end", True),
         ("V7642 is set", False),
         ("set-up-error", True),
-        *((f"FIC-301 {kind}", kind != "saturated") for kind in STANDING_KINDS),
+        *((f"FIC-301 {kind}", kind not in {"saturated", "not-settled", "no-better"}) for kind in STANDING_KINDS),
     ]
-    assert text["text"].endswith("FAILED: 3 of 4 expectations, 1 of 9 standing ones\n")
+    assert [case.result[0].type for case in cases if not case.is_passed][-3:] == ["failed", "not-proven", "not-proven"]
+    assert text["text"].endswith("FAILED: 3 of 4 expectations, 1 of 11 standing ones, 2 not proven\n")
 
 
 @pytest.mark.parametrize("fmt", MACHINE)

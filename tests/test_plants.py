@@ -419,7 +419,11 @@ def test_nothing_is_known_of_a_loop_before_its_first_base_step():
     known = {name: value for name in Meter.__slots__ if (value := getattr(meter, name)) != 0}
     not_yet = ("status", "aux_status", "event", "rise_from", "rise_to", "left", "missed", "blind_from", "cut_from")
     later = ("watched", "window", "middle", "late", "swung")
-    assert known == {**dict.fromkeys((*not_yet, "extreme_at"), -1), **dict.fromkeys(later, NEVER), "course": 1}
+    assert known == {
+        **dict.fromkeys((*not_yet, "extreme_at", "outside", "reached"), -1),
+        **dict.fromkeys(later, NEVER),
+        "course": 1,
+    }
 
 
 # --- The axis of an output has its whole range and its unit, also where the configuration writes neither --------------

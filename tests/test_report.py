@@ -470,11 +470,13 @@ def test_a_standing_expectation_that_fails_is_on_the_cover_the_run_its_trend_and
     args = ("--csv", tmp_path / "t", "-o", tmp_path / "r.html")
     result = run(tmp_path / "flow.scenario.yaml", *args, "--quiet")
     assert result.exit_code == 1
-    *_, written, standing, last = result.stderr.splitlines()
+    written, standing, *unproven, last = result.stderr.splitlines()[-5:]
     assert written == "  FAILED  FIC-301 settling_time (band 5 %) at most 20 s: none"
-    assert standing.startswith("  FAILED  FIC-301 error-stands  ends inside its output limits with an error of")
-    assert last.endswith("flow.scenario.yaml: FAILED: 1 of 2 expectations, 1 of 9 standing ones")
-    (row,) = standing_rows(tmp_path / "t").values()
+    assert standing.startswith("  FAILED      FIC-301 error-stands  ends inside its output limits with an error of")
+    assert [line.split()[3] for line in unproven] == ["not-settled", "no-better"]
+    assert last.endswith("flow.scenario.yaml: FAILED: 1 of 2 expectations, 1 of 11 standing ones, 2 not proven")
+    row, *others = standing_rows(tmp_path / "t").values()
+    assert [other["Verdict"] for other in others] == ["NOT PROVEN", "NOT PROVEN"]
     assert (row["Loop"], row["Expectation"], row["Verdict"], row["Since, s"]) == (
         "FIC-301",
         "error-stands",
@@ -482,7 +484,7 @@ def test_a_standing_expectation_that_fails_is_on_the_cover_the_run_its_trend_and
         "108",
     )
     text = (tmp_path / "r.html").read_text("utf-8")
-    assert '<li class="failed"><b>8 of 9</b> standing ones hold</li>' in text
+    assert '<li class="failed"><b>8 of 11</b> standing ones hold, 2 not proven</li>' in text
     assert '<code class="kind">error-stands</code></td><td dir="auto">ends inside its output limits' in text
     assert "at 108 s: failed: error-stands: ends inside its output limits with an error of" in text
 
@@ -493,13 +495,17 @@ def test_what_is_allowed_or_not_judged_is_told_with_its_reason_and_fails_nothing
     rows = standing_rows(tmp_path)
     assert {key: row["Verdict"] for key, row in rows.items()} == {
         ("FIC-402", "saturated"): "allowed",
+        ("FIC-402", "not-settled"): "allowed",
+        ("FIC-402", "no-better"): "not judged",
         ("VENT", "saturated"): "not judged",
+        ("VENT", "not-settled"): "not judged",
+        ("VENT", "no-better"): "not judged",
     }
     assert "(allowed: the recirculation stays shut" in rows["FIC-402", "saturated"]["Found"]
     assert rows["VENT", "saturated"]["Found"] == "HEAT has the PV, with the opposite effect"
     text = (tmp_path / "r.html").read_text("utf-8")
-    assert '<li class="passed"><b>32 of 33</b> standing ones hold, 1 allowed to fail</li>' in text
-    assert '<span class="quiet">saturated</span></td></tr>' in text
+    assert '<li class="passed"><b>36 of 38</b> standing ones hold, 2 allowed to fail</li>' in text
+    assert '<span class="quiet">3 kinds</span>' in text
 
 
 def test_a_scenario_that_cannot_run_is_told_on_the_page(tmp_path):

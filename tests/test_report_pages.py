@@ -524,7 +524,7 @@ def test_printed_it_is_a_document_on_a4(browser, report):
     sizes = {(round(float(page.mediabox.width)), round(float(page.mediabox.height))) for page in pdf.pages}
     assert all(abs(w - A4[0]) < 1 and abs(h - A4[1]) < 1 for w, h in sizes)
     texts = [re.sub(r"\s+", " ", page.extract_text()) for page in pdf.pages]
-    assert len(texts) <= 2 * len(SCENARIOS) + len(LOOPS) + 6
+    assert len(texts) <= 2 * len(SCENARIOS) + len(LOOPS) + 7
     for number, text in enumerate(texts, start=1):
         assert f"Page {number} of {len(texts)}" in text
         assert "Works 7" in text

@@ -282,7 +282,6 @@ def test_a_set_that_has_no_effect_yet_is_noted():
     plants = "plants: {A: {model: first_order, gain: 0.1, time_constant: 5}}\nloops: [A]\n"
     report, _ = run(f"{plants}events: [{{at: 2, loop: A, set: {{limit: 5}}}}]\n")
     assert [(n.at, n.loop, n.text, n.error) for n in report.notes] == [(2, "A", "limit: is read later", False)]
-    assert report.passed
 
 
 def test_more_changes_than_the_log_holds_lose_nothing():

@@ -87,7 +87,7 @@ def test_the_reactor_meets_its_expectations(folder):
     assert "reactor.scenario.yaml runs reactor.yaml" in text
     assert "V7642 = 0x0000" in text
     assert "120 s  TIC-101  event: set setpoint to 95" in text
-    assert text.rstrip().endswith("passed: 4 of 4 expectations, 25 of 25 standing ones")
+    assert text.rstrip().endswith("passed: 4 of 4 expectations, 31 of 31 standing ones")
     assert "\x1b" not in text
 
 
@@ -123,7 +123,9 @@ def test_the_json_report_has_the_published_layout(folder):
         "oscillation_amplitude",
     ]
     assert loop["time_in_control"] == 1800.0
-    assert {tuple(v) for v in data["standing"]} == {("kind", "loop", "passed", "judged", "at", "text", "allowed")}
+    assert {tuple(v) for v in data["standing"]} == {
+        ("kind", "loop", "passed", "judged", "verdict", "at", "text", "allowed")
+    }
     assert loop["alarms"][0].keys() == {"alarm", "at", "cleared"}
     assert loop["modes"] == [{"at": 0.0, "requested": "auto", "mode": "auto", "reason": None}]
     assert loop["flags"]["alarm_programming_error"] is False

@@ -196,7 +196,7 @@ def test_what_a_scenario_names_is_watched_also_while_it_is_missing(watching, pro
     result = watching("simulate", "short.scenario.yaml", doing=doing)
     assert result.stderr.count("changed: reactor.yaml") == 2
     assert result.stdout.count("reactor.yaml: No such file") == 1
-    assert "passed: 1 of 1 expectations" in result.stdout
+    assert "(1 of 1 expectations passed)" in result.stdout
     assert "gain is 120 %/%" in result.stdout
     assert result.exit_code == 2, "the last run could not use the configuration"
 

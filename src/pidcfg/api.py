@@ -368,6 +368,7 @@ def simulate(
     every: int = 1,
     trend: Sink | None = None,
     record: bool = False,
+    reference: bool = True,
     name: str | None = None,
     files: Files = None,
     limits: Limits = DEFAULT,
@@ -378,7 +379,8 @@ def simulate(
     A configuration in its place runs with the scenario that `pidcfg init --scenario` writes for it.
 
     ``trend``: an open text stream for the trend as CSV, a row every ``every`` base steps. ``record``: keep the signals
-    of the loops for pictures. ``engine``: numba (extra ``fast``) pays for long runs, with the same results;
+    of the loops for pictures. ``reference``: run the same plants beside it without control, without which no loop is
+    proven to do better than nothing. ``engine``: numba (extra ``fast``) pays for long runs, with the same results;
     ``runs``: how many runs like this one the caller makes in all, where that alone is to choose it, and not what ran
     before. ``progress`` is called with the share that is done.
     """
@@ -391,7 +393,7 @@ def simulate(
 
     refuse_unknown("engine", engine, get_args(EngineName))
     refuse_below(1, every=every, runs=runs)
-    settings = Settings(engine, every, limits.loop_steps, trend, progress=progress, runs=runs)
+    settings = Settings(engine, every, limits.loop_steps, trend, progress=progress, runs=runs, reference=reference)
     doc = document_of(source, name, files, limits)
     if is_configuration(doc):
         from pidcfg.study.draft import simulate_draft

@@ -19,7 +19,7 @@ from pidcfg.sim.controllers.dl06.equation import Config, State
 from pidcfg.sim.engine import choice as engine
 from pidcfg.sim.engine import compile as compilation
 from pidcfg.sim.engine.compile import from_arrays, to_arrays
-from pidcfg.sim.engine.kernel import LOG_COLUMNS, Log, Loops, Meters, World
+from pidcfg.sim.engine.kernel import LOG_COLUMNS, Log, Loops, Meters, Reference, World
 from pidcfg.sim.engine.kernel import Config as AnyConfig
 from pidcfg.sim.engine.kernel import State as AnyState
 from pidcfg.sim.engine.plants import Plant
@@ -141,11 +141,11 @@ class Twin:
             engine.fast_normals.cache_clear()
 
     def advance(  # noqa: PLR0917 - as the kernel
-        self, k: int, last: int, zero: int, world: World, loops: Any, meters: Meters, log: Log
+        self, k: int, last: int, zero: int, world: World, loops: Any, meters: Meters, log: Log, reference: Reference
     ) -> int:
-        """`pidcfg.sim.engine.kernel.advance`."""
+        """`pidcfg.sim.engine.kernel.advance`, of a run without a reference."""
         if k < zero + BEGINNING:
-            k = self.compiled.advance(k, min(last, zero + BEGINNING), zero, world, loops, meters, log)
+            k = self.compiled.advance(k, min(last, zero + BEGINNING), zero, world, loops, meters, log, reference)
         if k >= last:
             return k
         kinds = (World, Loops, Meters, Log)

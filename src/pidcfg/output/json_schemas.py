@@ -441,11 +441,14 @@ def run() -> Schema:
 def loop_of_run() -> Schema:
     """What became of a loop."""
     from pidcfg.sim.judgement.meters import METRICS
+    from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
 
     measured = "In s, % of the step or the PV's unit; null where there is none."
     return record(
         "What became of a loop.",
         ("autotune",),
+        verdict=text("Whether the run proves that the loop controls.", *VERDICTS),
+        missing=or_null(text("What keeps it from being proven.")),
         metrics=record("How well it did.", **{name: or_null(number(measured)) for name in METRICS}),
         time_in_control=number("How long it was in Auto or Cascade, in s."),
         alarms=listing("In order of time.", alarm()),
@@ -496,15 +499,17 @@ def run_expectation() -> Schema:
 def run_standing() -> Schema:
     """A standing expectation and its verdict."""
     from pidcfg.sim.judgement.report import STANDING_KINDS
+    from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
 
     return record(
         "A standing expectation.",
         kind=text("What it is about.", *STANDING_KINDS),
         loop=text("The loop; empty: the PLC."),
         passed=switch("Whether it holds; true where nothing is known."),
-        judged=switch("Whether the run tells."),
+        judged=switch("Whether the loop is not exempt."),
+        verdict=text("What the run shows.", *VERDICTS),
         at=or_null(number("Since when, in s.")),
-        text=text("In words; of what is not judged, why not."),
+        text=text("In words; of what is not proven, what is missing; of what is not judged, why not."),
         allowed=or_null(text("The reason for which the scenario allows it to fail.")),
     )
 
@@ -589,7 +594,8 @@ def batch_standing() -> Schema:
         "One standing expectation.",
         kind=text("Its kind.", *STANDING_KINDS),
         loop=text("The loop; empty: the PLC."),
-        failed=count("Samples that fail it."),
+        failed=count("Samples that fail it, or do not prove it."),
+        not_proven=count("Of these the ones that do not prove it."),
         judged=count("Samples in which it was judged."),
         bound=number("What the share of samples that keep it is at least, at 95 % confidence."),
         passed=switch("Whether no sample fails."),

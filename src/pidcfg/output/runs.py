@@ -95,6 +95,7 @@ def standing_data(v: Standing) -> Data:
         "loop": v.loop,
         "passed": v.passed,
         "judged": v.judged,
+        "verdict": v.verdict,
         "at": v.at,
         "text": v.text,
         "allowed": v.allowed,
@@ -103,6 +104,8 @@ def standing_data(v: Standing) -> Data:
 
 def _loop(loop: LoopReport) -> Data:
     data: dict[str, Any] = {
+        "verdict": loop.verdict,
+        "missing": loop.missing or None,
         "metrics": {name: loop.metrics.get(name) for name in METRICS},
         "time_in_control": loop.time_in_control,
         "alarms": [{"alarm": a.alarm, "at": a.at, "cleared": a.cleared} for a in loop.alarms],
@@ -189,6 +192,7 @@ def _batch(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
                 "kind": s.kind,
                 "loop": s.loop,
                 "failed": s.samples - s.held,
+                "not_proven": s.unproven,
                 "judged": s.judged,
                 "bound": s.bound,
                 "passed": s.passed,

@@ -245,6 +245,8 @@ StandingKind = Literal[
     "out-of-range",
     "oscillates",
     "alarm-stands",
+    "not-settled",
+    "no-better",
 ]
 """What a standing expectation can find, in the order of the report."""
 
@@ -497,8 +499,8 @@ class Expectation(Model):
 class Allowance(Model):
     """A standing expectation that a loop may fail, since that is what the scenario shows."""
 
-    kind: StandingKind
-    """What is allowed: its kind as the report names it."""
+    kind: Literal[StandingKind, "not-proven"]
+    """What is allowed: its kind as the report names it; ``not-proven``: whatever the run does not show."""
     loop: Name
     """The loop that may."""
     reason: Text
@@ -540,6 +542,8 @@ class Scenario(Model):
     """What must be so; it decides the exit code."""
     allow: tuple[Allowance, ...] = ()
     """Standing expectations that a loop may fail."""
+    tolerance: Annotated[dict[Name, AnyBound], Field(default_factory=dict)]
+    """By loop how far from its set point the PV may come to rest, in its unit or in ``%`` of its span."""
     loops: tuple[Name, ...] | None = None
     """The loops that the standing expectations judge; not given: all."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.schemas.scenario import Scenario
@@ -157,6 +158,8 @@ def number_text(value: float) -> str:
 
 ATTEMPTS = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
 """Share of the planned steps and disturbances, and whether the run begins settled; the first that passes is taken."""
+LENGTHS = (1, 3)
+"""Times as long as planned: a longer run is tried where all that fails is not proven."""
 MOST_NAMES = 3
 """Loops that a title names."""
 PROFILE = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
@@ -195,9 +198,14 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
     units = PlanUnits(plc, {plan.i: plan for plan in plans}, around)
     names = ", ".join(plan.name for plan in plans) if len(plans) <= MOST_NAMES else f"{len(plans)} loops"
     title = title or f"Steps and disturbances of {names}"
-    trials, refused = [], ""
-    for size, steady in ATTEMPTS:
-        course = make_draft(units, size, steady=steady)
+    trials: list[_Trial] = []
+    refused = ""
+    for (size, steady), length in product(ATTEMPTS, LENGTHS):
+        if length > 1 and not (trials and trials[-1].is_short):
+            continue
+        if not size and any(trial.is_short for trial in trials):
+            break  # without a step or a disturbance nothing would be proven at all
+        course = make_draft(units, size, steady=steady, length=length)
         course.expect = expected_behaviour(units, course)
         outcome = _run(checked, course, title, config, most)
         if outcome.report is None:
@@ -208,7 +216,7 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
             break
     if not trials:
         raise NoDraftError(f"{checked.document.file}: no scenario runs with it{refused}; write one by hand")
-    best = min(trials, key=lambda trial: len(trial.failing))
+    best = min(trials, key=lambda trial: (not trial.is_short, len(trial.failing)))
     course = best.course
     course.allow += [_allowance(v) for v in best.failing]
     course.expect = [line for line, verdict in best.verdicts if verdict.passed]
@@ -233,6 +241,11 @@ class _Trial:
     course: DraftParts
     failing: list[Standing]
     verdicts: list[tuple[Line, Verdict]]
+
+    @property
+    def is_short(self) -> bool:
+        """Whether a longer run may prove what this one does not."""
+        return all(v.verdict == "not-proven" for v in self.failing)
 
 
 def _trial(course: DraftParts, report: Report) -> _Trial:

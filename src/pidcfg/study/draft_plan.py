@@ -472,11 +472,11 @@ class PlanUnits:
         return f"{name}.PV" if name == plan.name else name
 
 
-def make_draft(units: PlanUnits, size: float = 1.0, *, steady: bool = True) -> DraftParts:
-    """The course with steps and disturbances of so much of their planned size."""
+def make_draft(units: PlanUnits, size: float = 1.0, *, steady: bool = True, length: int = 1) -> DraftParts:
+    """The course with steps and disturbances of so much of their planned size, ``length`` times as long as planned."""
     plans = list(units.plans.values())
     base = units.plc.base / TICKS
-    half = round_up_time(max((plan.length for plan in plans), default=10 * base))
+    half = round_up_time(length * max((plan.length for plan in plans), default=10 * base))
     most = MOST_STEPS * base / max(len(plans), 1) / 2
     course = DraftParts(0.0)
     if half > most:

@@ -16,8 +16,8 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.schemas.base import DURATION, SECONDS, parse_seconds
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Amount, Scenario, Spread, parse_amount, whole
+from pidcfg.sim.controllers.plc import SETPOINT
 from pidcfg.sim.engine.checks import LARGEST, MODEL_KEYS, NOT_NEGATIVE, OWN_KEYS, POSITIVE, SMALLEST
-from pidcfg.sim.engine.events import SETPOINT
 from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.sim.engine.influence import wrong_actions
 from pidcfg.sim.engine.network import initial_values, rest
@@ -327,7 +327,10 @@ class Loaded:
         if self.scenario is None or self.image is None:
             raise ValueError(f"{self.document.file} could not be loaded")
         controller = self.controller
-        return controller.load(self.image, options(self.scenario, controller))
+        plc = controller.load(self.image, options(self.scenario, controller))
+        units = ((entry.get("loop"), (entry.get("pv") or {}).get("unit")) for entry in self.image.settings)
+        plc.units = {str(loop): str(unit) for loop, unit in units if unit}
+        return plc
 
     def uncertainties(self, plc: Plc) -> tuple[list[Uncertainty], list[Problem]]:
         """What varies, and what is wrong with it."""

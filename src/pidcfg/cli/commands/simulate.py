@@ -71,6 +71,9 @@ DRAFTED = (
     help="numba (extra pidcfg[fast]) pays for long runs; the results are the same.",
 )
 @options.JOBS
+@click.option(
+    "--no-reference", is_flag=True, help="Do not run the plants without control beside it: no loop can be proven then."
+)
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
 @options.FORCE
 @options.STRICT
@@ -90,6 +93,7 @@ def command(
     plot_loops: tuple[str, ...],
     engine: EngineName,
     jobs: int | None,
+    no_reference: bool,
     no_limit: bool,
     force: bool,
     strict: bool,
@@ -101,8 +105,10 @@ def command(
 
     A configuration in its place runs with the scenario that 'pidcfg init --scenario' writes for it.
 
-    Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
-    scenario that cannot run.
+    Each loop that is meant to control ends proven, failed or not proven; only proven is green.
+
+    Exit codes: 0 all hold, 1 something failed or is not proven (or a configuration with errors of which nothing is
+    expected), 2 a scenario that cannot run.
     """
     from pidcfg.cli.formats.runs import remarks
     from pidcfg.cli.outputs import trend_file
@@ -126,6 +132,7 @@ def command(
     with trend_file(csv, force=force, others=files) as trend:
         limits = replace(limits, loop_steps=sys.maxsize) if no_limit else limits
         how = {"engine": engine, "runs": len(scenarios), "every": every, "record": bool(plot), "limits": limits}
+        how["reference"] = not no_reference
         outcomes = [result.outcome for result in run_all(scenarios, how, trend, detail, options.processes(jobs))]
         charts = plots.charts_of_runs(outcomes, plot_loops) if plot else []
         files |= plots.draw_files(plot, charts, *plots.heading(outcomes))

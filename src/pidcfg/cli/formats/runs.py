@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 MAX_EVENTS = 60
 """Lines of the list of happenings; JSON has all of them."""
-FAILED = "FAILED"
+FAILED, NOT_PROVEN = "FAILED", "NOT PROVEN"
 METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
 
 
@@ -140,7 +140,7 @@ def _flags(report: Report) -> str:
 def failures(report: Report) -> str:
     """The expectations that failed, as the text of a run has them; nothing where all hold."""
     rows = [row for row in _expected(report) if row[0] == FAILED]
-    standing = [row for row in in_brief(report.standing) if row[0] == FAILED]
+    standing = [row for row in in_brief(report.standing) if row[0] in {FAILED, NOT_PROVEN}]
     return (table(rows) if rows else "") + (table(standing) if standing else "")
 
 
@@ -191,7 +191,11 @@ def run_verdict_line(outcome: Outcome, report: Report) -> str:
     if failed or tally.failed:
         parts = [f"{failed} of {total} expectations"] * (failed > 0)
         parts += [f"{tally.failed} of {tally.judged} standing ones"] * (tally.failed > 0)
-        line = f"FAILED: {', '.join(parts)}"
+        parts += [f"{tally.unproven} not proven"] * (tally.unproven > 0)
+        line = f"{FAILED}: {', '.join(parts)}"
+    elif tally.unproven and not errors:
+        line = f"{NOT_PROVEN}: {tally.unproven} of {tally.judged} standing ones"
+        line += f" ({total} of {total} expectations passed)" if total else ""
     elif errors:
         line = f"FAILED: an error in the run ({total} of {total} expectations passed)"
     if outcome.unjudged:
@@ -339,9 +343,11 @@ def batch_verdict_line(outcome: BatchOutcome, found: Certification) -> str:
     if outcome.unjudged:
         return f"{FAILED}: the configuration has errors, and nothing is expected of the runs"
     failed, total = sum(not one.passed for one in found.expectations), len(found.expectations)
-    standing = sum(not one.passed for one in found.standing)
+    broken = sum(one.samples - one.held > one.unproven for one in found.standing)
+    unproven = sum(0 < one.samples - one.held == one.unproven for one in found.standing)
     parts = [f"{failed} of {total} expectations not shown"] * (failed > 0)
-    parts += [f"{standing} standing ones failed"] * (standing > 0)
+    parts += [f"{broken} standing ones failed"] * (broken > 0)
+    parts += [f"{unproven} standing ones not proven"] * (unproven > 0)
     parts += [f"{found.failed_to_run:,} samples cannot run, {reason}" for reason in found.reasons[:1]]
     if parts:
         return f"{FAILED}: {'; '.join(parts)}"
@@ -390,6 +396,8 @@ def failed_standing(outcome: Outcome, verdict: Standing) -> Diagnostic:
         file, path = outcome.file, ("config",)
     subject = f"{verdict.loop}: " if verdict.loop else ""
     message = f"{verdict.kind}: {subject}{verdict.text}"
+    if verdict.verdict == "not-proven":
+        message = f"not proven, {message}"
     span = outcome.documents[file].locate(path)
     return Diagnostic("PID063", Severity.ERROR, message, file, span, path, verdict.loop or "")
 
@@ -485,9 +493,10 @@ def _standing_cases(outcome: Outcome) -> Iterator[Case]:
     for v in () if outcome.report is None else outcome.report.standing:
         name = f"{v.loop} {v.kind}".strip()
         if v.fails:
-            yield Case(name, (entry(failed_standing(outcome, v)),))
+            _, message, text = entry(failed_standing(outcome, v))
+            yield Case(name, ((v.verdict, message, text),))
         elif v.allowed is not None:
-            yield Case(name, skipped=f"failed, and allowed: {v.allowed}", output=v.text)
+            yield Case(name, skipped=f"{v.verdict.replace('-', ' ')}, and allowed: {v.allowed}", output=v.text)
         elif not v.judged:
             yield Case(name, skipped=f"not judged: {v.text}")
         else:

@@ -11,6 +11,7 @@ from pidcfg.output.explanation.page import is_before_root, share_before_root
 from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
@@ -209,9 +210,7 @@ class Content:
     @property
     def standing(self) -> dict[str, int]:
         """How many standing expectations have which verdict."""
-        return {
-            word: sum(run.count(word) for run in self.runs) for word in ("passed", "FAILED", "allowed", "not judged")
-        }
+        return {word: sum(run.count(word) for run in self.runs) for word in (*WORDS_OF_VERDICTS.values(), "allowed")}
 
 
 # --- What a commissioning report says about a run, as data ------------------------------------------------------------
@@ -266,7 +265,7 @@ class StandingRow:
     """Empty: the PLC."""
     kind: str
     verdict: str
-    """``passed``, ``FAILED``, ``allowed``, or ``not judged``."""
+    """``passed``, ``FAILED``, ``NOT PROVEN``, ``allowed``, or ``not judged``."""
     at: float | None
     """Since when, in s."""
     text: str

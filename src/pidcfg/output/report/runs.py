@@ -110,9 +110,12 @@ def verdict_of(run: Run, report: Report) -> str:
     if failed or tally.failed:
         written = f"{failed} of {total} expectations" if failed else ""
         standing = f"{tally.failed} of {tally.judged} standing ones" if tally.failed else ""
-        return f"{', '.join(part for part in (written, standing) if part)} failed."
+        unproven = f"; {tally.unproven} not proven" if tally.unproven else ""
+        return f"{', '.join(part for part in (written, standing) if part)} failed{unproven}."
     if run.unjudged:
         return "The configuration has errors, and nothing is expected of the run."
+    if tally.unproven:
+        return f"{tally.unproven} of {tally.judged} standing ones are not proven."
     if not run.passed:
         return f"There was an error in the run; {total} of {total} expectations passed."
     return f"{total} of {total} expectations, {tally.in_words()}."

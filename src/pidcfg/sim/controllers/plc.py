@@ -172,6 +172,8 @@ class LoopFacts(ABC):
 
 TICKS = 1_000_000
 """Ticks in a second."""
+SETPOINT = ("setpoint", "setpoint.value")
+"""The keys of a loop's set point with every vendor; the vendor's own is the third."""
 COUNTS = 1 << 20
 """Counts of a PV's range where the PLC has floats: finer than any transmitter."""
 
@@ -206,6 +208,8 @@ class Plc(LoopFacts):
     """For each loop the mode that it shall reach."""
     scales: Sequence[tuple[float, float, int]]
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
+    units: Mapping[str, str] = {}
+    """The unit of each loop's PV by the loop's name, where the configuration gives one."""
     roots: Sequence[float | None] = ()
     """For each loop whose signals are those before the PLC takes the root of its PV, where the PV's counts begin, as a
     share of the span; None for another loop, empty where the vendor has no such signals."""

@@ -196,6 +196,13 @@ def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
             yield unknown_name(("allow", i, "loop"), "loop", entry.loop, plc.loops)
         if not entry.reason.strip():
             yield Problem(("allow", i, "reason"), "the reason is empty", "value", help="say why the loop may")
+    for name, tolerance in scenario.tolerance.items():
+        if name not in plc.loops:
+            yield unknown_name(("tolerance", name), "loop", name, plc.loops, key=True)
+        elif tolerance.value <= 0 or tolerance.unit == "s":
+            cure = "write it in the PV's unit, or in % of its span"
+            message = f"the tolerance of {name} is {tolerance.value:f}{tolerance.unit}; it must be above 0"
+            yield Problem(("tolerance", name), message, "value", help=cure)
     for i, name in enumerate(scenario.loops or ()):
         if name not in plc.loops:
             yield unknown_name(("loops", i), "loop", name, plc.loops)

@@ -13,7 +13,7 @@ from types import FunctionType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim.engine import kernel
-from pidcfg.sim.engine.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
+from pidcfg.sim.engine.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Reference, Span, World
 from pidcfg.sim.engine.plants import Normals, draws_alike, normals, step_plants, uniform, word
 from pidcfg.sim.judgement.meters import Band, Gauge, measure_loop, read_gauges, watch_bands, watch_end, watch_swings
 from pidcfg.text.store import KERNELS, holds_entries
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.controllers.plc import Controller, Plc, Scan
     from pidcfg.sim.engine.network import Network
+    from pidcfg.sim.engine.reference import HeldNetwork
     from pidcfg.sim.judgement.meters import Meter, Onset
 
 EngineName = Literal["auto", "python", "numba"]
@@ -84,6 +85,9 @@ def is_installed() -> bool:
     return True
 
 
+NO_REFERENCE = Reference([], [], array("d"), [], [], [], 0)
+
+
 @dataclass(slots=True)
 class Machine:
     """The data of a run as the kernels see them, and the kernels."""
@@ -108,6 +112,7 @@ class Machine:
     """What stood in those that events have written since the last base step."""
     reached: int = 0
     """The base step to which the plants have come."""
+    reference: HeldNetwork | None = None
 
     def __post_init__(self) -> None:
         self.stack = self.net.pool.stack()
@@ -140,7 +145,10 @@ class Machine:
             self.move_plants(k)
         meters = Meters(self.meters, self.bands, self.gauges, self.onsets)
         log = Log(self.log, self.trend, self.counts, self.shown, every)
-        return self.kernels.advance(k, last, zero, self._world(noise_from), self._loops(), meters, log)
+        if self.reference is not None:
+            self.reference.follow()
+        reference = NO_REFERENCE if self.reference is None else self.reference.arguments(zero)
+        return self.kernels.advance(k, last, zero, self._world(noise_from), self._loops(), meters, log, reference)
 
     def settle(self, k: int, last: int, spans: list[Span]) -> int:
         """`kernel.settle` with this run's data."""
@@ -159,7 +167,7 @@ class Machine:
 class Kernels(NamedTuple):
     """`kernel.advance` and `kernel.settle` with a vendor's ``scan``."""
 
-    advance: Callable[[int, int, int, World, Loops[Any, Any], Meters, Log], int]
+    advance: Callable[[int, int, int, World, Loops[Any, Any], Meters, Log, Reference], int]
     settle: Callable[[int, int, World, Loops[Any, Any], MutableSequence[Span]], int]
     normals: Callable[[], Normals | None] = lambda: None
     """`pidcfg.sim.engine.plants.normals`, compiled for the first run that has noise; None: Python draws it."""

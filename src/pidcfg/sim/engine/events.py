@@ -10,7 +10,7 @@ from operator import or_
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pidcfg.schemas.numbers import parse_number
-from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, Plc, steps_until
+from pidcfg.sim.controllers.plc import IN_CONTROL, SETPOINT, TICKS, Plc, steps_until
 from pidcfg.sim.engine.kernel import LOG_COLUMNS
 from pidcfg.sim.engine.plants import numbers_of, set_parameters
 from pidcfg.sim.judgement.meters import begin_step, break_sensor, cut_off, repair_sensor, want_mode
@@ -245,9 +245,6 @@ def _keep(entries: list[Period], entry: Period) -> None:
 
 
 # --- What happens during a run, in order: events of the scenario, the end of a sensor's fault, looks at a mode --------
-
-SETPOINT = ("setpoint", "setpoint.value")
-"""The keys of a loop's set point with every vendor; the vendor's own is the third."""
 
 GRACE = 10
 """Samples that a loop has to come into its mode."""

@@ -15,7 +15,9 @@ from pidcfg.sim.judgement.meters import (
     Gauge,
     Meter,
     Onset,
+    Rival,
     change_status,
+    compare_errors,
     measure_loop,
     note_onsets,
     read_gauges,
@@ -60,6 +62,20 @@ class Span:
     total: float = 0.0
 
 
+@dataclass(slots=True)
+class Held:
+    """A signal of the PLC as the reference sees it: held once ``loop`` controls (−1: never).
+
+    With a ``source`` it is the share of ``width`` that this signal of the reference is above ``low``.
+    """
+
+    loop: int
+    slot: int
+    source: int = -1
+    low: float = 0.0
+    width: float = 1.0
+
+
 # Groups of arguments: a `MutableSequence` is written by the kernels, a `Sequence` only read (see
 # `pidcfg.sim.engine.choice`).
 
@@ -101,6 +117,18 @@ class Meters(NamedTuple):
     bands: MutableSequence[Band]
     gauges: MutableSequence[Gauge]
     onsets: MutableSequence[Onset]
+
+
+class Reference(NamedTuple):
+    """The same plants with the outputs of the loops held (`pidcfg.sim.engine.reference`)."""
+
+    plants: MutableSequence[Plant]
+    channels: MutableSequence[Channel]
+    delay: MutableSequence[float]
+    signal_values: MutableSequence[float]
+    outputs: Sequence[Held]
+    rivals: MutableSequence[Rival]
+    reached: int
 
 
 class Log(NamedTuple):
@@ -176,7 +204,48 @@ def write_log(
     state.notice = 0
 
 
-def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], meters: Meters, log: Log) -> int:
+def hold_outputs(
+    outputs: Sequence[Held], meters: Sequence[Meter], signals: Sequence[float], held: MutableSequence[float]
+) -> None:
+    """What the reference sees of the PLC's signals (kernel)."""
+    for i in range(len(outputs)):
+        output = outputs[i]
+        if output.source >= 0:
+            held[output.slot] = (held[output.source] - output.low) / output.width
+        elif output.loop < 0 or (meters[output.loop].control == 0 and meters[output.loop].control_steps == 0):
+            held[output.slot] = signals[output.slot]
+
+
+def step_reference(
+    k: int,
+    reference: Reference,
+    meters: Sequence[Meter],
+    signals: Sequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+) -> None:
+    """The reference through one base step (kernel)."""
+    plants, channels, delay, held, outputs, _, reached = reference
+    hold_outputs(outputs, meters, signals, held)
+    if k > reached:
+        step_plants(k, plants, delay, held, code, constants, stack)
+    for i in range(len(plants)):
+        held[plants[i].measured] = held[plants[i].slot]
+    if len(channels) > 0:
+        read_channels(k, channels, held, code, constants, stack)
+
+
+def advance(
+    k: int,
+    last: int,
+    zero: int,
+    world: World,
+    loops: Loops[Any, Any],
+    meters: Meters,
+    log: Log,
+    reference: Reference,
+) -> int:
     """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
 
     Time 0 is base step ``zero``; what lies before is the pre-roll.
@@ -189,7 +258,10 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
     room = len(rows) // LOG_COLUMNS - count
     wired = len(channels)
     gauged = len(gauges)
+    compared = len(reference.rivals)
     while k < last and counts[0] <= room:
+        if len(reference.plants) > 0:
+            step_reference(k, reference, loop_meters, signals, code, constants, stack)
         if k > reached:
             step_plants(k, plants, delay, signals, code, constants, stack)
         if columns > 0:
@@ -208,6 +280,8 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
             watch_bands(now, bands, loop_meters, signals)
         if gauged > 0:
             read_gauges(now, gauges, signals)
+        if compared > 0:
+            compare_errors(reference.rivals, loop_meters, signals, reference.signal_values)
         if every > 0 and now % every == 0:
             at = counts[1] * len(shown)
             for i in range(len(shown)):

@@ -268,13 +268,57 @@ RUN = (
     ),
     Decision(
         332,
-        "what counts as an error that lasts",
-        "More than 1 % of span (5 % without an integral or where the output is on or off, 20 % without an integral "
-        "where the plant integrates), or than the inner deviation alarm where that is closer; and more than the dead "
-        "band, up to 5 % of span.",
-        "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
-        "wrongly went unseen. Without an integral and in a dead band a small offset is what was configured; a level "
-        "that is meant to give way needs a wide one.",
+        "how far from its set point a PV may come to rest",
+        "2 % of span (5 % where the output is on or off), or the inner deviation alarm where that is closer, or what "
+        "the scenario gives the loop as `tolerance`; two counts and 0.1 % of span in any case. At each moment three "
+        "standard deviations of its noise and the ripple of its pulses are added. A dead band or a missing integral "
+        "is named as the cause of an offset and is no excuse for it.",
+        "Deviation alarms are often set wide for the start-up. Whoever wants a level to give way, or a loop to leave "
+        "an offset, knows by how much, and writes it down.",
+    ),
+    Decision(
+        911,
+        "when a PV has settled",
+        "It is within its band after what moved it last, and stays there for the dead time and the sum of the lags, or "
+        "for two dead times and the time that it took to come there if that is shorter; ten samples and a period of "
+        "its pulses at least. Of a plant that integrates, or has no lag, the second counts, and without dead time "
+        "either a sample. What moves it are events from which a path leads to its PV or its set point, ends of sensor "
+        "faults, its start in Auto or Cascade, and moves of its own set point by more than the band; a set point that "
+        "a master gives is none. A PV behind a set point that still moves is settled within 1.5 plant times of its "
+        "rate. A loop that an event takes out of its mode is judged up to there. Otherwise it is not proven, and the "
+        "verdict says what is missing; a swing wider than the band that after a whole period is at least 0.8 of "
+        "the first has failed. A limit on the set point leaves the loop not proven where the event asked for more.",
+        "What comes back later than the plant takes for a whole answer comes from elsewhere. Shorter stays are what a "
+        "slow swing shows on its way through the set point.",
+    ),
+    Decision(
+        912,
+        "when a loop does better than nothing",
+        "The same plants run a second time beside the run, with the outputs of all loops that are judged held from the "
+        "moment at which each first comes into Auto or Cascade; pulses give their mean. The error of both is taken "
+        "against the set point of the run, while the loop is in Auto or Cascade and its sensor sound, less three "
+        "standard deviations of the noise. More than 70 % of it left is not proven; so is a step of the set point by "
+        "more than the band, on a plant with lags, of which 63 % come later than the dead time, 1.5 times the lags "
+        "and three samples. Where the error without control stays within the band nothing has moved the loop, and it "
+        "is not judged; nor is one whose PV the PLC's program makes.",
+        "A tenth of a gain, or ten times a reset, comes to rest in the end like any other. Lambda tuning with the "
+        "closed loop as fast as the plant takes 63 % in the dead time and the lags.",
+    ),
+    Decision(
+        913,
+        "what a written expectation stands in for",
+        "An expectation that holds and that bounds a loop's PV or error to the end (`final` with a tolerance; `min` "
+        "and `max` without `until`; a highest `settling_time` or `iae`; `final_error` from both sides) proves in the "
+        "place of the band and of the comparison with doing nothing, and of nothing else.",
+        "Whoever writes the bound knows the plant better than a share of the span does.",
+    ),
+    Decision(
+        914,
+        "which changes of a set point meet nobody",
+        "An event that sets a loop's set point while it is meant to be in Auto, and is not for more than a tenth of "
+        "the run, leaves it not proven; where the loop is meant for Manual and no later event brings it out of it, the "
+        "run fails. To set it before the event of the mode is in order.",
+        "Nothing answers to it, and what was to be tested was not.",
     ),
     Decision(
         344,
@@ -289,7 +333,9 @@ RUN = (
         "a set point outside the range is a mistake, limited or not",
         "A loop fails by out-of-range, too, when the set point in force at the end or the one of its configuration is "
         "outside its PV's range, even where the PLC limits it. A PV that leaves the range after an event in the last "
-        "tenth of the run, or in the last plant time, is not judged.",
+        "tenth of the run, or in the last plant time, leaves the loop not proven. Loops in Manual are judged by their "
+        "PV, too. An integrator that ends at its `limits` fails the loop that moves it, unless its output is at its "
+        "lower limit.",
         "No sensor can show such a value, so nobody can want it; a limit within the range is there to be met.",
     ),
     Decision(
@@ -360,9 +406,10 @@ RUN = (
     Decision(
         335,
         "alarms that stand",
-        "The outermost alarms (low-low, high-high, the outer deviation) of a loop in Auto or Cascade, together: at the "
-        "end, or for more than a tenth of the run. The time in which an event has broken the loop's sensor does not "
-        "count, nor does an alarm that an expectation waits for.",
+        "The outermost alarms of a loop, together: low-low and high-high in any mode, the outer deviation in Auto or "
+        "Cascade; at the end, or for more than a tenth of the run. An alarm that is there when the run or the control "
+        "begins counts once it has gone, and at the end of a loop in Auto or Cascade. The time in which an event has "
+        "broken the loop's sensor does not count, nor does an alarm that an expectation waits for.",
         "An alarm of start-up is short; what is broken shows in the alarms and is meant to.",
     ),
     Decision(

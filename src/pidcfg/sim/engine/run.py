@@ -21,11 +21,12 @@ from pidcfg.sim.engine.influence import Influence, wrong_actions
 from pidcfg.sim.engine.kernel import Span
 from pidcfg.sim.engine.network import Network, build, initial_values, rest
 from pidcfg.sim.engine.plants import Noise
+from pidcfg.sim.engine.reference import HeldNetwork
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
 from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, place_verdict, verdict, watches_of
 from pidcfg.sim.judgement.meters import DEFAULT_BAND, Band, Gauge, Onset, begin, loop_metrics, time_in_control
 from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, ten_digits
-from pidcfg.sim.judgement.standing import LoopWatch, standing, unused_allowances
+from pidcfg.sim.judgement.standing import LoopWatch, loop_verdict, standing, unused_allowances
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import leaves
 
@@ -335,6 +336,8 @@ class Settings:
     progress: Progress | None = None
     runs: int | None = None
     """Of the call: see `choose`."""
+    reference: bool = True
+    """Whether the same plants run beside it without control."""
     judged: bool = True
     """Whether standing expectations are judged; a run of a battery is compared and not judged."""
 
@@ -442,6 +445,8 @@ class Run:
         self.periods = list(self.plc.periods)
         self._look_at_settings(0)
         k = self.agenda.zero = self.zero
+        if self.settings.judged and self.settings.reference:
+            self.machine.reference = HeldNetwork.of(self.scenario, self.net, self.plc, self.agenda.influence)
         self.lookout = LoopWatch(self._evidence())
         for stop, action in self.agenda.stops(self.last, self.lookout.stops()):
             if stop > k - self.zero:
@@ -522,9 +527,14 @@ class Run:
         off = alarms_off(self.scenario, self.plc)
         outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, off, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
+        evidence.verdicts = [place_verdict(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted]
+        if machine.reference is not None:
+            evidence.rivals = {rival.loop: rival for rival in machine.reference.rivals}
         said = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
         evidence.reasons = {i: reason for i, reason in said if reason}
         verdicts = standing(evidence) if self.settings.judged else []
+        for name, report in zip(self.plc.loops, self.journal.loops, strict=True):
+            report.verdict, report.missing = loop_verdict([v for v in verdicts if v.loop == name])
         self.problems += unused_allowances(evidence, verdicts)
         invalid = faults(self.scenario, self.plc, self.net, self.step, self.zero)
         return Report(
@@ -537,7 +547,7 @@ class Run:
             running=self.plc.running,
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
             signals=signals,
-            expectations=[place_verdict(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
+            expectations=evidence.verdicts,
             standing=verdicts,
             events=self.agenda.done,
             notes=sorted([*self.notes, *self.journal.notes(), *invalid], key=lambda note: note.at),

@@ -9,11 +9,12 @@ from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.schemas.expressions import ABSOLUTE, CONSTANT, MAXIMUM, MINIMUM, NEGATE, ROOT, SIGNAL
-from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, steps_until
+from pidcfg.sim.controllers.plc import IN_CONTROL, SETPOINT, TICKS, steps_until
 from pidcfg.sim.engine.expressions import evaluate
 from pidcfg.sim.engine.influence import answer, read_signals
-from pidcfg.sim.judgement.meters import Meter
+from pidcfg.sim.judgement.meters import Meter, Rival
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import dotted, leaves
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.engine.kernel import Channel
     from pidcfg.sim.engine.network import Network
     from pidcfg.sim.engine.plants import Plant
+    from pidcfg.sim.judgement.report import Verdict, VerdictWord
 
 # --- When a loop's error is looked at: at the end of the run, and before what moves the loop or ends its control ------
 #
@@ -101,6 +103,8 @@ def event_steps(scenario: Scenario, step: int, last: int) -> Iterator[tuple[int,
 class Pace:
     """How fast a loop's PV can answer its output."""
 
+    dead: float
+    """The dead times of the plants between."""
     seconds: float
     """Dead times and time constants of the plants between, and some samples of the loop."""
     turn: float
@@ -114,17 +118,20 @@ class Pace:
 def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
     """The pace of one loop's plants."""
     net = influence.net
-    total, integrates = SMOOTHING * plc.configs[i].period / TICKS, False
+    total, dead, integrates = SMOOTHING * plc.configs[i].period / TICKS, 0.0, False
     low, high, _ = plc.scales[i]
     least, most = (0.0, 1.0) if plc.pulse_cycle(i) else plc.output_limits(i, net.signal_values)
     for name in influence.plants_between(i):
         text = net.texts[name][1]
+        dead += float(text.dead_time)
         total += float(text.dead_time) + sum(lags(text))
         integrates = integrates or text.model == "integrator"
     speed, turn = abs(answer(net, plc, i)) * (most - least), total
     if integrates and speed:
         total += abs(high - low) / speed
-    return Pace(total, turn, sum(sum(lags(net.texts[name][1])) for name in influence.plants_between(i)), integrates)
+    return Pace(
+        dead, total, turn, sum(sum(lags(net.texts[name][1])) for name in influence.plants_between(i)), integrates
+    )
 
 
 def lags(text: PlantText) -> Iterator[float]:
@@ -151,17 +158,36 @@ COUNTS = 2
 class Judgement(NamedTuple):
     """What one kind says of one loop; ``at`` in s."""
 
-    passed: bool
+    verdict: VerdictWord
     text: str
     at: float | None = None
-    judged: bool = True
     tells: bool = True
     """A look at another time may tell more if this is false."""
 
 
+def proven_verdict(text: str) -> Judgement:
+    """The run shows it."""
+    return Judgement("proven", text)
+
+
+def failed_verdict(text: str, at: float | None = None) -> Judgement:
+    """The run shows the contrary."""
+    return Judgement("failed", text, at)
+
+
+def open_verdict(missing: str, at: float | None = None) -> Judgement:
+    """The run shows neither, and what is missing."""
+    return Judgement("not-proven", missing, at)
+
+
 def too_early_verdict(why: str) -> Judgement:
-    """Nothing is known of the loop yet, and why."""
-    return Judgement(passed=True, text=why, judged=False, tells=False)
+    """The run does not show it yet, and why."""
+    return Judgement("not-proven", why, tells=False)
+
+
+def unjudged_verdict(why: str) -> Judgement:
+    """The loop is exempt, and why."""
+    return Judgement("not-judged", why)
 
 
 class Found(NamedTuple):
@@ -170,6 +196,8 @@ class Found(NamedTuple):
     look: Look
     saturated: Judgement
     stands: Judgement
+    arrived: bool = False
+    """Its PV was at its set point, on average."""
 
 
 class Swings(NamedTuple):
@@ -180,11 +208,6 @@ class Swings(NamedTuple):
     """Half peak to peak, in PV units."""
     since: int
     """Its first turning point."""
-
-
-def unjudged_verdict(why: str) -> Judgement:
-    """Nothing is known of the loop, and why."""
-    return Judgement(passed=True, text=why, judged=False)
 
 
 @dataclass
@@ -208,6 +231,19 @@ class Evidence:
     """How far each loop's output can move its PV (an integrator: in 1 s), as at the start; 0: that is not known."""
     paces: list[Pace] = field(default_factory=list)
     """How fast the plants of each loop are."""
+    unmet: dict[int, tuple[int, int]] = field(default_factory=dict)
+    """The event that changed a loop's set point last, where it did not control though it was meant to, and from when
+    on it was."""
+    presets: dict[int, int] = field(default_factory=dict)
+    """The same, where it was not meant to."""
+    asked: dict[int, tuple[int, float]] = field(default_factory=dict)
+    """The event that changed a loop's set point last, and to what, where that is a number in the PV's unit."""
+    verdicts: Sequence[Verdict] = ()
+    """What became of the scenario's expectations."""
+    rivals: Mapping[int, Rival] = field(default_factory=dict)
+    """What the plants of each loop would have done without it, by its number; empty: there was no reference."""
+    bands: list[float] = field(default_factory=list)
+    """How far from its set point each loop's PV may come to rest (D332)."""
     looks: dict[int, list[Found]] = field(default_factory=dict)
     """What the looks at each loop have shown, by its number."""
     swings: dict[int, Swings] = field(default_factory=dict)
@@ -226,6 +262,11 @@ class Evidence:
     def masters(self) -> Sequence[int]:
         """See `LoopFacts.masters`."""
         return self.plc.masters
+
+    def unit(self, loop: int) -> str:
+        """The unit of a loop's PV with a blank before it, where it is known."""
+        unit = self.plc.units.get(self.plc.loops[loop], "")
+        return f" {unit}" if unit else ""
 
     def family(self, loop: int) -> set[int]:
         """A loop and those up and down its cascade."""
@@ -278,6 +319,13 @@ class Evidence:
             self.seconds(k) for k, event in self.events() if k >= since and self.influence.concerns(event, loop)
         )
 
+    def set_point_of(self, event: Event, loop: int) -> object:
+        """What an event sets a loop's own set point to; None: it does not."""
+        if event.loop != self.plc.loops[loop]:
+            return None
+        keys = {*SETPOINT, self.plc.setpoint}
+        return next((value for path, value, _ in leaves(event.set or {}) if dotted(path) in keys), None)
+
     def mode(self, loop: int) -> str:
         """The mode that a loop ends in."""
         return self.plc.mode(self.meters[loop].status)
@@ -286,6 +334,34 @@ class Evidence:
     def is_control(mode: str) -> bool:
         """Whether a mode is one in which a loop controls."""
         return mode in IN_CONTROL
+
+
+DEVIATIONS = {"deviation_red", "deviation_high_high"}
+"""Outermost alarms that say nothing of a loop in Manual."""
+BAND = 0.02
+"""Of the span: how far from its set point a PV may come to rest."""
+SWITCHED = 0.05
+"""The same where the output is on or off."""
+RIPPLE_DIVISOR = 4
+"""Of what a whole cycle would move the PV: the swing of pulses that are on for half of it, d (1 − d)."""
+NOISE_MARGIN = 3
+"""Standard deviations of the noise that are no error."""
+
+
+def band_of(e: Evidence, i: int) -> float:
+    """How far from its set point a loop's PV may come to rest, on average (D332)."""
+    tolerance, span = e.scenario.tolerance.get(e.plc.loops[i]), e.span(i)
+    if tolerance is not None:
+        return float(tolerance.value) * (span / 100 if tolerance.unit == "%" else 1.0)
+    inner = e.plc.inner_deviation(i)
+    share = SWITCHED if e.plc.only_switches(i) else BAND
+    return max(e.least(i), share * span if inner is None else min(share * span, inner))
+
+
+def pulse_ripple(e: Evidence, i: int) -> float:
+    """How far the PV goes up and down with pulses that are on for half of their cycle; 0: there are none."""
+    cycle = e.plc.pulse_cycle(i)
+    return abs(answer(e.net, e.plc, i)) * cycle / (RIPPLE_DIVISOR * max(e.paces[i].lags, cycle)) if cycle else 0.0
 
 
 def limits_reached(e: Evidence, loop: int) -> str:
@@ -322,6 +398,7 @@ def _meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -> Met
     m.wanted = plc.modes.get(plc.goals[i], 0) & m.control_bits
     named = {e.alarm for e in scenario.expect if e.loop == plc.loops[i] and e.alarm and not e.never}
     m.outer_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named)
+    m.level_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named | DEVIATIONS)
     m.late = last - last // THIRD
     low, high, counts = plc.scales[i]
     span = abs(high - low)

@@ -74,8 +74,22 @@ class Meter:
     ever: int = 0
     """Every status bit of the run, and every auxiliary one."""
     ever_aux: int = 0
-    # alarms of the outermost kind, while in Auto or Cascade and with the sensor sound
+    # how close to the set point, while in Auto or Cascade
+    band: float = 0.0
+    """How far from its set point the PV may come to rest, with its noise and the ripple of its pulses."""
+    outside: int = -1
+    """When it was further away last."""
+    moved: int = 0
+    """When the set point was last more than ``band`` from ``anchor``, which it then became."""
+    anchor: float = 0.0
+    reached: int = -1
+    """When the PV had come 63 % of the way to the last new set point."""
+    # alarms of the outermost kind, with the sensor sound, once there was none
     outer_bits: int = 0
+    level_bits: int = 0
+    """Those of them that count in Manual, too: of the PV alone."""
+    armed: int = 0
+    """There was none before: a cold start is over."""
     broken: int = 0
     """The loop's sensor is broken by an event."""
     blind_from: int = -1
@@ -158,6 +172,22 @@ class Onset:
     first: int = -1
 
 
+@dataclass(slots=True)
+class Rival:
+    """What a loop does, and what its plant would do with the loop's output held, against one set point."""
+
+    loop: int
+    slot: int
+    """The signal that its sensor shows, in both networks."""
+    margin: float = 0.0
+    """What of an error is noise."""
+    error: float = 0.0
+    """The sums of the errors over the base steps in Auto or Cascade with a sound sensor."""
+    held_error: float = 0.0
+    widest: float = 0.0
+    """The largest error with the output held."""
+
+
 def change_status(k: int, m: Meter, status: int, aux_status: int) -> None:
     """A loop's status has changed with base step ``k`` (kernel)."""
     if m.status & m.wanted and m.status > 0 and status & m.wanted == 0:
@@ -176,6 +206,8 @@ def change_status(k: int, m: Meter, status: int, aux_status: int) -> None:
             m.control_steps += k - m.control_since
         m.control = control
         m.control_since = k
+        if control == 1:
+            m.armed = 0
     count_alarm(k, m)
 
 
@@ -189,7 +221,12 @@ def note_onsets(k: int, loop: int, status: int, onsets: Sequence[Onset]) -> None
 
 def count_alarm(k: int, m: Meter) -> None:
     """An alarm of the outermost kind has come or gone, or no longer counts (kernel)."""
-    bits = m.status & m.outer_bits if m.control == 1 and m.broken == 0 else 0
+    wanted = m.outer_bits if m.control == 1 else m.level_bits
+    bits = m.status & wanted if m.broken == 0 and m.status > 0 else 0
+    if bits == 0 and m.status > 0:
+        m.armed = 1
+    if m.armed == 0:
+        bits = 0
     m.alarms |= bits
     alarm = 1 if bits else 0
     if alarm != m.alarm:
@@ -433,6 +470,8 @@ def measure_loop(k: int, m: Meter, signals: Sequence[float]) -> None:
             m.iae += e
             m.ise += e * e
             m.itae += e * k
+            if e > m.band:
+                m.outside = k
         if m.event >= 0:
             if pv > m.peak_high:
                 m.peak_high = pv
@@ -453,6 +492,9 @@ def measure_loop(k: int, m: Meter, signals: Sequence[float]) -> None:
         m.pv_low = pv
     if sp != m.last_sp:
         m.last_sp = sp
+        if abs(sp - m.anchor) > m.band:
+            m.anchor = sp
+            m.moved = k
         if sp > m.sp_high:
             m.sp_high = sp
         elif sp < m.sp_low:
@@ -472,6 +514,8 @@ def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
         share = (pv - m.before) / (m.after - m.before)
         if share >= 0.1 and m.rise_from < 0:
             m.rise_from = k
+        if share >= 0.632 and m.reached < 0:
+            m.reached = k
         if share >= 0.9:
             m.rise_to = k
 
@@ -499,10 +543,28 @@ def read_gauges(k: int, gauges: Sequence[Gauge], signals: Sequence[float]) -> No
                 g.high = value
 
 
+def compare_errors(
+    rivals: Sequence[Rival], meters: Sequence[Meter], signals: Sequence[float], held: Sequence[float]
+) -> None:
+    """The error of each loop, and the one that there would be without it (kernel)."""
+    for i in range(len(rivals)):
+        r = rivals[i]
+        m = meters[r.loop]
+        if m.control == 1 and m.broken == 0:
+            sp = signals[m.sp]
+            error = abs(sp - signals[r.slot]) - r.margin
+            if error > 0.0:
+                r.error += error
+            error = abs(sp - held[r.slot]) - r.margin
+            if error > 0.0:
+                r.held_error += error
+                r.widest = max(r.widest, error)
+
+
 def begin(meter: Meter, signals: Sequence[float]) -> None:
     """What only makes sense from time 0 on starts with the signals as they stand there."""
     meter.pv_low = meter.pv_high = signals[meter.pv]
-    meter.sp_low = meter.sp_high = meter.last_sp = signals[meter.sp]
+    meter.sp_low = meter.sp_high = meter.last_sp = meter.anchor = signals[meter.sp]
     meter.out_low = meter.out_high = meter.last_out = signals[meter.out]
     meter.variation = 0.0
 
@@ -511,7 +573,7 @@ def begin_step(meter: Meter, k: int, before: float, period: int, signals: Sequen
     """A set-point event at base step ``k``, ``before`` it and a sample ``period`` (in base steps) after it."""
     meter.event, meter.before, meter.stepped, meter.locked = k, before, 0, k + period
     meter.peak_low = meter.peak_high = signals[meter.pv]
-    meter.rise_from = meter.rise_to = -1
+    meter.rise_from = meter.rise_to = meter.reached = -1
 
 
 def overshoot(m: Meter) -> float | None:

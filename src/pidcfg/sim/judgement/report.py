@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.text.frozen import frozen
 
@@ -74,8 +74,18 @@ STANDING_KINDS = (
     "out-of-range",
     "oscillates",
     "alarm-stands",
+    "not-settled",
+    "no-better",
 )
 """What a standing expectation can find, in the order of the report."""
+
+VerdictWord = Literal["proven", "failed", "not-proven", "not-judged"]
+WORDS_OF_VERDICTS: Mapping[VerdictWord, str] = {
+    "proven": "passed",
+    "failed": "FAILED",
+    "not-proven": "NOT PROVEN",
+    "not-judged": "not judged",
+}
 
 
 class ScanTime(NamedTuple):
@@ -140,19 +150,28 @@ class Verdict:
 class Standing:
     """What a standing expectation says of a loop, in words.
 
-    Of one that is not ``judged`` nothing is known: it does not fail a run, and ``text`` says why.
+    What is not proven fails a run as what has failed does; what is not judged does not, and ``text`` says why.
     """
 
     kind: str
     loop: str
     """Empty: the PLC."""
-    passed: bool
-    judged: bool
+    verdict: VerdictWord
     text: str
     at: float | None = None
     """Since when, in s."""
     allowed: str | None = None
     """The reason for which the scenario allows it."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing speaks against the loop."""
+        return self.verdict in {"proven", "not-judged"}
+
+    @property
+    def judged(self) -> bool:
+        """Whether the loop is not exempt."""
+        return self.verdict != "not-judged"
 
     @property
     def fails(self) -> bool:
@@ -161,10 +180,8 @@ class Standing:
 
     @property
     def word(self) -> str:
-        """The verdict: ``passed``, ``FAILED``, ``allowed`` or ``not judged``."""
-        if not self.judged:
-            return "not judged"
-        return "passed" if self.passed else "FAILED" if self.fails else "allowed"
+        """The verdict: ``passed``, ``FAILED``, ``NOT PROVEN``, ``allowed`` or ``not judged``."""
+        return "allowed" if not self.passed and not self.fails else WORDS_OF_VERDICTS[self.verdict]
 
     @property
     def why(self) -> str:
@@ -186,6 +203,10 @@ class Note:
 class LoopReport:
     """What became of one loop. A flag is true when it was on at any time; ``unlisted`` counts what lists leave out."""
 
+    verdict: VerdictWord = "not-judged"
+    """Whether the run proves that the loop controls."""
+    missing: str = ""
+    """What keeps it from being proven."""
     metrics: Mapping[str, float | None] = field(default_factory=dict)
     time_in_control: float = 0.0
     """How long the loop was in Auto or Cascade, in s."""
@@ -245,10 +266,11 @@ class Report:
 
 @frozen
 class Tally:
-    """How many standing expectations hold, fail, are allowed to fail, and are not judged."""
+    """How many standing expectations hold, fail, are not proven, are allowed to be so, and are not judged."""
 
     held: int
     failed: int
+    unproven: int
     allowed: int
     unjudged: int
 
@@ -258,7 +280,8 @@ class Tally:
         judged = [v for v in verdicts if v.judged]
         return cls(
             held=sum(v.passed for v in judged),
-            failed=sum(v.fails for v in judged),
+            failed=sum(v.fails and v.verdict == "failed" for v in judged),
+            unproven=sum(v.fails and v.verdict == "not-proven" for v in judged),
             allowed=sum(v.allowed is not None for v in judged),
             unjudged=len(verdicts) - len(judged),
         )
@@ -266,7 +289,7 @@ class Tally:
     @property
     def judged(self) -> int:
         """How many are judged."""
-        return self.held + self.failed + self.allowed
+        return self.held + self.failed + self.unproven + self.allowed
 
     def in_words(self) -> str:
         """``20 of 21 standing ones, 1 allowed, 3 not judged``."""
@@ -275,7 +298,7 @@ class Tally:
 
 
 def in_brief(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
-    """What is not simply so, by loop: ``FAILED``, ``allowed`` or ``not judged``, the kinds, and why."""
+    """What is not simply so, by loop: its `Standing.word`, the kinds, and why."""
     rows: dict[tuple[str, str, str], list[str]] = {}
     for v in verdicts:
         if v.word != "passed":

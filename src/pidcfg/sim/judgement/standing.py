@@ -2,247 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import exp
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.scenario import Never
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.events import describe_event
 from pidcfg.sim.engine.expressions import Problem
-from pidcfg.sim.engine.influence import answer, effect
+from pidcfg.sim.engine.influence import effect
+from pidcfg.sim.judgement.control import judge_benefit, judge_settling
 from pidcfg.sim.judgement.evidence import (
-    PATIENCE,
-    SAMPLES,
+    NOISE_MARGIN,
     SHARE,
     TENTH,
     Evidence,
-    Found,
     Judgement,
     Look,
     Swings,
     aim,
+    band_of,
     event_steps,
-    is_deselected,
+    failed_verdict,
     limits_reached,
     looks_at,
     noise_of,
+    open_verdict,
     plant_time,
-    too_early_verdict,
+    proven_verdict,
+    pulse_ripple,
     unjudged_verdict,
 )
+from pidcfg.sim.judgement.lasting import judge_error, judge_saturation, look_at
 from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
-from pidcfg.sim.judgement.report import Standing, ten_digits
+from pidcfg.sim.judgement.report import Standing, VerdictWord, ten_digits
 from pidcfg.text.paths import dotted, leaves
 
 if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Event
-
-# --- ``saturated`` and ``error-stands``: no error lasts that hardly gets smaller --------------------------------------
-#
-# Design. Each look (`pidcfg.sim.judgement.evidence`) compares the mean error of the two halves of its window, at the
-# moment at which the window ends: limits, selectors and the other loops are as they are then. What a loop does in the
-# end is judged at the last look at which it was in control, and what it does before anything happens to it at the
-# first; an error that stands inside the output's limits is no event's doing and is judged at every look.
-
-DEVIATION = 0.01
-"""Of the span: an error that is too much, unless the inner deviation alarm is closer."""
-SWITCHED = 0.05
-"""The same where the output is on or off, and the widest dead band that is left alone."""
-OFFSET, LEVEL_OFFSET = 0.05, 0.2
-"""The same where an offset belongs to the loop, since it has no integral; and one of a plant that integrates."""
-TURNED, SETTLED = 2, 3
-"""Plant times after which an output at its limit has turned the PV round, and moved it about as far as it can."""
-SEEN = 3
-"""Times what rounding does: an error that should have lost so much and did not stands still."""
-TOO_SHORT = 0.02
-"""Of the plant time: in less between the halves of a window no PV moves enough to be seen."""
-WORKING = 0.05
-"""Of the way between an output's limits: with more of it a loop does something."""
-SAME_PV = 0.05
-"""Of the span: two loops whose PVs are further apart do not share one."""
-
-
-def look_at(e: Evidence, i: int, look: Look) -> Found | None:
-    """Judges one loop at the end of a look's window, which is now; None: it is not in control."""
-    m = e.meters[i]
-    if not m.control or not e.plc.in_run:
-        return None
-    late = _too_late(e, i, look)
-    if late:
-        return Found(look, late, late)
-    limit = _limit(e, i)
-    if limit:
-        return Found(look, _saturated(e, i, look, limit), Judgement(passed=True, text="its output is at a limit"))
-    against = next((name for j, name in _opponents(e, i) if _works(e, i) and _works(e, j)), "")
-    inside = Judgement(passed=True, text="its output is inside its limits")
-    if against:
-        inside = unjudged_verdict(f"{against} works against it: both move one PV, with opposite effects")
-    return Found(look, inside, _stands(e, i, look))
-
-
-def _too_late(e: Evidence, i: int, look: Look) -> Judgement | None:
-    """Why nothing is known of a loop that came into control in the window; None: it did not, or is at its set point."""
-    m = e.meters[i]
-    whole = m.control_since <= look.start
-    if whole or (m.control_since <= look.middle and abs(e.errors(i)[1]) <= allowed_error(e, i)):
-        return None
-    return too_early_verdict(f"it is in {e.mode(i)} from {e.seconds(m.control_since):g} s on only")
-
-
-def judge_saturation(e: Evidence, i: int) -> Judgement:
-    """Judges one loop by the last look that tells, and by the first if nothing had happened to it then."""
-    found = e.found(i)
-    opening = [f.saturated for f in found[:1] if f.look.stage == 0]
-    ending = next((f.saturated for f in reversed(found) if f.saturated.tells), found[-1].saturated)
-    return _worst([*opening, ending])
-
-
-def judge_error(e: Evidence, i: int) -> Judgement:
-    """Judges one loop by all its looks."""
-    return _worst([f.stands for f in e.found(i)])
-
-
-def _worst(judgements: list[Judgement]) -> Judgement:
-    """The last that failed; else the last."""
-    return next((j for j in reversed(judgements) if j.judged and not j.passed), judgements[-1])
-
-
-def _saturated(e: Evidence, i: int, look: Look, limit: str) -> Judgement:
-    early, late = abs(e.errors(i)[0]), abs(e.errors(i)[1])
-    if late <= allowed_error(e, i):
-        return Judgement(passed=True, text="is at a limit of its output without an error")
-    if look.stage > look.start:
-        return too_early_verdict(f"at {limit} with an error of {late:.4g}: an event at {e.seconds(look.stage):g} s")
-    pace, time = e.paces[i], _with_one_sign(e, i, look)
-    still = abs(early - late) < e.least(i)
-    moves = pace.integrates and e.span(i) * e.seconds(look.half) >= SEEN * e.least(i) * pace.seconds
-    if (still or late > early) and time < (pace.seconds if still and not moves else TURNED * pace.turn):
-        return too_early_verdict(f"at {limit} with an error of {late:.4g}: too little time for its plant to turn round")
-    settled = not pace.integrates and time >= SETTLED * pace.seconds
-    if still or late > early or (settled and early - late < _due(e, i, look, early)):
-        return _exempt(e, i) or _failed(e, i, look, f"at {limit} with an error of")
-    return Judgement(passed=True, text="is at a limit of its output with an error that gets smaller")
-
-
-def _stands(e: Evidence, i: int, look: Look) -> Judgement:
-    early, late = e.errors(i)
-    if abs(late) <= allowed_error(e, i):
-        return Judgement(passed=True, text="its PV comes to its set point, and stays there")
-    due = _due(e, i, look, abs(early))
-    moving = e.least(i) if e.paces[i].integrates else max(due, e.least(i))
-    if abs(early - late) >= moving:
-        return Judgement(passed=True, text="its PV is on its way to its set point")
-    if look.stage > look.start:
-        return too_early_verdict(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage):g} s")
-    if is_deselected(e, i):
-        return unjudged_verdict("a selector leaves its output out")
-    if e.meters[i].broken:
-        return unjudged_verdict("an event has broken its sensor")
-    if e.set_point_moves(i) >= e.least(i):
-        return unjudged_verdict(f"an error of {abs(late):.4g}: its set point moves")
-    if e.plc.profile_step(e.meters[i].late_aux | e.meters[i].aux_status):
-        return unjudged_verdict("a profile runs")
-    still = abs(early - late) < e.least(i) and due >= SEEN * e.least(i)
-    needed = TURNED if still else PATIENCE
-    if due < e.least(i) or _with_one_sign(e, i, look) < needed * e.paces[i].seconds:
-        return unjudged_verdict(f"an error of {abs(late):.4g}: too little time for its plant to show whether it lasts")
-    return _failed(e, i, look, "inside its output limits with an error of")
-
-
-def _with_one_sign(e: Evidence, i: int, look: Look) -> float:
-    """For how long an error of one sign has lasted of which no event and no change of the mode is the reason, in s."""
-    m = e.meters[i]
-    return e.seconds(look.end - max(look.stage, m.control_since, m.since))
-
-
-def _due(e: Evidence, i: int, look: Look, error: float) -> float:
-    """By how much an error has to get smaller from one half of the window to the other, to go in time."""
-    return error * (1 - exp(-e.seconds(look.half) / (PATIENCE * e.paces[i].seconds)))
-
-
-def allowed_error(e: Evidence, i: int) -> float:
-    """The error with which a loop may end."""
-    inner, span = e.plc.inner_deviation(i), e.span(i)
-    offset = LEVEL_OFFSET if e.paces[i].integrates else OFFSET
-    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.signal_values) else offset
-    allowed = share * span if inner is None else min(share * span, inner)
-    return max(allowed, min(e.plc.dead_band(i, e.signal_values), SWITCHED * span))
-
-
-def _failed(e: Evidence, i: int, look: Look, what: str) -> Judgement:
-    """An error that lasts, unless the window is too short to tell."""
-    since = e.seconds(look.start)
-    early, late = (abs(error) for error in e.errors(i))
-    verb, until = ("ends", "") if look.final else ("is", f" until the event at {look.following:g} s")
-    text = f"{verb} {what} {late:.4g}, which was {early:.4g} from {since:g} s on{until}"
-    if (look.end - look.start) * e.step < SAMPLES * e.plc.configs[i].period:
-        return too_early_verdict(f"{text}: the run has fewer than {SAMPLES} samples")
-    if e.seconds(look.half) < TOO_SHORT * e.paces[i].seconds:
-        return too_early_verdict(f"{text}: too little time for its plant to move")
-    return Judgement(passed=False, text=text, at=since)
-
-
-def _limit(e: Evidence, i: int) -> str:
-    """The limit that a loop's output is at, its own or that of a slave; empty: none."""
-    limit = limits_reached(e, i)
-    if limit:
-        return f"its {limit} output limit"
-    for j in e.slaves(i):
-        config = e.plc.configs[j]
-        if e.meters[j].control and limits_reached(e, j):
-            return f"the {limits_reached(e, j)} output limit of {e.plc.loops[j]}"
-        if e.meters[j].control and abs(
-            e.signal_values[config.sp_slot] - e.signal_values[e.plc.configs[i].out_slot]
-        ) > SHARE * e.span(j):
-            return f"a set-point limit of {e.plc.loops[j]}"
-    return ""
-
-
-def _exempt(e: Evidence, i: int) -> Judgement | None:
-    """Why a loop may stay at a limit; None: nothing says so."""
-    if is_deselected(e, i):
-        return unjudged_verdict("a selector leaves its output out")
-    if e.meters[i].broken:
-        return unjudged_verdict("an event has broken its sensor")
-    if e.plc.windup_input(i, e.signal_values):
-        slaves = [j for j in e.slaves(i) if e.meters[j].control]
-        if not slaves or any(_limit(e, j) and _error(e, j) > allowed_error(e, j) for j in slaves):
-            return unjudged_verdict("its windup input is on")
-    other = next((name for j, name in _opponents(e, i) if not limits_reached(e, j)), "")
-    if other and not any(limits_reached(e, j) == "upper" for j in (i, *e.slaves(i))):
-        return unjudged_verdict(f"{other} has the PV, with the opposite effect")
-    return None
-
-
-def _opponents(e: Evidence, i: int) -> Iterator[tuple[int, str]]:
-    """The loops in control, with their names, that move what is this loop's PV, too, with the opposite effect."""
-    for j, name in enumerate(e.plc.loops):
-        if j != i and e.meters[j].control and _has_the_pv(e, i, j):
-            yield j, name
-
-
-def _works(e: Evidence, i: int) -> bool:
-    """Whether a loop's output is well above its lower limit, where it has the least effect."""
-    low, high = e.plc.output_limits(i, e.signal_values)
-    return bool(e.signal_values[e.plc.configs[i].out_slot] - low > WORKING * abs(high - low))
-
-
-def _error(e: Evidence, i: int) -> float:
-    config = e.plc.configs[i]
-    return float(abs(e.signal_values[config.sp_slot] - e.signal_values[config.pv_slot]))
-
-
-def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
-    """Whether another loop controls what is this loop's PV, too, with the opposite effect."""
-    own, other = answer(e.net, e.plc, i), answer(e.net, e.plc, j, i)
-    if own * other >= 0 or other * answer(e.net, e.plc, j) <= 0:
-        return False
-    pvs = [e.signal_values[e.plc.configs[loop].pv_slot] for loop in (i, j)]
-    return bool(abs(pvs[0] - pvs[1]) <= SAME_PV * e.span(i))
-
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a loop's signals must show at the end: ``pv-not-driven``, ``out-of-range``, ``oscillates``, ``alarm-stands``.
@@ -257,8 +56,6 @@ SAME_PERIOD = 0.1
 """By how much two periods may differ that are the same."""
 REPEATED_EVENTS = 2
 """Events in the last third that may make a PV swing."""
-PULSE_SWING_DIVISOR = 4
-"""Of what a whole cycle would move the PV: the swing of pulses that are on for half of it, d (1 − d)."""
 NOISE_DEVIATIONS = 6
 """Standard deviations of its noise that a PV may lie outside its range."""
 
@@ -266,26 +63,22 @@ NOISE_DEVIATIONS = 6
 def judge_drive(e: Evidence, i: int) -> Judgement:
     """Judges one loop."""
     if not e.influence.driven[i]:
-        return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
+        return failed_verdict("nothing that its output does reaches its PV, so nothing is controlled")
     reach = max(e.effects[i], effect(e.net, e.plc, i)) * (e.seconds(e.last) if e.paces[i].integrates else 1)
     if 0 < reach < max(COUNTS_SEEN * e.span(i) / e.plc.scales[i][2], SHARE * e.span(i)):
         text = f"its whole output moves its PV by no more than {reach:.3g}, so nothing is controlled"
-        return Judgement(passed=False, text=text)
+        return failed_verdict(text)
     blind, cut = time_blind(e.meters[i], e.last), time_cut(e.meters[i], e.last)
     if max(blind, cut) <= LONG_SHARE * e.last:
         moved_by = "its output" if e.influence.drives(i) else "a signal that the scenario sets"
-        return Judgement(passed=True, text=f"{moved_by} moves its PV")
+        return proven_verdict(f"{moved_by} moves its PV")
     text = f"it is in control for {e.seconds(blind):g} s with a sensor that is broken for good"
     if cut > LONG_SHARE * e.last:
         text = f"it is in control for {e.seconds(cut):g} s while a plant without gain keeps its output from its PV"
     said = any(
         wanted.loop == e.plc.loops[i] and (wanted.alarm or wanted.flag or wanted.mode) for wanted in e.scenario.expect
     )
-    return (
-        unjudged_verdict(f"{text}: an expectation looks at what follows")
-        if said
-        else Judgement(passed=False, text=text)
-    )
+    return unjudged_verdict(f"{text}: an expectation looks at what follows") if said else failed_verdict(text)
 
 
 def judge_range(e: Evidence, i: int) -> Judgement:
@@ -297,31 +90,49 @@ def judge_range(e: Evidence, i: int) -> Judgement:
         return unjudged_verdict("an event has broken its sensor")
     low, high = sorted(ends)
     value = e.signal_values[e.plc.configs[i].in_slot]
-    for wanted in (e.given.get(i), e.signal_values[e.plc.configs[i].sp_slot]):
+    controlled = bool(e.meters[i].ever & e.meters[i].control_bits)
+    for wanted in (e.given.get(i), e.signal_values[e.plc.configs[i].sp_slot]) if controlled else ():
         if wanted is not None and not low - e.least(i) <= wanted <= high + e.least(i):
             text = f"its set point is {wanted:g}, outside its PV's range of {low:g} to {high:g}"
-            return Judgement(passed=False, text=text)
+            return failed_verdict(text)
     slack = max(e.least(i), NOISE_DEVIATIONS * noise_of(e.scenario, e.plc, e.net, i))
+    stopped = _at_its_limit(e, i)
+    if stopped:
+        return failed_verdict(stopped)
     if low - slack <= value <= high + slack:
-        return Judgement(passed=True, text="its PV ends inside its range")
+        return proven_verdict("its PV ends inside its range")
     text = f"its PV ends at {value:g}, outside its range of {low:g} to {high:g}"
     window = round(max(e.last / TENTH, e.paces[i].seconds / e.seconds(1)))
     times = e.events_on(i, e.last - window)
-    return unjudged_verdict(f"{text}: an event at {times[0]:g} s") if times else Judgement(passed=False, text=text)
+    return open_verdict(f"{text}: an event at {times[0]:g} s") if times else failed_verdict(text)
+
+
+def _at_its_limit(e: Evidence, i: int) -> str:
+    """The integrator that a loop drives to where it stops; empty: none, or it rests there with the output at 0 %."""
+    if limits_reached(e, i) == "lower":
+        return ""
+    for name in e.influence.plants_between(i):
+        text, plant = e.net.texts[name][1], e.net.plants[e.net.plant_of[name]]
+        if text.model == "integrator" and text.limits is not None:
+            low, high = (float(end) for end in text.limits)
+            slack = SHARE * abs(high - low)
+            if not low + slack < plant.y < high - slack:
+                return f"{name} ends at {plant.y:g}, the limit where it stops"
+    return ""
 
 
 def judge_oscillation(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by the swings of its PV in the last third of the run, and since the last event before it."""
     found, by_itself = _swings(e, i), e.swings.get(i)
     if found is None:
-        return Judgement(passed=True, text="its PV does not oscillate in the last third of the run")
+        return proven_verdict("its PV does not oscillate in the last third of the run")
     period = e.seconds(found.period)
     text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {found.amplitude:.4g}"
     why = _excuse(e, i, found)
     times = e.events_on(i, e.meters[i].late)
     if not why and by_itself is None and len(times) >= REPEATED_EVENTS:
         why = f"{len(times)} events move it in the last third"
-    return unjudged_verdict(f"{text}: {why}") if why else Judgement(passed=False, text=text, at=e.seconds(found.since))
+    return unjudged_verdict(f"{text}: {why}") if why else failed_verdict(text, e.seconds(found.since))
 
 
 def _swings(e: Evidence, i: int) -> Swings | None:
@@ -352,25 +163,20 @@ def _excuse(e: Evidence, i: int, found: Swings) -> str:
     return f"a profile runs {when}" if plc.profile_step(aux_status) else ""
 
 
-def pulse_ripple(e: Evidence, i: int) -> float:
-    """How far the PV goes up and down with pulses that are on for half of their cycle; 0: there are none."""
-    cycle = e.plc.pulse_cycle(i)
-    return abs(answer(e.net, e.plc, i)) * cycle / (PULSE_SWING_DIVISOR * max(e.paces[i].lags, cycle)) if cycle else 0.0
-
-
 def judge_alarms(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by its outermost alarms while it controls and its sensor is sound."""
     m, plc = e.meters[i], e.plc
     names = [name for name in plc.outer_alarms if m.alarms & plc.alarm_bits[name]]
-    if m.alarm:
-        stand = [name for name in names if m.status & plc.alarm_bits[name]]
-        since = e.seconds(m.alarm_since)
-        return Judgement(passed=False, text=f"{' and '.join(stand)} stands at the end, since {since:g} s", at=since)
+    now = m.status & m.outer_bits if m.control and not m.broken else 0
+    if m.alarm or now:
+        stand = [name for name in plc.outer_alarms if m.status & m.outer_bits & plc.alarm_bits[name]]
+        since = e.seconds(m.alarm_since if m.alarm else 0)
+        return failed_verdict(f"{' and '.join(stand)} stands at the end, since {since:g} s", since)
     steps = time_in_alarm(m, e.last)
     if steps > LONG_SHARE * e.last:
         text = f"{' and '.join(names)} stands for {e.seconds(steps):g} s, {100 * steps / e.last:.0f} % of the run"
-        return Judgement(passed=False, text=text)
-    return Judgement(passed=True, text="no alarm of the outermost kind stands")
+        return failed_verdict(text)
+    return proven_verdict("no alarm of the outermost kind stands")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -387,7 +193,7 @@ def judge_set_up(e: Evidence, i: int) -> Judgement:
     ]
     flags = [name for name in plc.error_flags if m.ever & plc.flag_bits.get(name, 0)]
     errors = [*flags, *words, *plc.set_up_errors(i)]
-    return Judgement(passed=not errors, text=", ".join(errors) or "no error of the set-up")
+    return failed_verdict(", ".join(errors)) if errors else proven_verdict("no error of the set-up")
 
 
 def judge_plc(e: Evidence) -> Judgement:
@@ -399,7 +205,7 @@ def judge_plc(e: Evidence) -> Judgement:
         if word and name not in plc.word_owners
     ]
     errors = [*words, *plc.program_errors(e.signal_values)]
-    return Judgement(passed=not errors, text=", ".join(errors) or "no error of the set-up")
+    return failed_verdict(", ".join(errors)) if errors else proven_verdict("no error of the set-up")
 
 
 def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
@@ -439,25 +245,31 @@ SLACK_SAMPLES = 10
 def judge_mode(e: Evidence, i: int) -> Judgement:
     """Judges one loop; what it is meant for is known to its meter, since events change it."""
     m, name = e.meters[i], e.plc.loops[i]
+    if i in e.presets and not m.control and m.control_since <= e.presets[i]:
+        at = e.seconds(e.presets[i])
+        return failed_verdict(f"its set point is changed at {at:g} s, and it is in {e.mode(i)} to the end", at)
     if m.missed >= 0:
         until = e.seconds(m.missed)
-        return Judgement(passed=False, text=f"does not come into its mode until {until:g} s{_why(e, i)}", at=0.0)
+        return failed_verdict(f"does not come into its mode until {until:g} s{_why(e, i)}", 0.0)
     if not m.wanted:
-        return Judgement(passed=True, text="reaches each mode that it is meant for")
+        return proven_verdict("reaches each mode that it is meant for")
     wanted, mode = e.plc.mode(m.wanted), e.mode(i)
     if any(x.loop == name and isinstance(x.mode, Never) and x.mode.mode == wanted for x in e.scenario.expect):
         return unjudged_verdict(f"{name} is expected never to be in {wanted}")
     if not m.seen & m.wanted:
-        return Judgement(passed=False, text=f"is meant for {wanted} and stays in {mode}{_why(e, i)}", at=0.0)
+        return failed_verdict(f"is meant for {wanted} and stays in {mode}{_why(e, i)}", 0.0)
+    k, since = e.unmet.get(i, (0, 0))
+    if i in e.unmet and m.control_since - since > LONG_SHARE * e.last:
+        return open_verdict(f"the event at {e.seconds(k):g} s met {e.plc.mode(0)}: nothing was tested")
     if m.status & m.wanted:
-        return Judgement(passed=True, text=f"reaches {wanted} and ends in it")
+        return proven_verdict(f"reaches {wanted} and ends in it")
     at = e.seconds(m.left)
     said = _said_by(e, i) or next(
         (f"an expectation names {mode}" for x in e.scenario.expect if x.loop == name and x.mode == mode), ""
     )
     if said:
         return unjudged_verdict(f"in {mode} from {at:g} s: {said}")
-    return Judgement(passed=False, text=f"is meant for {wanted} and ends in {mode}, from {at:g} s{_why(e, i)}", at=at)
+    return failed_verdict(f"is meant for {wanted} and ends in {mode}, from {at:g} s{_why(e, i)}", at)
 
 
 def _why(e: Evidence, i: int) -> str:
@@ -504,9 +316,11 @@ KINDS: dict[str, tuple[Judge, str]] = {
     "pv-not-driven": (judge_drive, "controlled"),
     "saturated": (judge_saturation, "in control"),
     "error-stands": (judge_error, "in control"),
-    "out-of-range": (judge_range, "controlled"),
+    "out-of-range": (judge_range, ""),
     "oscillates": (judge_oscillation, "controlled"),
-    "alarm-stands": (judge_alarms, "controlled"),
+    "alarm-stands": (judge_alarms, ""),
+    "not-settled": (judge_settling, "controlled"),
+    "no-better": (judge_benefit, "controlled"),
 }
 """What judges a loop by each kind, and which loops."""
 
@@ -522,7 +336,12 @@ def standing(e: Evidence) -> list[Standing]:
         for kind, (judge, who) in KINDS.items():
             said = why or _kept(e, i, who)
             verdicts.append(_verdict(kind, name, unjudged_verdict(said) if said else judge(e, i)))
-    return [_with_allowance(e, verdict) for verdict in verdicts]
+    verdicts = [_with_allowance(e, verdict) for verdict in verdicts]
+    covered = {v.loop: v.allowed for v in verdicts if v.allowed is not None and v.kind in COVERING}
+    return [
+        replace(v, allowed=v.allowed or covered[v.loop]) if v.kind in PROVING and v.fails and v.loop in covered else v
+        for v in verdicts
+    ]
 
 
 def _left_to_others(e: Evidence, i: int) -> str:
@@ -537,7 +356,7 @@ def _kept(e: Evidence, i: int, who: str) -> str:
     words = [name for name, word in e.plc.flags.items() if word and name not in e.plc.word_owners]
     if who == "meant" and not controlled and words:
         return f"{' and '.join(words)} keeps the loop task off"
-    if who == "meant" and not controlled and not m.wanted and m.missed < 0:
+    if who == "meant" and not controlled and not m.wanted and m.missed < 0 and i not in e.presets:
         return "is meant for manual"
     if who in {"controlled", "in control"} and not controlled:
         return f"in {e.mode(i)} from start to end"
@@ -548,17 +367,37 @@ def _kept(e: Evidence, i: int, who: str) -> str:
 
 def _verdict(kind: str, loop: str, found: Judgement) -> Standing:
     at = None if found.at is None else ten_digits(found.at)
-    return Standing(kind, loop, found.passed, found.judged, found.text, at)
+    return Standing(kind, loop, found.verdict, found.text, at)
+
+
+PROVING = ("not-settled", "no-better")
+"""The kinds that prove that a loop controls."""
+COVERING = ("saturated", "error-stands", "oscillates", "out-of-range")
+"""Those that nobody can expect to settle whom the scenario allows them."""
+
+
+def loop_verdict(verdicts: Sequence[Standing]) -> tuple[VerdictWord, str]:
+    """Whether a run proves that a loop controls, by what is said of it, and what keeps it from being proven."""
+    failed = [v for v in verdicts if v.fails and v.verdict == "failed"]
+    missing = [v for v in verdicts if v.fails and v.verdict == "not-proven"]
+    left = [v for v in verdicts if v.allowed is not None or (v.kind in PROVING and not v.judged)]
+    found: tuple[tuple[VerdictWord, list[Standing]], ...]
+    found = ("failed", failed), ("not-proven", missing), ("not-judged", left)
+    for word, ones in found:
+        if ones:
+            return word, "; ".join(dict.fromkeys(v.why for v in ones))
+    return ("proven", "") if verdicts else ("not-judged", "nothing is judged")
 
 
 def _with_allowance(e: Evidence, verdict: Standing) -> Standing:
-    reasons = (a.reason for a in e.scenario.allow if (a.kind, a.loop) == (verdict.kind, verdict.loop))
+    kinds = {verdict.kind, verdict.verdict}
+    reasons = (a.reason for a in e.scenario.allow if a.kind in kinds and a.loop == verdict.loop)
     return verdict if verdict.passed else replace(verdict, allowed=next(reasons, None))
 
 
 def unused_allowances(e: Evidence, verdicts: list[Standing]) -> Iterator[Problem]:
     """Warnings of entries of ``allow`` that allow nothing."""
-    used = {(v.kind, v.loop) for v in verdicts if v.allowed is not None}
+    used = {(kind, v.loop) for v in verdicts if v.allowed is not None for kind in (v.kind, v.verdict)}
     for i, entry in enumerate(e.scenario.allow):
         if (entry.kind, entry.loop) not in used:
             message = f"{entry.loop} does not fail by {entry.kind}: there is nothing to allow"
@@ -584,6 +423,10 @@ class LoopWatch:
         e.given = {i: e.plc.given_set_point(i, e.signal_values) for i in e.looks if e.masters[i] < 0}
         e.paces = [plant_time(e.plc, e.influence, i) for i in e.looks]
         e.effects = [effect(e.net, e.plc, i) for i in e.looks]
+        e.bands = [band_of(e, i) for i in e.looks]
+        for i in e.looks:
+            noise = NOISE_MARGIN * noise_of(e.scenario, e.plc, e.net, i)
+            e.meters[i].band = e.bands[i] + noise + pulse_ripple(e, i)
         for i in e.looks:
             self.waiting[i] = looks_at(e.scenario, e.plc, e.influence, i, e.step, e.last)
             self._aim(i)
@@ -597,9 +440,24 @@ class LoopWatch:
 
     def stops(self) -> Iterator[tuple[int, Callable[[int], None]]]:
         """Base steps before which a window has ended that is not the end of the run, and what is done there."""
+        e = self.evidence
         for i, looks in self.waiting.items():
             yield from ((look.end + 1, partial(self._look, i)) for look in looks[:-1])
             yield from ((k, partial(self._stir, i)) for k in self.stirred[i])
+            asking = ((k, e.set_point_of(event, i)) for k, event in e.events())
+            yield from ((k, partial(self._ask, i, wanted)) for k, wanted in asking if wanted is not None)
+
+    def _ask(self, i: int, wanted: object, k: int) -> None:
+        """Notes whether a loop is there to follow the new set point that an event is about to give it."""
+        e, m = self.evidence, self.evidence.meters[i]
+        for notes in (e.unmet, e.presets, e.asked):
+            notes.pop(i, None)
+        with suppress(ValueError):
+            e.asked[i] = k, float(str(wanted))
+        if not m.control:
+            e.presets[i] = k
+            if m.wanted:
+                e.unmet[i] = e.presets.pop(i), m.wanted_since
 
     def _stir(self, i: int, k: int) -> None:
         m = self.evidence.meters[i]

@@ -124,6 +124,8 @@ class StandingShare(Share):
 
     kind: str = ""
     loop: str = ""
+    unproven: int = 0
+    """Samples that do not show it, of those that do not keep it."""
 
 
 @frozen
@@ -221,7 +223,8 @@ class Names:
 def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> Certification:
     """What the counts say; ``keep``: how many of the worst samples."""
     lost = tally.failed_to_run
-    standing = zip(names.standing, tally.standing_failed, tally.standing_judged, strict=True)
+    counts = zip(tally.standing_failed, tally.standing_unproven, tally.standing_judged, strict=True)
+    standing = zip(names.standing, counts, strict=True)
     effects = [
         Effect(what.label, what.text, _passed(low), _passed(high))
         for what, low, high in zip(batch.varies, tally.lowest, tally.highest, strict=True)
@@ -236,9 +239,16 @@ def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> C
         ],
         standing=[
             StandingShare(
-                f"{loop} {kind}".strip(), tally.samples - lost - failed, tally.samples, None, judged, kind, loop
+                f"{loop} {kind}".strip(),
+                tally.samples - lost - failed,
+                tally.samples,
+                None,
+                judged,
+                kind,
+                loop,
+                unproven,
             )
-            for (kind, loop), failed, judged in standing
+            for (kind, loop), (failed, unproven, judged) in standing
         ],
         metrics={
             loop: {name: _summary(one) for name, one in zip(METRICS, row, strict=True)}

@@ -263,7 +263,7 @@ class SampleResult:
     tightest: int = -1
     """The expectation that has it."""
     standing: str = ""
-    """Of each standing expectation: ``+`` holds, ``-`` fails, ``a`` is allowed to, ``?`` is not judged."""
+    """Of each standing expectation: ``+`` holds, ``-`` fails, ``!`` is not proven, ``a`` allowed, ``?`` not judged."""
     metrics: tuple[tuple[float | None, ...], ...] = ()
     """Of each loop, in the order of `METRICS`."""
     reason: str = ""
@@ -303,7 +303,7 @@ def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) ->
 
 
 def _sign(verdict: Any) -> str:
-    return {"passed": "+", "FAILED": "-", "allowed": "a", "not judged": "?"}[verdict.word]
+    return {"passed": "+", "FAILED": "-", "NOT PROVEN": "!", "allowed": "a", "not judged": "?"}[verdict.word]
 
 
 def margin(wanted: Expectation, verdict: Verdict) -> float:

@@ -157,6 +157,8 @@ class Tally:
     held: list[int] = field(default_factory=list)
     """Of each expectation, in how many samples."""
     standing_failed: list[int] = field(default_factory=list)
+    """Of each standing expectation: samples that fail it, or do not prove it; those alone; and where it was judged."""
+    standing_unproven: list[int] = field(default_factory=list)
     standing_judged: list[int] = field(default_factory=list)
     metrics: list[list[Distribution]] = field(default_factory=list)
     """Of each loop each metric."""
@@ -174,6 +176,7 @@ class Tally:
             first,
             held=[0] * expectations,
             standing_failed=[0] * standing,
+            standing_unproven=[0] * standing,
             standing_judged=[0] * standing,
             metrics=[[Distribution() for _ in METRICS] for _ in range(loops)],
             lowest=[[0, 0] for _ in range(varies)],
@@ -213,6 +216,7 @@ class Tally:
         self.failed_to_run += block.failed_to_run
         self.held = _add_counts(self.held, block.held)
         self.standing_failed = _add_counts(self.standing_failed, block.standing_failed)
+        self.standing_unproven = _add_counts(self.standing_unproven, block.standing_unproven)
         self.standing_judged = _add_counts(self.standing_judged, block.standing_judged)
         self.lowest = [_add_counts(*pair) for pair in zip(self.lowest, block.lowest, strict=True)]
         self.highest = [_add_counts(*pair) for pair in zip(self.highest, block.highest, strict=True)]
@@ -227,7 +231,8 @@ class Tally:
         for i, held in enumerate(seen.held):
             self.held[i] += held
         for i, sign in enumerate(seen.standing):
-            self.standing_failed[i] += sign == "-"
+            self.standing_failed[i] += sign in "-!"
+            self.standing_unproven[i] += sign == "!"
             self.standing_judged[i] += sign != "?"
         for loop, values in zip(self.metrics, seen.metrics, strict=True):
             for distribution, value in zip(loop, values, strict=True):

@@ -1,0 +1,112 @@
+"""The same plants beside a run with the outputs of its loops held: what they would have done without control."""
+
+from __future__ import annotations
+
+from array import array
+from copy import copy
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.engine.influence import read_signals
+from pidcfg.sim.engine.kernel import Held, Reference
+from pidcfg.sim.judgement.evidence import NOISE_MARGIN, noise_of
+from pidcfg.sim.judgement.meters import Rival
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.schemas.scenario import Scenario
+    from pidcfg.sim.controllers.plc import Plc
+    from pidcfg.sim.engine.influence import Influence
+    from pidcfg.sim.engine.kernel import Channel
+    from pidcfg.sim.engine.network import Network
+    from pidcfg.sim.engine.plants import Plant
+
+# Design. The second network has plants, delay lines, sound channels and signals of its own, as the run's stand when
+# time begins. It sees the run's outputs until a loop first comes into Auto or Cascade, and from then on what stood
+# there; outputs of loops that nobody judges, and signals from outside, it sees all the time. Disturbances reach both.
+
+
+@dataclass(slots=True)
+class HeldNetwork:
+    """The second network of a run, and what is measured of each loop that has a PV from outside the program."""
+
+    net: Network
+    plants: list[Plant] = field(default_factory=list)
+    channels: list[Channel] = field(default_factory=list)
+    delay: array[float] = field(default_factory=lambda: array("d"))
+    signal_values: list[float] = field(default_factory=list)
+    outputs: list[Held] = field(default_factory=list)
+    rivals: list[Rival] = field(default_factory=list)
+    shared: list[int] = field(default_factory=list)
+    """The signals that are those of the run whenever an event may have changed them."""
+
+    @classmethod
+    def of(cls, scenario: Scenario, net: Network, plc: Plc, influence: Influence, *, whole: bool = True) -> HeldNetwork:
+        """Of a run at time 0; not ``whole``: only the run's own errors are measured."""
+        judged = [i for i, name in enumerate(plc.loops) if scenario.loops is None or name in scenario.loops]
+        rivals = [
+            Rival(i, sensor_slot(plc, i), NOISE_MARGIN * noise_of(scenario, plc, net, i))
+            for i in judged
+            if plc.loops[i] not in plc.wired or plc.loops[i] in plc.inlets
+        ]
+        if not whole:
+            return cls(net, signal_values=list(net.signal_values), rivals=rivals)
+        held = cls(net, list(map(copy, net.plants)), list(map(copy, net.channels)), array("d", net.delay))
+        held.signal_values, held.rivals = list(net.signal_values), rivals
+        held.outputs = list(_outputs(net, plc, influence, judged))
+        own = {slot for plant in net.plants for slot in (plant.slot, plant.measured)}
+        own |= {channel.target for channel in net.channels} | {one.slot for one in held.outputs}
+        held.shared = [slot for slot in range(len(net.signal_values)) if slot not in own]
+        return held
+
+    def follow(self) -> None:
+        """Takes over what events have changed: numbers of plants, and signals from outside."""
+        for own, plant in zip(self.plants, self.net.plants, strict=False):
+            own.gain, own.load, own.low, own.high = plant.gain, plant.load, plant.low, plant.high
+            own.a, own.b, own.c, own.d = plant.a, plant.b, plant.c, plant.d
+        for slot in self.shared:
+            self.signal_values[slot] = self.net.signal_values[slot]
+
+    def arguments(self, reached: int) -> Reference:
+        """For the kernels."""
+        return Reference(self.plants, self.channels, self.delay, self.signal_values, self.outputs, self.rivals, reached)
+
+
+def sensor_slot(plc: Plc, loop: int) -> int:
+    """The signal that a loop's sensor shows, before the PLC filters it."""
+    inlet = plc.inlets.get(plc.loops[loop])
+    return plc.configs[loop].in_slot if inlet is None else plc.inputs[inlet]
+
+
+def _outputs(net: Network, plc: Plc, influence: Influence, judged: Sequence[int]) -> Iterator[Held]:
+    """What the plants and channels read of the PLC, and which loop holds it."""
+    readers: list[Plant | Channel] = [*net.plants, *net.channels]
+    read = {slot for reader in readers for slot in read_signals(net, reader)}
+    owners = {slot: i for i in judged for slot in _followers(plc, plc.configs[i].out_slot)}
+    owners |= {plc.configs[i].out_slot: i for i in judged}
+    pulses = {slot: i for i in judged for slot in influence.pulses(i)}
+    sensors = {
+        plc.configs[i].pv_slot: i for i in range(len(plc.loops)) if plc.configs[i].pv_slot != plc.configs[i].in_slot
+    }
+    outside = set(net.outside.values())
+    yield from (Held(i, plc.configs[i].out_slot) for i in judged)
+    for slot in sorted(read - outside - {plc.configs[i].out_slot for i in judged}):
+        if slot in pulses:
+            low, high = plc.output_limits(pulses[slot], net.signal_values)
+            yield Held(pulses[slot], slot, plc.configs[pulses[slot]].out_slot, low, (high - low) or 1.0)
+        elif slot in sensors:
+            yield Held(-1, slot, sensor_slot(plc, sensors[slot]))
+        elif slot < len(plc.signals) and plc.signals[slot]:
+            yield Held(owners.get(slot, -1), slot)
+
+
+def _followers(plc: Plc, slot: int) -> set[int]:
+    """The signals that the PLC's program makes of one."""
+    found, waiting = set[int](), [slot]
+    while waiting:
+        at = waiting.pop()
+        new = {target for source, target in plc.flow if source == at} - found
+        found |= new
+        waiting += new
+    return found

@@ -1,0 +1,205 @@
+"""Whether a run proves control: settled after what moved it last, and better than without the loop."""
+
+from __future__ import annotations
+
+import csv
+import io
+from math import expm1
+
+import pytest
+
+from standing_rig import SCENARIO, SIDES, failures, outcome, unproven, verdict
+
+VENDORS = [*SIDES]
+EVENT = SCENARIO[SCENARIO.index("events:") :]
+STEADY = ("plants:", "initial: steady\nplants:")
+MANUAL = {
+    "dl06": ("mode: auto", "mode: manual"),
+    "click": ("mode: auto", "mode: manual"),
+    "ezlogix": ("mode: auto", "mode: manual"),
+    "nextopid": ("    SP:", "    Manual: true\n    SP:"),
+    "dpide": ("    SV:", "    PID_MAN: true\n    SV:"),
+    "generic": ("    pv:", "    mode: manual\n    pv:"),
+}
+
+
+def tank(result):
+    """The verdict on the loop, and what is missing."""
+    loop = result.report.loops["TANK"]
+    return loop.verdict, loop.missing
+
+
+# --- settled ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_sound_run_is_proven_and_says_why(vendor):
+    result = outcome(vendor)
+    assert tank(result) == ("proven", "")
+    assert verdict(result, "not-settled").text.startswith("stays within 2 of its set point for ")
+    assert verdict(result, "no-better").text.endswith(" % of the error that there would be without it")
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize(
+    ("edits", "missing"),
+    [
+        ([("at: 80", "at: 199.8")], "what happens at 199.8 s: nothing after it was seen"),
+        ([("duration: 200", "duration: 98")], "settled for "),
+        ([("dead_time: 1", "dead_time: 30")], ""),
+        ([("time_constant: 20", "time_constant: 2000")], ""),
+    ],
+    ids=["event at the end", "short", "dead time", "slow plant"],
+)
+def test_what_a_run_does_not_show_is_not_proven_and_says_what_is_missing(vendor, edits, missing):
+    result = outcome(vendor, *edits)
+    word, text = tank(result)
+    assert word in {"failed", "not-proven"}
+    assert missing in text
+    assert not result.passed
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_the_time_that_is_missing_is_the_time_that_proves(vendor):
+    text = verdict(outcome(vendor, ("duration: 200", "duration: 98")), "not-settled").text
+    until = float(text.rpartition("run to ")[2].removesuffix(" s"))
+    assert 98 < until < 140
+    assert tank(outcome(vendor, ("duration: 200", f"duration: {until:g}")))[0] == "proven"
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_slow_swing_is_no_arrival(vendor):
+    """Half a period lies within the run: no oscillation is counted."""
+    slow = ("time_constant: 20, dead_time: 1", "time_constant: 60, dead_time: 12")
+    result = outcome(vendor, slow, config=[(SIDES[vendor].slow[0], SIDES[vendor].slow[0].replace("20", "6"))])
+    assert tank(result)[0] in {"failed", "not-proven"}
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_an_offset_is_told_with_its_cause_unless_the_scenario_allows_it(vendor):
+    side = SIDES[vendor]
+    config = [(side.slow[0], side.off)]
+    result = outcome(vendor, config=config)
+    assert tank(result)[0] == "failed"
+    assert "it has no integral" in tank(result)[1]
+    assert failures(outcome(vendor, config=config, more="tolerance: {TANK: 40}\n")) == set()
+    assert verdict(outcome(vendor, config=config, more="tolerance: {TANK: 40}\n"), "not-settled").passed
+
+
+def test_a_dead_band_is_the_cause_of_an_offset_and_no_excuse():
+    band = ("    output:", "    deadband: 10\n    output:")
+    result = outcome("generic", config=[band])
+    assert tank(result)[0] == "failed"
+    assert "its dead band is 10" in tank(result)[1]
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "ezlogix", "generic"])
+def test_a_set_point_that_is_limited_is_not_the_one_that_was_asked_for(vendor):
+    limits = {"ezlogix": ("limits: [0, 100]}\n    output", "limits: [0, 62]}\n    output")}.get(
+        vendor, ("    setpoint: {value: 60}", "    setpoint: {value: 60, limits: [0, 62]}")
+    )
+    word, text = tank(outcome(vendor, config=[limits]))
+    assert word == "not-proven"
+    assert "the event at 80 s asks for 65, and 62 is in force" in text
+
+
+# --- in its mode -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_new_set_point_that_meets_manual_fails(vendor):
+    result = outcome(vendor, config=[MANUAL[vendor]])
+    found = verdict(result, "not-in-mode")
+    assert (found.verdict, found.at) == ("failed", 80.0)
+    assert found.text.startswith("its set point is changed at 80 s, and it is in ")
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix", "generic"])
+def test_a_set_point_may_be_set_before_the_loop_comes_into_auto(vendor):
+    more = "  - {at: 90, loop: TANK, mode: auto}\n"
+    result = outcome(vendor, config=[MANUAL[vendor]], more=more)
+    assert tank(result) == ("proven", "")
+
+
+def test_auto_that_is_refused_while_the_set_point_changes_tests_nothing():
+    alarm = ("    output:", "    alarms: {pv: {low_low: 20, low: 45, high: 90, high_high: 95}}\n    output:")
+    more = "  - {at: 120, loop: TANK, disturb: {load: 58}}\n  - {at: 150, loop: TANK, mode: auto}\n"
+    result = outcome("dl06", config=[alarm], more=more)
+    assert verdict(result, "not-in-mode").text == "the event at 80 s met manual: nothing was tested"
+    assert "not-in-mode" in unproven(result)
+
+
+# --- better than nothing ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_tenth_of_the_gain_is_no_better_than_nothing(vendor):
+    result = outcome(vendor, STEADY, config=[(SIDES[vendor].gain[0], SIDES[vendor].soft), SIDES[vendor].slow])
+    assert tank(result)[0] in {"failed", "not-proven"}
+
+
+def test_a_run_without_a_reference_is_not_proven():
+    result = outcome("dl06", reference=False)
+    assert tank(result) == ("not-proven", "whether it does better than without control: the run had no reference")
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_loop_that_nothing_moves_is_not_judged(vendor):
+    result = outcome(vendor, STEADY, (EVENT, ""))
+    word, text = tank(result)
+    assert (word, result.passed) == ("not-judged", True)
+    assert text.startswith("no excitation")
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_what_is_left_of_the_error_is_what_two_runs_give(vendor):
+    """The reference against a plant that is worked out by hand: its output stays where it was."""
+    trend = io.StringIO()
+    result = outcome(vendor, trend=trend)
+    held, own_error, held_error = 40.0, 0.0, 0.0
+    for row in list(csv.DictReader(io.StringIO(trend.getvalue())))[1:]:
+        held += (20.0 - held) * -expm1(-0.1 / 20)
+        set_point = float(row.get("TANK.SP") or row["TANK.SV"])
+        own_error += abs(set_point - float(row["TANK.PV"]))
+        held_error += abs(set_point - held)
+    said = float(verdict(result, "no-better").text.split()[1])
+    assert said == pytest.approx(100 * own_error / held_error, abs=1.5)
+
+
+def test_an_expectation_that_bounds_the_pv_to_the_end_takes_the_place_of_both():
+    slow = ("time_constant: 20", "time_constant: 800")
+    assert tank(outcome("dl06", slow))[0] == "not-proven"
+    expect = "expect:\n  - {signal: TANK.PV, final: 60, tolerance: 30}\n"
+    result = outcome("dl06", slow, more=expect)
+    assert tank(result) == ("proven", "")
+    assert verdict(result, "no-better").text.startswith(
+        "an expectation holds that bounds it: TANK.PV 60 ± 30 at the end"
+    )
+    early = "expect:\n  - {signal: TANK.PV, min: 0, max: 100, until: 100}\n"
+    assert tank(outcome("dl06", slow, more=early))[0] == "not-proven", "it does not hold to the end"
+    one = "expect:\n  - {signal: TANK.PV, max: 100}\n"
+    assert tank(outcome("dl06", slow, more=one))[0] == "not-proven", "one bound is none"
+    wrong = "expect:\n  - {signal: TANK.PV, final: 90, tolerance: 1}\n"
+    assert tank(outcome("dl06", slow, more=wrong))[0] == "not-proven", "it does not hold"
+
+
+def test_what_is_not_proven_can_be_allowed():
+    slow = ("time_constant: 20", "time_constant: 800")
+    allow = "allow:\n  - {kind: not-proven, loop: TANK, reason: the tank takes a day}\n"
+    result = outcome("dl06", slow, more=allow)
+    assert result.passed
+    word, text = tank(result)
+    assert word == "not-judged"
+    assert "(allowed: the tank takes a day)" in text
+    assert not outcome("dl06", ("gain: 1,", "gain: 0.3,"), more=allow).passed, "a failure is not allowed by it"
+
+
+def test_both_engines_give_the_same_verdicts():
+    pytest.importorskip("numba")
+    one, two = (outcome("dl06", engine=engine) for engine in ("python", "numba"))
+    assert one.report.standing == two.report.standing
+
+
+def test_a_broken_sensor_does_not_reach_the_reference():
+    result = outcome("generic", more="  - {at: 100, loop: TANK, pv: 0, for: 10}\n")
+    assert verdict(result, "no-better").passed
