@@ -203,3 +203,9 @@ def test_both_engines_give_the_same_verdicts():
 def test_a_broken_sensor_does_not_reach_the_reference():
     result = outcome("generic", more="  - {at: 100, loop: TANK, pv: 0, for: 10}\n")
     assert verdict(result, "no-better").passed
+
+
+def test_a_fault_that_is_shorter_than_a_base_step_is_seen_once_and_ends():
+    result = outcome("generic", more="  - {at: 99.95, loop: TANK, pv: 0, for: 0.02}\n")
+    assert tank(result) == ("proven", "")
+    assert result.report.signals["TANK.PV"].low == 0

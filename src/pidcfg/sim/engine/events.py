@@ -285,9 +285,10 @@ class Agenda:
         """
         actions: list[tuple[int, int, Action]] = [(k, -2, action) for k, action in looks]
         for i, event in enumerate(self.scenario.events):
-            actions.append((self.at_or_after(event.at), 1, partial(self.happen, event, i)))
-            if event.duration is not None:
-                end = self.at_or_after(event.at + event.duration)
+            begin = self.at_or_after(event.at)
+            actions.append((begin, 1, partial(self.happen, event, i)))
+            if event.duration is not None:  # a fault is seen once, however short it is
+                end = max(begin + 1, self.at_or_after(event.at + event.duration))
                 actions.append((end, 0, partial(self.repair, event, i)))
         for i, wanted in enumerate(self.scenario.expect):
             if wanted.mode is not None and wanted.at is not None:
