@@ -194,6 +194,16 @@ def test_what_is_not_proven_can_be_allowed():
     assert not outcome("dl06", ("gain: 1,", "gain: 0.3,"), more=allow).passed, "a failure is not allowed by it"
 
 
+def test_an_allowance_that_allows_nothing_excuses_nothing():
+    """Without it as with it: a closed loop of 40 s on a lag of 20 s."""
+    slow = [(SIDES["dl06"].gain[0], "gain: 0.50")]
+    allow = "allow:\n  - {kind: oscillates, loop: TANK, reason: of old}\n"
+    one, two = outcome("dl06", config=slow), outcome("dl06", config=slow, more=allow)
+    assert tank(one)[0] == "not-proven"
+    assert unproven(one) == {"no-better"}
+    assert (tank(two), two.passed) == (tank(one), False)
+
+
 def test_both_engines_give_the_same_verdicts():
     pytest.importorskip("numba")
     one, two = (outcome("dl06", engine=engine) for engine in ("python", "numba"))

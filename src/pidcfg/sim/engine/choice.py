@@ -85,7 +85,7 @@ def is_installed() -> bool:
     return True
 
 
-NO_REFERENCE = Reference([], [], array("d"), [], [], [], 0)
+NO_REFERENCE = Reference([], [], array("d"), [], [], [])
 
 
 @dataclass(slots=True)
@@ -147,7 +147,7 @@ class Machine:
         log = Log(self.log, self.trend, self.counts, self.shown, every)
         if self.reference is not None:
             self.reference.follow()
-        reference = NO_REFERENCE if self.reference is None else self.reference.arguments(zero)
+        reference = NO_REFERENCE if self.reference is None else self.reference.arguments()
         return self.kernels.advance(k, last, zero, self._world(noise_from), self._loops(), meters, log, reference)
 
     def settle(self, k: int, last: int, spans: list[Span]) -> int:

@@ -128,7 +128,6 @@ class Reference(NamedTuple):
     signal_values: MutableSequence[float]
     outputs: Sequence[Held]
     rivals: MutableSequence[Rival]
-    reached: int
 
 
 class Log(NamedTuple):
@@ -226,9 +225,9 @@ def step_reference(
     stack: MutableSequence[float],
 ) -> None:
     """The reference through one base step (kernel)."""
-    plants, channels, delay, held, outputs, _, reached = reference
+    plants, channels, delay, held, outputs, _ = reference
     hold_outputs(outputs, meters, signals, held)
-    if k > reached:
+    if k > 0:
         step_plants(k, plants, delay, held, code, constants, stack)
     for i in range(len(plants)):
         held[plants[i].measured] = held[plants[i].slot]

@@ -42,16 +42,14 @@ class HeldNetwork:
     """The signals that are those of the run whenever an event may have changed them."""
 
     @classmethod
-    def of(cls, scenario: Scenario, net: Network, plc: Plc, influence: Influence, *, whole: bool = True) -> HeldNetwork:
-        """Of a run at time 0; not ``whole``: only the run's own errors are measured."""
+    def of(cls, scenario: Scenario, net: Network, plc: Plc, influence: Influence) -> HeldNetwork:
+        """Of a run at time 0."""
         judged = [i for i, name in enumerate(plc.loops) if scenario.loops is None or name in scenario.loops]
         rivals = [
             Rival(i, sensor_slot(plc, i), NOISE_MARGIN * noise_of(scenario, plc, net, i))
             for i in judged
             if plc.loops[i] not in plc.wired or plc.loops[i] in plc.inlets
         ]
-        if not whole:
-            return cls(net, signal_values=list(net.signal_values), rivals=rivals)
         held = cls(net, list(map(copy, net.plants)), list(map(copy, net.channels)), array("d", net.delay))
         held.signal_values, held.rivals = list(net.signal_values), rivals
         held.outputs = list(_outputs(net, plc, influence, judged))
@@ -62,15 +60,15 @@ class HeldNetwork:
 
     def follow(self) -> None:
         """Takes over what events have changed: numbers of plants, and signals from outside."""
-        for own, plant in zip(self.plants, self.net.plants, strict=False):
+        for own, plant in zip(self.plants, self.net.plants, strict=True):
             own.gain, own.load, own.low, own.high = plant.gain, plant.load, plant.low, plant.high
             own.a, own.b, own.c, own.d = plant.a, plant.b, plant.c, plant.d
         for slot in self.shared:
             self.signal_values[slot] = self.net.signal_values[slot]
 
-    def arguments(self, reached: int) -> Reference:
+    def arguments(self) -> Reference:
         """For the kernels."""
-        return Reference(self.plants, self.channels, self.delay, self.signal_values, self.outputs, self.rivals, reached)
+        return Reference(self.plants, self.channels, self.delay, self.signal_values, self.outputs, self.rivals)
 
 
 def sensor_slot(plc: Plc, loop: int) -> int:

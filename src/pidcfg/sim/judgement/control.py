@@ -17,7 +17,6 @@ from pidcfg.sim.judgement.evidence import (
 )
 from pidcfg.sim.judgement.lasting import cause_of_offset, exempt
 from pidcfg.sim.judgement.meters import SUSTAINED
-from pidcfg.sim.judgement.report import ten_digits
 
 if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Expectation
@@ -35,12 +34,9 @@ def judge_settling(e: Evidence, i: int) -> Judgement:
     m = e.meters[i]
     if is_deselected(e, i) and any(found.arrived for found in e.found(i)):
         return proven_verdict("was at its set point before a selector left its output out")
-    why = _exemption(e, i)
-    if why:
-        return unjudged_verdict(why)
-    said = replaced_by(e, i)
-    if said:
-        return proven_verdict(f"an expectation holds that bounds it: {said}")
+    other = _otherwise_judged(e, i)
+    if other is not None:
+        return other
     end = e.last + 1 if m.control else m.control_since
     excited = last_excitation(e, i, end)
     event = last_event(e, i, end)
@@ -61,6 +57,15 @@ def judge_settling(e: Evidence, i: int) -> Judgement:
     return open_verdict(
         f"settled for {_short(stays)} s of the {_short(needed)} s that show it: let it run to {until} s"
     )
+
+
+def _otherwise_judged(e: Evidence, i: int) -> Judgement | None:
+    """The verdict on a loop that is exempt, or that an expectation proves; None: it has to prove itself."""
+    why = _exemption(e, i)
+    if why:
+        return unjudged_verdict(why)
+    said = replaced_by(e, i)
+    return proven_verdict(f"an expectation holds that bounds it: {said}") if said else None
 
 
 def _exemption(e: Evidence, i: int) -> str:
@@ -174,15 +179,9 @@ SLOWEST = 1.5
 def judge_benefit(e: Evidence, i: int) -> Judgement:
     """Judges one loop by what its plant would have done without it."""
     rival = e.rivals.get(i)
-    why = _exemption(e, i)
-    if why:
-        return unjudged_verdict(why)
-    said = replaced_by(e, i)
-    if said:
-        return proven_verdict(f"an expectation holds that bounds it: {said}")
-    allowed = next((a for a in e.scenario.allow if a.loop == e.plc.loops[i]), None)
-    if allowed is not None:
-        return unjudged_verdict(f"{allowed.kind} is allowed: {allowed.reason}")
+    other = _otherwise_judged(e, i)
+    if other is not None:
+        return other
     if rival is None:
         if e.plc.loops[i] in e.plc.wired:
             return unjudged_verdict("its PV comes from the PLC's program")
@@ -219,4 +218,4 @@ def _late(e: Evidence, i: int) -> str:
     if took <= needed:
         return ""
     verb = "comes 63 % of the way" if m.reached >= 0 else "has not come 63 % of the way"
-    return f"the PV {verb} to its new set point after {took:g} s; the plant alone takes {ten_digits(needed):.4g} s"
+    return f"the PV {verb} to its new set point after {took:g} s, later than {_short(needed)} s (D912)"

@@ -329,6 +329,8 @@ PERIODS = 3
 """Whole periods that make an oscillation."""
 EVEN = 2
 """Times the shortest period that the longest one may last: what noise stirs up is less even."""
+TIME_CONSTANT_SHARE = 0.632
+"""Of a step: what a first-order lag has gone of it after its time constant."""
 SUSTAINED = 0.8
 """Of the first swing that the last one must have."""
 
@@ -514,7 +516,7 @@ def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
         share = (pv - m.before) / (m.after - m.before)
         if share >= 0.1 and m.rise_from < 0:
             m.rise_from = k
-        if share >= 0.632 and m.reached < 0:
+        if share >= TIME_CONSTANT_SHARE and m.reached < 0:
             m.reached = k
         if share >= 0.9:
             m.rise_to = k
