@@ -5,9 +5,12 @@ from __future__ import annotations
 import csv
 import io
 from math import expm1
+from types import SimpleNamespace as Facts
 
 import pytest
 
+from pidcfg.sim.judgement import control
+from pidcfg.sim.judgement.meters import Meter, Rival
 from standing_rig import SCENARIO, SIDES, failures, outcome, unproven, verdict
 
 VENDORS = [*SIDES]
@@ -202,6 +205,34 @@ def test_an_allowance_that_allows_nothing_excuses_nothing():
     assert tank(one)[0] == "not-proven"
     assert unproven(one) == {"no-better"}
     assert (tank(two), two.passed) == (tank(one), False)
+
+
+@pytest.mark.parametrize(("error", "word"), [(70.0, "proven"), (70.1, "not-proven")])
+def test_seven_tenths_of_the_error_may_be_left(monkeypatch, error, word):
+    monkeypatch.setattr(control, "_otherwise_judged", lambda *_: None)
+    monkeypatch.setattr(control, "_late", lambda *_: "")
+    e = Facts(rivals={0: Rival(0, 0, error=error, held_error=100.0, widest=9.0)}, bands=[2.0])
+    assert control.judge_benefit(e, 0).verdict == word
+
+
+@pytest.mark.parametrize(("away", "word"), [(2.0, "proven"), (4.5, "proven"), (4.51, "not-proven")])
+def test_a_pv_may_be_one_and_a_half_plant_times_behind_a_ramp(monkeypatch, away, word):
+    """The set point moves by 10 in the 50 s between the halves of the window; the plant takes 15 s."""
+    monkeypatch.setattr(control, "last_event", lambda *_: 0)
+    meter = Meter(0, 1, 2, control=1, moved=95, window=0, middle=50)
+    e = Facts(
+        meters=[meter],
+        paces=[Facts(seconds=15.0)],
+        bands=[2.0],
+        masters=[-1],
+        plc=Facts(configs=[Facts(period=1)]),
+        step=1,
+        seconds=float,
+        errors=lambda _: (away, -away),
+        set_point_moves=lambda _: 10.0,
+        unit=lambda _: "",
+    )
+    assert control._not_there(e, 0, 95, 100).verdict == word
 
 
 def test_both_engines_give_the_same_verdicts():
