@@ -243,26 +243,6 @@ class Parser:
         return repr(self.text[self.at]) if self.at < len(self.text) else "the end"
 
 
-def never_a_value(expression: Expression) -> str | None:
-    """Why an expression can have no value whatever its signals are: a division by 0, the root of a negative number."""
-    stack: list[float | None] = []
-    for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
-        if op in (CONSTANT, SIGNAL, TRUTH):
-            stack.append(expression.constants[operand] if op == CONSTANT else operand if op == TRUTH else None)
-            continue
-        right = stack.pop()
-        if op == DIVIDE and right == 0:
-            return "division by zero"
-        if op == ROOT and right is not None and right < 0:
-            return "the square root of a negative number"
-        if op in ONE_OPERAND:
-            stack.append(None if right is None else ONE_OPERAND[op](right))
-        else:
-            left = stack.pop()
-            stack.append(None if left is None or right is None else TWO_OPERANDS[op](left, right))
-    return None
-
-
 ONE_OPERAND: dict[int, Callable[[float], float]] = {
     NEGATE: operator.neg,
     ABSOLUTE: abs,

@@ -14,21 +14,26 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.schemas.expressions import (
+    CONSTANT,
+    DIVIDE,
     KINDS,
+    ONE_OPERAND,
+    ROOT,
     SIGNAL,
+    TRUTH,
     TRUTHS,
+    TWO_OPERANDS,
     Expression,
     ExpressionError,
     Typed,
     lengths_of,
-    never_a_value,
 )
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.maps.nextopid import BlockType
     from pidcfg.schemas.iec import IecType
@@ -219,3 +224,45 @@ def reach(start: int, waits: Sequence[set[int]], among: set[int]) -> set[int]:
             reached.add(i)
             waiting += waits[i] & among
     return reached
+
+
+# --- The value of an expression, as far as it is known ----------------------------------------------------------------
+
+
+def never_a_value(expression: Expression) -> str | None:
+    """Why an expression can have no value whatever its signals are: a division by 0, the root of a negative number."""
+    try:
+        value_of(expression, lambda _: None)
+    except NoValueError as error:
+        return str(error)
+    return None
+
+
+class NoValueError(ArithmeticError):
+    """An expression without a value: why."""
+
+
+def value_of(
+    expression: Expression, values: Callable[[int], float | None], rounded: Callable[[float], float] = float
+) -> float | None:
+    """The value of an expression, of which every result is ``rounded``; None where it depends on an unknown signal.
+
+    Raises `NoValueError` where it has none, whatever the unknown signals are.
+    """
+    stack: list[float | None] = []
+    for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
+        if op in (CONSTANT, SIGNAL, TRUTH):
+            value = expression.constants[operand] if op == CONSTANT else operand if op == TRUTH else values(operand)
+            stack.append(None if value is None else rounded(value))
+            continue
+        right = stack.pop()
+        if op == DIVIDE and right == 0:
+            raise NoValueError("division by zero")
+        if op == ROOT and right is not None and right < 0:
+            raise NoValueError("the square root of a negative number")
+        if op in ONE_OPERAND:
+            stack.append(None if right is None else rounded(ONE_OPERAND[op](right)))
+        else:
+            left = stack.pop()
+            stack.append(None if left is None or right is None else rounded(TWO_OPERANDS[op](left, right)))
+    return stack[0]

@@ -295,6 +295,8 @@ class Memory(Plc):
             config.error = self.layout.numbers.get(f"{instance.name}.Error", -1)
             if self.items[i].loop is not None:
                 self._loop_slots(config, instance.name)
+            elif config.kind == terms.ON_OFF:
+                self._set_point_slot(config, instance.name)
         place_of = {i: place for place, i in enumerate(self.listed)}
         for position, i in enumerate(self.layout.order(self.wires)):
             self.configs[position].call_order = place_of[i]
@@ -314,7 +316,11 @@ class Memory(Plc):
         config.pv_slot, config.out_slot = numbers[f"{name}.PV"], numbers[f"{name}.MV"]
         config.in_slot = self.outside.get(f"{name}.PV", config.pv_slot)
         config.bias_slot = numbers.get(f"{name}.BIAS", config.out_slot)
-        self.signal_values.append(self.signal_values[numbers[f"{name}.SP"]])
+        self._set_point_slot(config, name)
+
+    def _set_point_slot(self, config: Config, name: str) -> None:
+        """Room for the set point in force."""
+        self.signal_values.append(self.signal_values[self.layout.numbers[f"{name}.SP"]])
         config.sp_slot = len(self.signal_values) - 1
 
     def _wires_of(self, i: int) -> Iterator[WireRow]:

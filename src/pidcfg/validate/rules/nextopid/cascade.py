@@ -9,6 +9,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import D218, SELECTORS, Link, connection_fault
+from pidcfg.validate.rules.nextopid.first_scan import dependencies_of
 from pidcfg.validate.shared_checks import find_circles, list_names, number_text, report_at_both
 
 if TYPE_CHECKING:
@@ -333,21 +334,9 @@ def indirect_masters(context: NextopidContext, slave: BlockView) -> Iterator[tup
             master = context.pid_output(number)
             if master is not None and number not in direct and master.number != slave.number:
                 yield master, block[0].name
-            fresh = dependencies_of(context, number) - seen
+            fresh = dependencies_of(context.encoding, number) - seen
             seen |= fresh
             waiting += sorted(fresh)
-
-
-def dependencies_of(context: NextopidContext, number: int) -> set[int]:
-    """What a value depends on: the wire of an input; for an output all wires of its block, unless that is a loop."""
-    parameter = context.owner(number)
-    if parameter is None:
-        return set()
-    view, row = parameter
-    inputs = [] if view.is_pid else [inner.name for inner in view.placed.kind.inputs]
-    keys = [row.name] if row.access == "input" else inputs
-    wires = (view.wire(key) for key in keys)
-    return {number for wire in wires if wire is not None for number in wire.signals}
 
 
 @warning(

@@ -9,10 +9,8 @@ from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar
 
-from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.encoders.nextopid.image import NextopidEncoding, Placed
-from pidcfg.encoders.parameters import store
 from pidcfg.schemas import expressions as grammar
 from pidcfg.schemas.iec import Timed, Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, NextopidFile
@@ -21,6 +19,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at
 from pidcfg.text.references import Decision
 from pidcfg.validate.rule import Finding
+from pidcfg.validate.rules.nextopid.first_scan import CHECKED, PASSING, FirstScan
 from pidcfg.validate.shared_checks import Context, number_text
 
 if TYPE_CHECKING:
@@ -28,30 +27,10 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.parameters import Parameter
     from pidcfg.schemas.expressions import Expression
-    from pidcfg.schemas.iec import IecType
     from pidcfg.text.paths import Path
+    from pidcfg.validate.rules.nextopid.first_scan import KnownValue
 
 # --- What is known of a parameter of a NextoPID block, and how people write that --------------------------------------
-
-
-class KnownValue(NamedTuple):
-    """The value of a parameter, and in words where it is from, if not from the parameter itself."""
-
-    value: Any
-    source: str = ""
-
-
-def value_in_plc(kind: IecType, value: Any) -> Any:
-    """A value as the PLC holds it: a Decimal or a switch; None for one that it cannot hold, or for none at all."""
-    if value is None:
-        return None
-    try:
-        content = store(kind, value)
-    except EncodeError:
-        return None
-    if kind.kind == "time":
-        return Decimal(value)
-    return content if isinstance(content, bool) else Decimal(repr(content))
 
 
 def all_known(values: tuple[Decimal | None, ...]) -> TypeGuard[tuple[Decimal, ...]]:
@@ -69,8 +48,7 @@ def value_text(value: object) -> str:
 # ----------------------------------------------------------------------------------------------------------------------
 # The blocks and loops of a NextoPID program as the rules see them: what is known of their parameters, and their
 # wires.
-# A literal is known. Of a wire the value is known where it is nothing but a name: of a signal, whose first value
-# counts and is quoted as such, or of another block's parameter that has a value (D208). No rule judges other wires.
+# A literal is known, and of a wire the value that it has in the first scan, as far as the file says it (`first_scan`).
 
 PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))
 MV_KEYS = frozenset(("MV", "MaxMV", "MinMV", "ManualMV", "BIAS", "TRK_VAL", "MaxVarMV"))
@@ -113,8 +91,9 @@ class BlockView:
         return key in self.item.model_fields_set
 
     def known(self, key: str) -> KnownValue | None:
-        """The value of a parameter as the PLC holds it; None where it is unknown, or wrong by another rule."""
-        return self.context.known(self.context.number(self, key))
+        """The value of a parameter in the first scan; None where it is unknown, or wrong by another rule."""
+        known = self.context.first_scan.known(self.context.number(self, key))
+        return None if known is not None and known.lasts == PASSING and key not in CHECKED else known
 
     def number_of(self, key: str) -> Decimal | None:
         """The value of a numeric parameter."""
@@ -273,39 +252,9 @@ class ProgramContext(Context[NextopidFile, NextopidEncoding]):
         return owner[0] if owner is not None and owner[0].is_pid and owner[1].name == "MV" else None
 
     @cached_property
-    def _values(self) -> dict[int, KnownValue | None]:
-        """Values that have been looked up, by number."""
-        return {}
-
-    def known(self, number: int) -> KnownValue | None:
-        """The value of a signal or parameter, as far as it is in the file."""
-        if number not in self._values:
-            self._values[number] = self._look_up(number)
-        return self._values[number]
-
-    def _look_up(self, number: int) -> KnownValue | None:
-        source = ""
-        seen: set[int] = set()
-        while number not in seen:
-            seen.add(number)
-            owner = self.owner(number)
-            if owner is None:
-                return self._first_value(self.names[number])
-            view, row = owner
-            value = value_at(view.item, steps(row.name)) if row.access == "input" else None
-            if not isinstance(value, Wire):
-                content = value_in_plc(row.type, value)
-                return None if content is None else KnownValue(content, source)
-            expression = view.wire(row.name)
-            if expression is None or expression.signal is None:
-                return None
-            number = expression.signal
-            source = f" (of {self.names[number]})"
-        return None
-
-    def _first_value(self, name: str) -> KnownValue | None:
-        content = value_in_plc(self.encoding.layout.signals[name], self.config.signals[name])
-        return None if content is None else KnownValue(content, f" (first value of {name})")
+    def first_scan(self) -> FirstScan:
+        """What its parameters hold when the program starts."""
+        return FirstScan(self.config, self.encoding)
 
 
 # --- Which way a change of a loop's MV goes: through the wires and blocks of the file back to its PV ------------------
@@ -415,8 +364,9 @@ class FeedbackPath:
     def _value_sign(self, number: int) -> Sign:
         """The sign of what a name holds: of a value, or of the limits of an output. The 0 of a signal tells nothing."""
         owner = self.context.owner(number)
-        known = self.context.known(number)
-        if known is not None and not isinstance(known.value, bool):
+        known = self.context.first_scan.known(number)
+        is_output = owner is not None and owner[1].access == "output"
+        if known is not None and not is_output and known.lasts != PASSING and not isinstance(known.value, bool):
             return sign_of(known.value) or None
         if owner is None:
             return None
@@ -616,14 +566,6 @@ def connection_fault(view: BlockView, key: str, wanted: set[str]) -> ConnectionF
 
 
 # --- What the NextoPID rules look at: the program, and how its controllers hang together ------------------------------
-
-D208 = Decision(
-    208,
-    "rules judge a signal by its first value",
-    "A parameter that is wired to nothing but a signal is judged by the signal's first value, which the message names; "
-    "one that is wired to a parameter with a value, by that. Expressions and outputs are not judged.",
-    "The first value is what the program starts with; what comes later is not in the file.",
-)
 
 
 @frozen

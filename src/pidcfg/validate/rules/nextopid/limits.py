@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from decimal import ROUND_HALF_EVEN, Decimal
+from decimal import Decimal
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,8 @@ from pidcfg.schemas.nextopid import D201, SHORTEST_INTEGRAL
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
-from pidcfg.validate.rules.nextopid.context import D208, ON_OFF, BlockView, NextopidContext, all_known
+from pidcfg.validate.rules.nextopid.context import ON_OFF, BlockView, NextopidContext, all_known
+from pidcfg.validate.rules.nextopid.first_scan import ALWAYS, D208, as_int
 from pidcfg.validate.shared_checks import number_text
 
 if TYPE_CHECKING:
@@ -224,7 +225,7 @@ def wired_value_out_of_range(context: NextopidContext) -> Findings:
     Why: the block stops with an error bit as soon as the program starts. A number that stands in the file itself is
     found by the rule for every vendor (PID101).
 
-    Fix: give the signal another first value, or limit it on its way.
+    Fix: correct the expression, give the signal another first value, or limit it on its way.
     """
     for view in context.views:
         for row, _ in view.placed.given():
@@ -247,7 +248,7 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Findings:
     for view in context.views:
         for row, _ in view.placed.given():
             value = view.number_of(row.name) if row.type is INT and view.is_wired(row.name) else None
-            taken = None if value is None else min(max(value, LOW), HIGH).to_integral_value(ROUND_HALF_EVEN)
+            taken = None if value is None else as_int(value)
             if value is None or taken is None or value == taken:
                 continue
             fits = LOW <= value <= HIGH
@@ -329,7 +330,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Findings:
         if sp is None or band is None or pv is None or direct is None or band <= 0:
             continue
         point = min(max(sp.value, pv[0]), pv[1])
-        severity = Severity.WARNING if sp.source else None
+        severity = Severity.WARNING if sp.lasts < ALWAYS else None
         for value, limit, side in ((point - band, "MinPV", "below"), (point + band, "MaxPV", "above")):
             if value <= pv[0] or value >= pv[1]:
                 what = "on" if (side == "above") == direct else "off"
