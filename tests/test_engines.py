@@ -19,6 +19,9 @@ MODELS = (
     "model: second_order, time_constants: [{t}, 3], dead_time: {d}",
     "model: integrator, load: -0.4",
     "model: lead_lag, lead: 2, lag: {t}",
+    "model: second_order, time_constant: {t}, damping: 0.3, dead_time: {d}, limits: [0, 70]",
+    "model: integrator, load: 0.2, input: 1 - 0.1 * sqrt(abs({own})), dead_time: {d}",
+    "model: valve, rate_limit: 2, dead_time: {d}",
 )
 
 
@@ -36,7 +39,7 @@ def random_scenario(rng, vendor, loops, steps):
     text = f"pidcfg: 1\nscenario: random\nconfig: c.yaml\nduration: {steps * STEP:g}\nstep: {STEP}\n"
     text += f"seed: {rng.randrange(10**6)}\nplants:\n"
     for i in range(loops):
-        plant = rng.choice(MODELS).format(t=rng.choice([4, 20]), d=rng.choice([0.5, 3]))
+        plant = rng.choice(MODELS).format(t=rng.choice([2, 20]), d=rng.choice([0.5, 3.2, 0.1]), own=f"T{i + 1}.PV")
         gain = rng.choice([0.05, 0.5, 1])
         noise = rng.choice(["", f", noise: {rng.choice([0.1, 2])}"])
         text += f"  T{i + 1}: {{{plant}, gain: {gain}, initial: {rng.choice([3, 30])}{noise}}}\n"

@@ -63,7 +63,7 @@ def respond(model, inputs, dt=0.1, dead=0, initial=0.0, **numbers):
     signal_values, values = [0.0, plant.y], []
     for k, u in enumerate(inputs):
         signal_values[0] = u
-        step_plants(k + 1, [plant], delay, signal_values, [], [], [0.0])
+        step_plants(k + 1, 1, [plant], delay, signal_values, [], [], [0.0])
         values.append(signal_values[1])
     return values
 

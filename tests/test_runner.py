@@ -371,14 +371,14 @@ def test_plants_in_a_ring_read_the_step_before():
     assert [b - a for a, b in pairwise(rows(trend)["A.PV"])] == [1] * 10
 
 
-def test_dead_time_is_rounded_to_base_steps_and_said():
+def test_a_dead_time_between_two_base_steps_is_none_of_them():
     report, trend = run(
-        "signals: {x: 1}\nplants:\n  A: {model: dead_time, input: x, dead_time: 2.4}\n"
+        "signals: {x: 1}\nplants:\n  A: {model: integrator, input: x - 1, dead_time: 2.4, initial: 1}\n"
         + QUIET[8:]
-        + "events: [{at: 3, set: {x: 9}}]\n"
+        + "events: [{at: 3, set: {x: 3}}, {at: 5, set: {x: 2}}]\n"
     )
-    assert rows(trend)["A.PV"] == [1, 1, 1, 1, 1, 9, 9, 9, 9, 9, 9]
-    assert [p.message for p in report.problems] == ["the dead time of A is 2.4 s, run as 2 base steps of 1 s"]
+    assert rows(trend)["A.PV"] == pytest.approx([1, 1, 1, 1, 1, 2.2, 4.2, 5.6, 6.6, 7.6, 8.6], rel=1e-9)
+    assert not report.problems
 
 
 def test_an_expression_without_a_value_holds_the_last_one_and_fails_the_run():

@@ -551,10 +551,13 @@ def test_the_command_says_who_can_come_and_ends_with_the_report():
 
 
 def test_what_is_seen_when_the_plants_are_made_is_a_finding():
-    scenario = SCENARIOS["click"].read_text("utf-8").replace("dead_time: 4,", "dead_time: 4.04,")
+    scenario = SCENARIOS["click"].read_text("utf-8").replace("noise: 0.05", "noise: 0.05, limits: [0, 900]")
+    scenario = scenario.replace("first_order", "second_order").replace(
+        "time_constant: 420", "time_constants: [420, 0.001]"
+    )
     place = str(SCENARIOS["click"])
     found = pidcfg.serve(scenario, name=place, listen="127.0.0.1:0", seconds=0.05).findings
-    assert [f.message for f in found] == ["the dead time of TANK1 is 4.04 s, run as 40 base steps of 0.1 s"]
+    assert [f.message.partition(", the")[0] for f in found] == ["the shortest lag of TANK1 is 0.001 s"]
 
 
 @pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")

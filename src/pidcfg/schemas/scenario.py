@@ -398,7 +398,7 @@ class Plant(Model):
     lag: Seconds | None = None
     """Lag time of lead_lag."""
     dead_time: Seconds = Decimal(0)
-    """A whole number of base steps; rounding is reported."""
+    """Of any length, base steps or not."""
     stiction: Number = Decimal(0)
     """Valve: it sticks until it is asked to move by more than this, in units of the input."""
     rate_limit: Number | None = None

@@ -283,17 +283,12 @@ def _check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
         unit = " s" if key in TIMES else ""
         if abs(value) > LARGEST:
             yield Problem((*path, key), f"{key} is beyond {LARGEST:g}", "value")
-        elif key in POSITIVE and value <= 0:
-            message = f"{key} is {value:f}{unit}; it must be above 0{unit}"
-            yield Problem((*path, key), message, "value", help="a plant without a lag is dead_time")
         elif key in POSITIVE and value < SMALLEST:
-            yield Problem(
-                (*path, key), f"{key} is below {SMALLEST:g}{unit}", "value", help="a plant without a lag is dead_time"
-            )
+            tiny = f"is below {SMALLEST:g}{unit}" if value > 0 else f"is {value:f}{unit}; it must be above 0{unit}"
+            yield Problem((*path, key), f"{key} {tiny}", "value", help="a plant without a lag is dead_time")
         elif key in NOT_NEGATIVE and value < 0:
-            yield Problem(
-                (*path, key), f"{key} is {value:f}{unit}; it must not be negative", "value", help="write 0 or more"
-            )
+            message = f"{key} is {value:f}{unit}; it must not be negative"
+            yield Problem((*path, key), message, "value", help="write 0 or more")
 
 
 def _numbers(plant: Plant) -> Iterator[tuple[str, Decimal]]:

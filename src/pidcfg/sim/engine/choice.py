@@ -128,12 +128,12 @@ class Machine:
 
     def move_plants(self, k: int) -> None:
         """Bring the plants to base step ``k`` with the outputs of the step before, which events have overwritten."""
-        signals, pool = self.net.signal_values, self.net.pool
+        net, signals, pool = self.net, self.net.signal_values, self.net.pool
         written = {slot: signals[slot] for slot in self.held}
         if k > self.reached:
             for slot, value in self.held.items():
                 signals[slot] = value
-            step_plants(k, self.net.plants, self.net.delay, signals, pool.code, pool.constants, self.stack)
+            step_plants(k, net.parts, net.plants, net.delay, signals, pool.code, pool.constants, self.stack)
             self.reached = k
         for slot, value in written.items():
             signals[slot] = value
@@ -158,7 +158,8 @@ class Machine:
         net, pool = self.net, self.net.pool
         columns = len(net.noisy) if self.noise else 0
         signals = net.delay, net.signal_values, pool.code, pool.constants, self.stack
-        return World(self.step, net.plants, net.channels, *signals, self.noise, columns, noise_from, self.reached)
+        noise = self.noise, columns, noise_from, self.reached
+        return World(self.step, net.parts, net.plants, net.channels, *signals, *noise)
 
     def _loops(self) -> Loops[Any, Any]:
         return Loops(self.plc.configs, self.plc.states, self.plc.aux)

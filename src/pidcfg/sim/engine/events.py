@@ -404,7 +404,7 @@ class Agenda:
         _, text = self.net.texts[name]
         numbers = self.numbers.setdefault(name, numbers_of(text))
         numbers |= {key: float(value) for key, value in (event.disturb or {}).items()}
-        set_parameters(self.net.plants[self.net.plant_of[name]], numbers, self.step / TICKS)
+        set_parameters(self.net.plants[self.net.plant_of[name]], numbers, self.step / TICKS / self.net.parts)
         for key in event.disturb or {}:
             if f"{name}.{key}" in self.net.parameters:
                 self.net.signal_values[self.net.parameters[f"{name}.{key}"]] = numbers[key]

@@ -85,6 +85,8 @@ class World(NamedTuple):
 
     step: int
     """Ticks of a base step."""
+    parts: int
+    """Equal parts in which the plants go through it."""
     plants: MutableSequence[Plant]
     channels: MutableSequence[Channel]
     delay: MutableSequence[float]
@@ -217,6 +219,7 @@ def hold_outputs(
 
 def step_reference(
     k: int,
+    parts: int,
     reference: Reference,
     meters: Sequence[Meter],
     signals: Sequence[float],
@@ -228,7 +231,7 @@ def step_reference(
     plants, channels, delay, held, outputs, _ = reference
     hold_outputs(outputs, meters, signals, held)
     if k > 0:
-        step_plants(k, plants, delay, held, code, constants, stack)
+        step_plants(k, parts, plants, delay, held, code, constants, stack)
     for i in range(len(plants)):
         held[plants[i].measured] = held[plants[i].slot]
     if len(channels) > 0:
@@ -249,7 +252,7 @@ def advance(
 
     Time 0 is base step ``zero``; what lies before is the pre-roll.
     """
-    tick, plants, channels, delay, signals, code, constants, stack, noise, columns, noise_from, reached = world
+    tick, parts, plants, channels, delay, signals, code, constants, stack, noise, columns, noise_from, reached = world
     configs, states, aux = loops
     loop_meters, bands, gauges, onsets = meters
     rows, trend, counts, shown, every = log
@@ -260,9 +263,9 @@ def advance(
     compared = len(reference.rivals)
     while k < last and counts[0] <= room:
         if len(reference.plants) > 0:
-            step_reference(k, reference, loop_meters, signals, code, constants, stack)
+            step_reference(k, parts, reference, loop_meters, signals, code, constants, stack)
         if k > reached:
-            step_plants(k, plants, delay, signals, code, constants, stack)
+            step_plants(k, parts, plants, delay, signals, code, constants, stack)
         if columns > 0:
             add_noise(k - noise_from, columns, plants, noise, signals)
         if wired > 0:
@@ -292,12 +295,12 @@ def advance(
 
 def settle(k: int, last: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]) -> int:
     """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
-    tick, plants, channels, delay, signals, code, constants, stack, _, _, _, reached = world
+    tick, parts, plants, channels, delay, signals, code, constants, stack, _, _, _, reached = world
     configs, states, aux = loops
     first = k
     while k < last:
         if k > reached:
-            step_plants(k, plants, delay, signals, code, constants, stack)
+            step_plants(k, parts, plants, delay, signals, code, constants, stack)
         for i in range(len(plants)):
             signals[plants[i].measured] = signals[plants[i].slot]
         if len(channels) > 0:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from decimal import Decimal
+from math import ceil
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.expressions import Expression, ExpressionError, parse
@@ -14,7 +16,6 @@ from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
-    from decimal import Decimal
 
     from pidcfg.schemas.scenario import Plant as PlantText
     from pidcfg.schemas.scenario import Scenario
@@ -24,10 +25,14 @@ if TYPE_CHECKING:
 #
 # A plant's signal as the input of another plant is free of noise; a connection to a loop's PV sees what the
 # transmitters show. Plants are ordered so that each comes after those it reads; where they form a ring, the one that
-# is written first reads the value of the step before.
+# is written first reads the value of the step before. A step is exact for an input that is held. What a plant reads of
+# plants is not, nor is a limit in a swing: all plants then take short parts of a base step as their steps (D916).
 
 MAX_DELAY = 1_000_000
-"""Base steps of dead time in one scenario: what a buffer may take."""
+"""Steps of dead time in one scenario: what a buffer may take."""
+MOST_PARTS = 100
+OF_A_LAG = 10
+"""Steps that the shortest lag takes of a plant whose input is not held."""
 PARAMETERS = ("gain", "load")
 """Parameters of a plant that expressions can read: ``FIC-102.gain``."""
 
@@ -41,6 +46,8 @@ class Network:
     """Signals of the report and the trend, in the order of their columns."""
     plants: list[Plant] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
+    parts: int = 1
+    """Equal parts of a base step, each of which is a step of the plants."""
     delay: MutableSequence[float] = field(default_factory=list)
     pool: Pool = field(default_factory=Pool)
     plant_of: dict[str, int] = field(default_factory=dict)
@@ -64,13 +71,14 @@ class Network:
 
     def longest(self) -> float:
         """The longest time constant or dead time in s; an integrator counts as 1/gain."""
-        times = [0.0]
-        for _, text in self.texts.values():
-            constants = (text.time_constant, text.lag, text.dead_time, *(text.time_constants or ()))
-            times += [float(t) for t in constants if t is not None]
-            if text.model == "integrator" and text.gain:
-                times.append(1 / abs(float(text.gain)))
-        return max(times)
+        return float(max((t for _, text in self.texts.values() for t in (*lags(text), text.dead_time)), default=0))
+
+
+def lags(text: PlantText) -> list[Decimal]:
+    """The time constants of a plant in s; an integrator counts as 1/gain."""
+    if text.model == "integrator":
+        return [1 / abs(text.gain)] if text.gain else []
+    return [t for t in (text.time_constant, text.lag, *(text.time_constants or ())) if t is not None]
 
 
 def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] = ()) -> Network:
@@ -94,6 +102,7 @@ def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] =
     _connect(net, plc, scenario.connect, later)
     if not any(problem.severity == "error" for problem in net.problems):
         _order(net, inputs)
+        _divide(net, inputs, scenario, step)
         _prepare(net, step)
     return net
 
@@ -268,31 +277,40 @@ def _order(net: Network, inputs: Mapping[str, Expression]) -> None:
             plant.source = expression.signal
 
 
+def _divide(net: Network, inputs: Mapping[str, Expression], scenario: Scenario, step: int) -> None:
+    """The parts of a base step, by the shortest lag of a plant whose input is not held; events may shorten it."""
+    slots = {plant.slot for plant in net.plants}
+    for name, (path, text) in net.texts.items():
+        if slots.isdisjoint(inputs[name].signals) and not (text.model == "second_order" and text.limits):
+            continue
+        changes = [e.disturb for e in scenario.events if e.disturb and (e.plant or e.loop) == name]
+        found = [lag for change in ({}, *changes) for lag in lags(text.model_copy(update=change))]
+        found += [text.dead_time] if not found and text.dead_time * TICKS % step else []
+        wanted = ceil(OF_A_LAG * Decimal(step) / TICKS / min(found)) if found else 1
+        net.parts = max(net.parts, min(wanted, MOST_PARTS))
+        if wanted > MOST_PARTS:
+            message = (
+                f"the shortest lag of {name} is {float(min(found)):g} s, the base step {step / TICKS:g} s: "
+                f"the plants go through it in {MOST_PARTS} parts, and {wanted} are wanted"
+            )
+            cure = "give a shorter 'step' if what the plant does within a base step matters"
+            net.problems.append(Problem(path, message, "rounded", "info", cure, key=True))
+
+
 def _prepare(net: Network, step: int) -> None:
     """Coefficients and delay lines."""
     for name, at in net.plant_of.items():
         path, text = net.texts[name]
         plant = net.plants[at]
-        plant.length, rounded = _steps(text.dead_time, step)
-        if rounded:
-            message = (
-                f"the dead time of {name} is {text.dead_time} s, run as {plant.length} base steps of {step / TICKS:g} s"
-            )
-            net.problems.append(Problem((*path, "dead_time"), message, "rounded", "info"))
-        plant.delay = len(net.delay)
+        exact = text.dead_time * TICKS * net.parts / step
+        plant.delay, plant.length = len(net.delay), ceil(exact)
         if plant.delay + plant.length > MAX_DELAY:
-            message = f"dead times of more than {MAX_DELAY} base steps"
+            message = f"dead times of more than {MAX_DELAY} steps"
             net.problems.append(Problem((*path, "dead_time"), message, "value", help="use a longer step"))
             return
+        plant.late = float(exact % 1)
         net.delay.extend([0.0] * plant.length)
-        set_parameters(plant, numbers_of(text), step / TICKS)
-
-
-def _steps(time: Decimal, step: int) -> tuple[int, bool]:
-    """A time in base steps, half to even, and whether it had to be rounded."""
-    exact = time * TICKS / step
-    whole = round(exact) if exact < MAX_DELAY * 2 else MAX_DELAY * 2
-    return whole, whole != exact
+        set_parameters(plant, numbers_of(text), step / TICKS / net.parts)
 
 
 # --- Plants at rest before time begins --------------------------------------------------------------------------------

@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Plant as PlantText
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The processes that controllers act on; each advances by the exact solution of its equation over one base step.
-# The input ``u`` is held over a step, so the step of a linear plant has a closed form whose coefficients are worked
-# out beforehand: no error grows with the size of the step. Dead time is a whole number of base steps; all delay lines
-# share one buffer. Noise belongs to the measurement alone and never enters a state.
+# The processes that controllers act on; each advances by the exact solution of its equation over one step, a base step
+# or an equal part of it. The input ``u`` is held over a step, so the step of a linear plant has a closed form whose
+# coefficients are worked out beforehand: no error grows with the size of the step. A dead time of (n + f) steps,
+# 0 < f < 1, makes two moves of each step: for f of it the input of n + 1 steps ago still acts, then that of n steps
+# ago. All delay lines share one buffer. Noise belongs to the measurement alone and never enters a state.
 
 FIRST_ORDER, SECOND_ORDER, INTEGRATOR, LEAD_LAG, DEAD_TIME, VALVE = range(6)
 MODELS = {
@@ -58,8 +59,10 @@ class Plant:
     delay: int = 0
     """Where its delay line begins in the shared buffer."""
     length: int = 0
-    """Dead time in base steps."""
+    """Dead time in steps, rounded up."""
     head: int = 0
+    late: float = 0.0
+    """The share of a step for which the older input still acts; 0: a whole dead time, or none."""
     a: float = 0.0
     """First order: 1 − e^(−dt/T). Integrator: dt. Valve: largest move in a step. Second order: Φ11."""
     b: float = 0.0
@@ -68,6 +71,11 @@ class Plant:
     """Second order: Φ21."""
     d: float = 0.0
     """Second order: Φ22."""
+    late_a: float = 0.0
+    """The same four over the part in which the older input acts; those above are of the rest."""
+    late_b: float = 0.0
+    late_c: float = 0.0
+    late_d: float = 0.0
     y: float = 0.0
     """The value."""
     x: float = 0.0
@@ -82,6 +90,7 @@ class Plant:
 
 def step_plants(
     k: int,
+    parts: int,
     plants: Sequence[Plant],
     delay: MutableSequence[float],
     signals: MutableSequence[float],
@@ -89,23 +98,34 @@ def step_plants(
     constants: Sequence[float],
     stack: MutableSequence[float],
 ) -> None:
-    """All plants through one base step, in the order in which they depend on each other (kernel)."""
-    for i in range(len(plants)):
-        p = plants[i]
-        u = signals[p.source] if p.source >= 0 else read_expression(k, p, signals, code, constants, stack)
-        if p.length > 0:
-            u = delayed_input(p, u, delay)
-        if p.model == FIRST_ORDER:
-            y = p.y
-            y += p.a * (p.gain * u + p.load - y)
-        else:
-            y = other_value(p, u)
-        if y > p.high or y < p.low:
-            y = p.high if y > p.high else p.low
-            if p.model == SECOND_ORDER:  # it rests there (D642)
-                p.x = 0.0
-        p.y = y
-        signals[p.slot] = y
+    """All plants through the parts of one base step, in the order in which they depend on each other (kernel)."""
+    for _ in range(parts):
+        for i in range(len(plants)):
+            p = plants[i]
+            u = signals[p.source] if p.source >= 0 else read_expression(k, p, signals, code, constants, stack)
+            if p.length > 0:
+                u = delayed_input(p, u, delay)
+                if p.late > 0.0:
+                    p.y = within_limits(p, next_value(p, u, p.late_a, p.late_b, p.late_c, p.late_d))
+                    u = delay[p.delay + p.head]
+            if p.model == FIRST_ORDER:
+                y = p.y
+                y += p.a * (p.gain * u + p.load - y)
+            else:
+                y = next_value(p, u, p.a, p.b, p.c, p.d)
+            if y > p.high or y < p.low:
+                y = within_limits(p, y)
+            p.y = y
+            signals[p.slot] = y
+
+
+def within_limits(p: Plant, y: float) -> float:
+    """A value that stops at the plant's limits; one of second order comes to rest there, D642 (kernel)."""
+    if p.low <= y <= p.high:
+        return y
+    if p.model == SECOND_ORDER:
+        p.x = 0.0
+    return p.high if y > p.high else p.low
 
 
 def read_expression(
@@ -127,7 +147,7 @@ def read_expression(
 
 
 def delayed_input(p: Plant, u: float, delay: MutableSequence[float]) -> float:
-    """What went into the plant's delay line one dead time ago (kernel)."""
+    """What went into the plant's delay line as many steps ago as it is long; what comes next is newer (kernel)."""
     at = p.delay + p.head
     value = delay[at]
     delay[at] = u
@@ -137,34 +157,36 @@ def delayed_input(p: Plant, u: float, delay: MutableSequence[float]) -> float:
     return value
 
 
-def other_value(p: Plant, u: float) -> float:
-    """The value of a plant that is not of first order after one step with the input ``u`` (kernel)."""
+def next_value(p: Plant, u: float, a: float, b: float, c: float, d: float) -> float:
+    """The value of a plant after a time with the input ``u``; the coefficients say how long it is (kernel)."""
     if p.model == INTEGRATOR:
-        return p.y + p.a * (p.gain * u + p.load)
+        return p.y + a * (p.gain * u + p.load)
     if p.model == SECOND_ORDER:
         end = p.gain * u + p.load
         away = p.y - end
-        value = end + p.a * away + p.b * p.x
-        p.x = p.c * away + p.d * p.x
+        value = end + a * away + b * p.x
+        p.x = c * away + d * p.x
         return value
     if p.model == LEAD_LAG:
-        p.x += p.a * (u - p.x)
-        return p.gain * (p.x + p.b * (u - p.x)) + p.load
+        p.x += a * (u - p.x)
+        return p.gain * (p.x + b * (u - p.x)) + p.load
     if p.model == VALVE:
-        return p.gain * move_valve(p, u) + p.load
+        return p.gain * move_valve(p, u, a, b) + p.load
+    if p.model == FIRST_ORDER:
+        return p.y + a * (p.gain * u + p.load - p.y)
     return p.gain * u + p.load
 
 
-def move_valve(p: Plant, u: float) -> float:
+def move_valve(p: Plant, u: float, most: float, band: float) -> float:
     """The position of a valve: it sticks until it is off by its band, then moves at its rate (kernel)."""
     away = u - p.x
-    if p.moving == 0 and abs(away) > p.b:
+    if p.moving == 0 and abs(away) > band:
         p.moving = 1
     if p.moving == 1:
-        if away > p.a:
-            p.x += p.a
-        elif away < -p.a:
-            p.x -= p.a
+        if away > most:
+            p.x += most
+        elif away < -most:
+            p.x -= most
         else:
             p.x = u
             p.moving = 0
@@ -247,20 +269,26 @@ def set_parameters(plant: Plant, numbers: Mapping[str, float], dt: float) -> Non
     """Writes a plant's numbers and works out the coefficients of its exact step of ``dt`` seconds."""
     plant.gain, plant.load, plant.sigma = numbers["gain"], numbers["load"], numbers["noise"]
     plant.low, plant.high = numbers.get("low", plant.low), numbers.get("high", plant.high)
-    if plant.model == INTEGRATOR:
-        plant.a = dt
-    elif plant.model == SECOND_ORDER:
+    plant.late_a, plant.late_b, plant.late_c, plant.late_d = coefficients(plant.model, numbers, plant.late * dt)
+    plant.a, plant.b, plant.c, plant.d = coefficients(plant.model, numbers, (1 - plant.late) * dt)
+
+
+def coefficients(model: int, numbers: Mapping[str, float], dt: float) -> tuple[float, float, float, float]:
+    """``a`` to ``d`` of a `Plant` over ``dt`` seconds."""
+    if model == INTEGRATOR:
+        return dt, 0.0, 0.0, 0.0
+    if model == SECOND_ORDER:
         if "first" in numbers:
             squared, damped = numbers["first"] * numbers["second"], numbers["first"] + numbers["second"]
         else:
             squared, damped = numbers["time_constant"] ** 2, 2 * numbers["damping"] * numbers["time_constant"]
-        plant.a, plant.b, plant.c, plant.d = second_order(dt, squared, damped)
-    elif plant.model == LEAD_LAG:
-        plant.a, plant.b = lag(dt, numbers["lag"]), numbers["lead"] / numbers["lag"]
-    elif plant.model == VALVE:
-        plant.a, plant.b = numbers.get("rate_limit", plant.high) * dt, numbers["stiction"]
-    elif "time_constant" in numbers:
-        plant.a = lag(dt, numbers["time_constant"])
+        return second_order(dt, squared, damped)
+    if model == LEAD_LAG:
+        return lag(dt, numbers["lag"]), numbers["lead"] / numbers["lag"], 0.0, 0.0
+    if model == VALVE:
+        most = numbers["rate_limit"] * dt if "rate_limit" in numbers else math.inf
+        return most, numbers["stiction"], 0.0, 0.0
+    return (lag(dt, numbers["time_constant"]) if "time_constant" in numbers else 0.0), 0.0, 0.0, 0.0
 
 
 # ----------------------------------------------------------------------------------------------------------------------

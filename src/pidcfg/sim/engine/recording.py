@@ -188,8 +188,28 @@ RUN = (
         85,
         "plants in a ring",
         "Plants are stepped in the order in which they depend on each other; where they form a ring, the one that is "
-        "written first reads the value of the step before.",
-        "A ring has no order; a base step of delay is the least that can be assumed.",
+        "written first reads the value of the step before: of the part before where a base step has several (D916).",
+        "A ring has no order; a step of delay is the least that can be assumed.",
+    ),
+    Decision(
+        916,
+        "a plant whose input is not held goes through a base step in parts",
+        "Every plant moves by the exact solution for an input that is held over a step, as what comes from the PLC is. "
+        "Where a plant reads another one or itself, or one of second order has `limits`, all plants go through each "
+        "base step in equal parts, with the PLC's signals held: in so many that a part is no longer than a tenth of "
+        "the shortest lag of such a plant, with what events write, and in 100 at most; where more are wanted, an info "
+        "names the plant, its lag and the base step. An integrator's lag is 1/gain in s; a plant without a lag counts "
+        "by its dead time, where that is no whole number of base steps. Noise, connections, sensors, the PLC, what is "
+        "measured, rows of the trend and events stay on base steps.",
+        "What is read at the end of a part is early by half of it, a twentieth of the lag: within 2 % of the way that "
+        "a value goes on lags in series, in a ring, in a tank that drains by its level, and to a limit in a swing.",
+    ),
+    Decision(
+        917,
+        "a dead time is as long as it is written",
+        "With a dead time of n + f steps, f below 1, the input of n + 1 steps ago acts for the share f of a step, and "
+        "that of n steps ago for the rest; the plant stops at its limits after either. A dead time of 0 has no line.",
+        "The input is held over a step, so that this is the exact solution at any base step.",
     ),
     Decision(
         86,

@@ -63,6 +63,7 @@ class HeldNetwork:
         for own, plant in zip(self.plants, self.net.plants, strict=True):
             own.gain, own.load, own.low, own.high = plant.gain, plant.load, plant.low, plant.high
             own.a, own.b, own.c, own.d = plant.a, plant.b, plant.c, plant.d
+            own.late_a, own.late_b, own.late_c, own.late_d = plant.late_a, plant.late_b, plant.late_c, plant.late_d
         for slot in self.shared:
             self.signal_values[slot] = self.net.signal_values[slot]
 

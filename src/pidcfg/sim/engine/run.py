@@ -234,16 +234,9 @@ def refused_modes(machine: Machine) -> list[Problem]:
     """A warning for each loop that rests in another mode than it is meant for: what rests is not under control."""
     plc = machine.plc
     modes = [plc.mode(state.status) for state in plc.states[: len(plc.loops)]]
-    cure = "see the mode changes at 0 s for the reason"
+    kind, cure = "no_steady_state", "see the mode changes at 0 s for the reason"
     return [
-        Problem(
-            ("initial",),
-            f"{loop} rests in {mode}, though {goal} is meant",
-            "no_steady_state",
-            "warning",
-            cure,
-            loop=loop,
-        )
+        Problem(("initial",), f"{loop} rests in {mode}, though {goal} is meant", kind, "warning", cure, loop=loop)
         for loop, mode, goal in zip(plc.loops, modes, plc.goals, strict=True)
         if goal != "manual" and mode == "manual" and "manual" in plc.modes
     ]
@@ -419,7 +412,7 @@ class Run:
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         onsets = [w for w in watches.values() if isinstance(w, Onset)]
-        work = (last + 1) * len(meters)
+        work = (last + 1) * len(meters) * (net.parts + 3) // 4  # a step of a plant is a quarter of a loop-step
         engine = choose(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)

@@ -118,20 +118,17 @@ class Pace:
 def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
     """The pace of one loop's plants."""
     net = influence.net
-    total, dead, integrates = SMOOTHING * plc.configs[i].period / TICKS, 0.0, False
+    dead, lagging, integrates = 0.0, 0.0, False
     low, high, _ = plc.scales[i]
     least, most = (0.0, 1.0) if plc.pulse_cycle(i) else plc.output_limits(i, net.signal_values)
     for name in influence.plants_between(i):
         text = net.texts[name][1]
         dead += float(text.dead_time)
-        total += float(text.dead_time) + sum(lags(text))
+        lagging += sum(lags(text))
         integrates = integrates or text.model == "integrator"
-    speed, turn = abs(answer(net, plc, i)) * (most - least), total
-    if integrates and speed:
-        total += abs(high - low) / speed
-    return Pace(
-        dead, total, turn, sum(sum(lags(net.texts[name][1])) for name in influence.plants_between(i)), integrates
-    )
+    speed, turn = abs(answer(net, plc, i)) * (most - least), SMOOTHING * plc.configs[i].period / TICKS + dead + lagging
+    crossing = abs(high - low) / speed if integrates and speed else 0.0
+    return Pace(dead, turn + crossing, turn, lagging, integrates)
 
 
 def lags(text: PlantText) -> Iterator[float]:
