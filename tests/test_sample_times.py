@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import pidcfg
+import pidcfg.sim.engine.run as engine
 from pidcfg.sim.engine.network import MAX_DELAY, MOST_PARTS
 from pidcfg.sim.engine.plants import MODELS, Plant, set_parameters, settle_at, step_plants
 from pidcfg.sim.engine.run import Settings, begin_run, prepare
@@ -206,11 +207,18 @@ def test_plants_that_read_each_other_come_near_to_a_fine_run_at_a_coarse_step(na
         assert not [f for f in result.findings if f.code == "PID056"]
 
 
+@pytest.mark.parametrize("event", ["plant: z, disturb: {load: 0}", "loop: A, set: {setpoint.value: 55}"])
 @pytest.mark.parametrize("name", NETWORKS)
-def test_an_event_that_writes_what_stands_there_changes_no_coefficient(name):
+def test_an_event_that_concerns_no_plant_changes_none(name, event):
+    """It works out coefficients anew, or moves the plants before it writes what the PLC holds."""
     plain, _ = values_of(NETWORKS[name], 30)
-    more = EVENTS + "  - {at: 300, plant: z, disturb: {load: 0}}\n"
-    assert values_of(NETWORKS[name], 30, events=more)[0] == plain
+    assert values_of(NETWORKS[name], 30, events=f"{EVENTS}  - {{at: 180, {event}}}\n")[0] == plain
+
+
+def test_the_way_to_the_steady_start_is_as_long_in_parts():
+    plants = NETWORKS["two lags in series"].replace("time_constant: 60", "time_constant: 60, initial: 0")
+    settled = [values_of(plants, step, more="connect: {A.PV: z}\ninitial: steady\n")[1].report.settled for step in (1, 90)]
+    assert settled[0] == settled[1] > 500
 
 
 def test_without_control_the_same_plants_go_the_same_way():
@@ -291,6 +299,15 @@ def test_a_lag_that_wants_more_parts_than_there_are_is_named():
     assert found.message == (
         "the shortest lag of z is 0.04 s, the base step 2 s: the plants go through it in 100 parts, and 500 are wanted"
     )
+
+
+def test_steps_of_plants_count_when_the_engine_is_chosen(monkeypatch):
+    asked = []
+    monkeypatch.setattr(engine, "choose", lambda _wanted, work, *_more: asked.append(work) or "python")
+    for lag in (10, 2):
+        text = f"plants:\n{A}  - {{name: z, model: first_order, input: a, time_constant: {lag}}}\n"
+        begin_run(scenario(text), Controller.load, Controller, Settings("auto"))
+    assert asked == [11 * 2, 11 * 2 * (1 + (5 - 1) / 4)]
 
 
 def test_a_delay_line_is_as_long_as_its_dead_time_in_steps_and_in_parts():
