@@ -217,7 +217,9 @@ def test_an_event_that_concerns_no_plant_changes_none(name, event):
 
 def test_the_way_to_the_steady_start_is_as_long_in_parts():
     plants = NETWORKS["two lags in series"].replace("time_constant: 60", "time_constant: 60, initial: 0")
-    settled = [values_of(plants, step, more="connect: {A.PV: z}\ninitial: steady\n")[1].report.settled for step in (1, 90)]
+    settled = [
+        values_of(plants, step, more="connect: {A.PV: z}\ninitial: steady\n")[1].report.settled for step in (1, 90)
+    ]
     assert settled[0] == settled[1] > 500
 
 

@@ -166,7 +166,7 @@ REFUSED = [
     (PLANTS + "{model: dead_time, dead_time: -1}\n", "plants.A.dead_time", "negative"),
     (PLANTS + "{model: dead_time, noise: -1}\n", "plants.A.noise", "negative"),
     (PLANTS + "{model: dead_time, gain: 1e13}\n", "plants.A.gain", "beyond"),
-    (PLANTS + "{model: dead_time, dead_time: 1e9}\n", "plants.A.dead_time", "more than 1000000 base steps"),
+    (PLANTS + "{model: dead_time, dead_time: 1e9}\n", "plants.A.dead_time", "more than 1000000 steps"),
     (PLANTS + "{model: dead_time}\nconnect: {A.PV: 1}\n", "connect.A.PV", "a plant of its own"),
     ("connect: {A.PV: 1, B.PV: 1, C.PV: 1}\n", "connect.C.PV", "no loop's PV"),
     ("connect: {A.PV: 1, B.PV: Q}\n", "connect.B.PV", "'Q' is no declared name"),
