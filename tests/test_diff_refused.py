@@ -149,7 +149,6 @@ def test_a_listing_without_set_up_says_nothing_of_which_loops_run():
         ("click", ("DF101", 0x41C80000), "setpoint.value"),
         ("ezlogix", ("R102", 17), "setpoint.value"),
         ("dpide", ("OVEN.SV", 17.0), "SV"),
-        ("dpide", ("OVEN.PID_RUN", False), "PID_RUN"),
         ("dpide", ("OVEN.I_MV", 1234.5), "I_MV"),
         ("nextopid", ("TIC_1.ManualMV", 17.0), "ManualMV"),
         ("generic", ("FIC-1.mode", "manual"), "mode"),
@@ -160,6 +159,16 @@ def test_with_live_everything_counts(vendor, word, key):
     assert pidcfg.diff(document, text, names=(None, "upload.txt")).same
     result = pidcfg.diff(document, text, names=(None, "upload.txt"), live=True)
     assert [(d.key, "written by" in d.note) for d in differences(result)] == [(key, True)]
+
+
+def test_a_stop_is_a_state_and_with_live_a_difference_too():
+    document, text = checked_file("dpide").document, listing_of("dpide", None, ("OVEN.PID_RUN", False))
+    for live in (False, True):
+        result = pidcfg.diff(document, text, names=(None, "upload.txt"), live=live)
+        (loop,) = (loop for loop in result.loops if loop.loop == "OVEN")
+        assert [state.key for state in loop.states] == ["PID_RUN"]
+        assert [d.key for d in differences(result)] == ["PID_RUN"] * live
+        assert not loop.operated
 
 
 @pytest.mark.parametrize("live", [False, True])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.conversion.ledger import json_value, number_of
+from pidcfg.conversion.terms import CALCULATED
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
@@ -14,7 +16,8 @@ if TYPE_CHECKING:
 # --- What a comparison of two configurations gives: their loops, and what differs in each, by what can go wrong -------
 
 Risk = Literal["critical", "high", "medium", "low", "cosmetic"]
-Status = Literal["same", "changed", "renamed", "moved", "added", "removed"]
+Status = Literal["same", "disturbed", "changed", "renamed", "moved", "added", "removed"]
+StateKind = Literal["error", "stopped", "tuning"]
 RISKS: tuple[Risk, ...] = ("critical", "high", "medium", "low", "cosmetic")
 """From harmful to harmless."""
 
@@ -47,6 +50,21 @@ class Difference:
 
 
 @frozen
+class State:
+    """What a word says of a loop that does not run as it is set up."""
+
+    kind: StateKind
+    text: str
+    key: str
+    """The register's name."""
+    address: str
+    word: str
+    """Its content as the PLC shows it."""
+    side: str = ""
+    """The name of the listing, where both sides are listings."""
+
+
+@frozen
 class Compared:
     """A loop on both sides, or on one side only."""
 
@@ -64,11 +82,20 @@ class Compared:
     """Keys of words that differ and that the PLC or the process writes."""
     missing: tuple[str, ...] = ()
     """Keys that a listing does not hold."""
+    states: tuple[State, ...] = ()
+    """What a listing says of a loop that does not run as it is set up."""
 
     @property
     def same(self) -> bool:
-        """Whether nothing differs that counts."""
+        """Whether nothing differs that counts, and the loop runs as it is set up."""
         return self.status == "same"
+
+    def with_states(self, states: tuple[State, ...]) -> Compared:
+        """The same, and what listings say of its state; that is no setting of the operator's beside it."""
+        told = {state.key for state in states}
+        operated = tuple(d for d in self.operated if d.key not in told)
+        status: Status = "disturbed" if states and self.same else self.status
+        return replace(self, states=states, operated=operated, status=status)
 
 
 def rank_by_risk(loop: str, differences: Iterable[Difference]) -> Compared:
@@ -124,8 +151,6 @@ LOOP_SET_KEYS: dict[str, str] = {
 }
 # fmt: on
 """Keys that decide which loops there are, whatever their own words say."""
-CALCULATED = "calculated"
-"""What is told of a loop that the PLC runs."""
 PLACE_KEYS = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
 SIGNAL_WORDS = ("tag", "format", "transfer", "counts", "pwm", "curve")
 """Words of keys that say which signal is read or driven, and what its counts mean."""

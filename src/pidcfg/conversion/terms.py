@@ -227,6 +227,8 @@ TOP = ("name", "description")
 """What a listing says of the whole file that stands at the top of it."""
 CONFIGURATION = "configuration"
 """What a listing is said to lack whose words and settings give none."""
+CALCULATED = "calculated"
+"""What is told of a loop that the PLC runs."""
 SETPOINT = "setpoint"
 """The switch beside the words that says that the set point is left to the operator."""
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.conversion.differences import CALCULATED
 from pidcfg.conversion.terms import (
+    CALCULATED,
     NAMES,
     SETPOINT,
     SIGNALS,
@@ -260,7 +260,7 @@ OUTPUT_DEVICE = ("devices", "MV")
 
 def parameter_terms(subject: Subject) -> Terms:
     """The loops, blocks and signals of a file or listing."""
-    image, table = subject.encoding.image, tables_of(subject.vendor).WRITTEN
+    image, table, made = subject.encoding.image, tables_of(subject.vendor).WRITTEN, outputs_of(subject.vendor)
     names = [name_in(entry) for entry in image.settings]
     models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     cells: dict[str, list[Entry]] = {name: [] for name in names}
@@ -276,6 +276,8 @@ def parameter_terms(subject: Subject) -> Terms:
         for cell in entries:
             key = cell.field or cell.address.removeprefix(f"{name}.")
             writer = writer_of(table, SIGNALS if model is None else key, values)
+            if writer is None and model is not None and key in made:
+                writer = Written(key, "live", "the block, whose output it is", D345)
             if outer := outputs.get(cell.device):
                 writer = Written(key, "live", f"{outer}, whose output it is", D345)
             items[key] = _item(subject, cell, key, model, writer)
@@ -286,6 +288,12 @@ def parameter_terms(subject: Subject) -> Terms:
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
         owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
+
+
+def outputs_of(vendor: Vendor) -> dict[str, str]:
+    """The outputs of a vendor's blocks, with what they are."""
+    rows = (row for table in tables_of(vendor).TABLES for row in getattr(table, "rows", ()))
+    return {row.name: row.title for row in rows if row.access == "output"}
 
 
 def _others(subject: Subject) -> Iterator[Entry]:

@@ -196,6 +196,8 @@ UNREACHED = "PID066"
 """A PLC that is not reached, or does not give what is asked for."""
 CURE = "look who changed it: correct the file, or write its value into the PLC"
 
+TROUBLE_CURE = "look what the PLC reports, `pidcfg explain` says what it means"
+
 
 @frozen
 class CompareResult:
@@ -254,6 +256,10 @@ def _findings(loop: Compared, document: Document, register: Callable[[str], str]
     elif loop.moved is not None:
         said = f"the PLC has the loop at {loop.moved[1]}, the file at {loop.moved[0]}"
         yield _finding(document, ("loops", index) if index is not None else ("loops",), said, loop.loop)
+    for state in loop.states:
+        said = f"the loop does not run as it is set up: {state.text} ({state.address} {state.word})"
+        place = ("loops", *([] if index is None else [index]))
+        yield replace(_finding(document, place, said, loop.loop, state.key), help=TROUBLE_CURE)
     for d in loop.differences:
         if d.key == CONFIGURATION:
             yield _finding(document, (), f"the PLC's words make no configuration{_why(d)}", "")

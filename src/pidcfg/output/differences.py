@@ -7,9 +7,18 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, get_args
 
-from pidcfg.conversion.comparison import Comparison, NeutralSide, compare, fields_of, neutral_fields, neutral_side
-from pidcfg.conversion.differences import RISKS, Status
+from pidcfg.conversion.comparison import (
+    Comparison,
+    NeutralSide,
+    compare,
+    fields_of,
+    match_loops,
+    neutral_fields,
+    neutral_side,
+)
+from pidcfg.conversion.differences import RISKS, Compared, Status
 from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.states import states_of
 from pidcfg.conversion.terms import Subject
 from pidcfg.conversion.vendor_terms import raw_terms, terms_of
 from pidcfg.encoders.codecs import DecodeError
@@ -25,9 +34,9 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import SUFFIXES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from pidcfg.conversion.differences import Compared, Difference
+    from pidcfg.conversion.differences import Difference, State
     from pidcfg.study.verification.verify import Verified
     from pidcfg.text.reader import Limits
     from pidcfg.validate.engine import Checked
@@ -220,6 +229,7 @@ class DiffResult:
                 "operated": [_difference_data(d) for d in loop.operated],
                 "left_out": list(loop.left_out),
                 "missing": list(loop.missing),
+                "states": [_state_data(state) for state in loop.states],
             }
             for loop in self.loops
         ]
@@ -248,6 +258,17 @@ def _difference_data(d: Difference) -> Data:
         "word_from": d.word_before,
         "word_to": d.word_after,
         "note": d.note,
+    }
+
+
+def _state_data(state: State) -> Data:
+    return {
+        "kind": state.kind,
+        "text": state.text,
+        "key": state.key,
+        "address": state.address,
+        "word": state.word,
+        "side": state.side or None,
     }
 
 
@@ -284,12 +305,32 @@ def compare_sides(
         return _compare_word_by_word(sides, names, options, limits) or DiffResult(
             *names, error.findings, error.document, error.name
         )
+    loops = list(_with_states(loops, subjects, names))
     notes = tuple(
         f"{name}: {note}"
         for name, subject in zip(names, subjects, strict=True)
         for note in (subject.reading.notes if subject.reading else ())
     )
     return DiffResult(*names, loops=tuple(loops), sources=(sources[0], sources[1]), notes=notes)
+
+
+def _with_states(
+    rows: Sequence[Compared], subjects: tuple[Subject, Subject], names: tuple[str, str]
+) -> Iterator[Compared]:
+    """The comparison, with what the listings say of loops that do not run as they are set up."""
+    one, two = ([loop.name for loop in subject.config.loops] for subject in subjects)
+    partners = {row.was: row.loop for row in rows if row.was}
+    if subjects[0].vendor is not subjects[1].vendor:
+        partners = {one[i]: two[j] for i, j in match_loops(one, two) if i is not None and j is not None}
+    told: dict[str, list[State]] = {}
+    is_several = all(subject.reading for subject in subjects)
+    for i, (subject, other) in enumerate((subjects, reversed(subjects))):
+        for owner, state in states_of(subject, other):
+            for name in [owner] if owner else (one, two)[i]:
+                row = name if i else partners.get(name, name)
+                told.setdefault(row, []).append(replace(state, side=names[i] if is_several else ""))
+    rest = [Compared(name, "same") for name in told if name not in {row.loop for row in rows}]
+    yield from (row.with_states(tuple(told.get(row.loop, ()))) for row in (*rows, *rest))
 
 
 def _compare_word_by_word(

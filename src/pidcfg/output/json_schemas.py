@@ -382,6 +382,22 @@ def compared_loop() -> Schema:
         operated=listing("What the operator sets; no difference.", key_difference()),
         left_out=listing("Keys of words that differ and that the PLC or the process writes.", text("A key.")),
         missing=listing("Keys that a listing does not hold.", text("A key.")),
+        states=listing("What a listing says of a loop that does not run as it is set up.", loop_state()),
+    )
+
+
+def loop_state() -> Schema:
+    """An error, a stop or an auto-tune that a word tells of."""
+    from pidcfg.conversion.differences import StateKind
+
+    return record(
+        "A state of a loop.",
+        kind=text("An error, an algorithm that does not run, or an auto-tune.", *get_args(StateKind)),
+        text=text("What it is."),
+        key=text("The register's name."),
+        address=text("The register, or its bit."),
+        word=text("Its content as the PLC shows it."),
+        side=or_null(text("The listing, where both sides are listings.")),
     )
 
 

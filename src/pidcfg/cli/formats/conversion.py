@@ -19,7 +19,7 @@ from pidcfg.text.writer import json_text
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from pidcfg.conversion.differences import Compared, Difference
+    from pidcfg.conversion.differences import Compared, Difference, State
     from pidcfg.conversion.ledger import Change
     from pidcfg.conversion.pipeline import LoopReport
     from pidcfg.output.conversion import ConvertResult
@@ -324,6 +324,12 @@ def _some(keys: tuple[str, ...]) -> str:
     return ", ".join(keys[:FEW]) + (f" and {more} more" if more > 0 else "")
 
 
+def _state(state: State) -> str:
+    """What a listing says of a loop, and where."""
+    side = f"{state.side}: " if state.side else ""
+    return f"{side}{state.text} ({state.address} {state.word})"
+
+
 def _asides(entry: Compared) -> Iterator[str]:
     """What is told of a loop without being a difference."""
     if entry.left_out:
@@ -339,7 +345,8 @@ def differences_text(result: DiffResult) -> str:
     """Loops that differ, the gravest difference first."""
     lines = [f"{result.before} → {result.after}"]
     for entry in result.loops:
-        body = [_row(d) for d in entry.differences if not d.other_word_only]
+        body = [f"  {state.kind:<8}  {_state(state)}" for state in entry.states]
+        body += [_row(d) for d in entry.differences if not d.other_word_only]
         body += [f"  {line}" for line in (_same_values(entry.differences),) if line]
         body += [_row(d, "operated") for d in entry.operated] + [f"  {line}" for line in _asides(entry)]
         heading = _heading(entry)
@@ -372,7 +379,8 @@ def differences_markdown(result: DiffResult) -> str:
         heading = _heading(entry)
         rows = [_difference_cells(d, d.risk) for d in entry.differences if not d.other_word_only]
         rows += [_difference_cells(d, "operated") for d in entry.operated]
-        asides = [text for text in (_same_values(entry.differences), *_asides(entry)) if text]
+        asides = [f"{state.kind}: {_state(state)}" for state in entry.states]
+        asides += [text for text in (_same_values(entry.differences), *_asides(entry)) if text]
         if rows or asides or heading:
             lines += ["", f"**{cell(entry.loop or REST)}**{' ' if heading else ''}{cell(heading)}"]
             lines += [*HEADER, *rows] if rows else []
