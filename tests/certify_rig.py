@@ -7,7 +7,8 @@ import signal
 import time
 from pathlib import Path
 
-from pidcfg.study.scenario import NumberSpread, Uncertainty, load
+from pidcfg.study.scenario import load
+from pidcfg.study.uncertainty import NumberSpread, Uncertainty
 from pidcfg.text import processes
 from pidcfg.text.reader import DEFAULT, Texts
 from pidcfg.text.source import read_document

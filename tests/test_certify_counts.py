@@ -15,6 +15,7 @@ from pidcfg.pictures.chart import Band, Line
 from pidcfg.schemas.scenario import Expectation
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import Verdict
+from pidcfg.study.axes import Axes
 from pidcfg.study.certification import certify as certify_module
 from pidcfg.study.certification import samples as workers
 from pidcfg.study.certification import tally as tally_module
@@ -34,7 +35,6 @@ from pidcfg.study.certification.samples import (
     trial_facts,
 )
 from pidcfg.study.certification.tally import BLOCK_SAMPLES, MOST_WORST, Tally, json_of
-from pidcfg.study.outcome import Axes
 from pidcfg.text.document import Document, Node, Plain
 from pidcfg.text.processes import AHEAD
 from pidcfg.text.reader import DEFAULT

@@ -42,17 +42,23 @@ MAY_IMPORT = {
     "sim":              "text.signs text.references text.store schemas encoders tuning",
     "study":            "",
     "study.scenario":   "text.references text.reader text.diagnostics text.document text.source schemas vendors "
-                        "encoders validate sim",
-    "study.outcome":    "text.reader text.diagnostics text.document pictures validate sim study.scenario",
+                        "encoders validate sim study.uncertainty study.accepted",
+    "study.uncertainty": "text.references text.document schemas sim",
+    "study.accepted":   "text.references text.reader text.writer text.diagnostics text.document schemas sim "
+                        "study.axes",
+    "study.axes":       "sim",
+    "study.outcome":    "text.reader text.diagnostics text.document pictures validate sim study.axes "
+                        "study.scenario study.accepted",
     "study.certification": "text.references text.processes text.reader text.writer text.diagnostics text.document "
-                        "text.source schemas pictures sim study.scenario study.outcome",
+                        "text.source schemas pictures sim study.axes study.scenario study.uncertainty "
+                        "study.outcome",
     "study.verification": "text.references text.processes schemas vendors encoders pictures conversion sim",
     "study.draft_plan": "text.references schemas sim study.verification",
     "study.draft":      "text.signs text.reader text.diagnostics text.document text.source schemas validate sim "
                         "study.scenario study.outcome study.draft_plan study.verification",
     "output":           "text.signs text.reader text.writer text.diagnostics text.document text.source schemas vendors "
-                        "encoders conversion tuning validate sim study.scenario study.outcome study.certification "
-                        "study.verification",
+                        "encoders conversion tuning validate sim study.scenario study.accepted study.outcome "
+                        "study.certification study.verification",
     "output.explanation": "text.signs text.references text.diagnostics text.document schemas vendors encoders validate "
                         "output.arguments output.findings",
     "output.report":    "text.signs text.diagnostics schemas vendors encoders pictures conversion validate sim "
@@ -87,7 +93,7 @@ ONLY_IN = {
     "xlsxwriter":    "output.report output.sheets",
     "pydantic":      "schemas encoders vendors validate sim tuning conversion output study.verification "
                      "cli.commands.schema",
-    "pydantic_core": "schemas encoders vendors validate sim study.scenario study.verification study.draft "
+    "pydantic_core": "schemas encoders vendors validate sim study.uncertainty study.verification study.draft "
                      "study.draft_plan",
     "importlib":     "vendors cli live output.sheet_reader output.explanation.lookup sim.engine.compile "
                      "study.certification.samples __init__",

@@ -369,6 +369,9 @@ def simulate(
     trend: Sink | None = None,
     record: bool = False,
     reference: bool = True,
+    against: Path | str | bytes | None = None,
+    against_name: str | None = None,
+    accept: str | None = None,
     name: str | None = None,
     files: Files = None,
     limits: Limits = DEFAULT,
@@ -382,7 +385,9 @@ def simulate(
     of the loops for pictures. ``reference``: run the same plants beside it without control, without which no loop is
     proven to do better than nothing. ``engine``: numba (extra ``fast``) pays for long runs, with the same results;
     ``runs``: how many runs like this one the caller makes in all, where that alone is to choose it, and not what ran
-    before. ``progress`` is called with the share that is done.
+    before. ``progress`` is called with the share that is done. ``against``: an accepted run, in the place of the one
+    that the scenario's ``reference`` names; what differs from it fails. ``accept``: what the file will be called that
+    this run is accepted as; ``accepted`` of the result is its text, unless the run has failed. Nothing is saved.
     """
     from pidcfg.output.runs import SimulateResult
     from pidcfg.output.sources import document_of
@@ -393,13 +398,20 @@ def simulate(
 
     refuse_unknown("engine", engine, get_args(EngineName))
     refuse_below(1, every=every, runs=runs)
+    if against is not None and accept is not None:
+        raise ArgumentError("`against` and `accept` exclude each other", "against", "accept")
+    if against is None and against_name is not None:
+        raise ArgumentError("`against_name` is for `against`", "against_name", "against")
+    stated = None if against is None else source_data(against, against_name, files, limits.file_bytes + 1)
     settings = Settings(engine, every, limits.loop_steps, trend, progress=progress, runs=runs, reference=reference)
     doc = document_of(source, name, files, limits)
     if is_configuration(doc):
         from pidcfg.study.draft import simulate_draft
 
-        return SimulateResult(simulate_draft(doc, settings, record=record))
-    return SimulateResult(simulate_document(doc, settings, reader_of(files), record=record))
+        return SimulateResult(simulate_draft(doc, settings, record=record, against=stated, accept=accept))
+    return SimulateResult(
+        simulate_document(doc, settings, reader_of(files), record=record, against=stated, accept=accept)
+    )
 
 
 @check_arguments

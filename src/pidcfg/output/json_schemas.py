@@ -514,12 +514,12 @@ def run_expectation() -> Schema:
 
 def run_standing() -> Schema:
     """A standing expectation and its verdict."""
-    from pidcfg.sim.judgement.report import STANDING_KINDS
+    from pidcfg.sim.judgement.report import ACCEPTED_KIND, STANDING_KINDS
     from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
 
     return record(
         "A standing expectation.",
-        kind=text("What it is about.", *STANDING_KINDS),
+        kind=text("What it is about.", *STANDING_KINDS, ACCEPTED_KIND),
         loop=text("The loop; empty: the PLC."),
         passed=switch("Whether it holds; true where nothing is known."),
         judged=switch("Whether the loop is not exempt."),

@@ -45,6 +45,11 @@ class SimulateResult:
         return self.outcome.recording
 
     @property
+    def accepted(self) -> str | None:
+        """The file that this run was to be accepted as; None: it was not to be, or has failed."""
+        return self.outcome.accepted
+
+    @property
     def passed(self) -> bool:
         """Whether it ran and everything that is expected of it holds."""
         return self.outcome.passed
@@ -57,6 +62,19 @@ class SimulateResult:
     def to_json(self) -> Data:
         """What ``pidcfg simulate --format json`` prints for one scenario."""
         return deepcopy(runs_data([self.outcome]))
+
+
+def difference_of_accepted(before: bytes, after: str) -> str:
+    """What another accepted run has in the place of the one in a file, in words."""
+    from pidcfg.schemas.accepted import AcceptedError, run_of_data
+    from pidcfg.study.accepted import told_differences
+
+    try:
+        old = run_of_data(before, len(before))
+    except AcceptedError as error:
+        return str(error)
+    told = told_differences(old, run_of_data(after.encode(), len(after.encode())))
+    return f"differs: {told}" if told else "differs, within the tolerances"
 
 
 def runs_data(outcomes: Sequence[Outcome]) -> Data:

@@ -540,6 +540,8 @@ class Scenario(Model):
     """What happens, and when."""
     expect: tuple[Expectation, ...] = ()
     """What must be so; it decides the exit code."""
+    reference: Text | None = None
+    """A run that was accepted (``simulate --accept``), relative to this file; what differs from it fails."""
     allow: tuple[Allowance, ...] = ()
     """Standing expectations that a loop may fail."""
     tolerance: Annotated[dict[Name, AnyBound], Field(default_factory=dict)]

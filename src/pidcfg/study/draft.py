@@ -276,7 +276,14 @@ def _run(checked: Checked, course: DraftParts, title: str, config: str, most: in
     return simulate_loaded(loaded, Settings("auto", max_loop_steps=most))
 
 
-def simulate_draft(doc: Document, settings: Settings, *, record: bool = False) -> Outcome:
+def simulate_draft(
+    doc: Document,
+    settings: Settings,
+    *,
+    record: bool = False,
+    against: tuple[bytes, str] | None = None,
+    accept: str | None = None,
+) -> Outcome:
     """Runs a configuration with its drafted scenario; one with errors has its findings and no report."""
     checked = check_document(doc)
     documents = {doc.file: doc}
@@ -291,4 +298,5 @@ def simulate_draft(doc: Document, settings: Settings, *, record: bool = False) -
     loaded = Loaded(scenario, [], *read_scenario(scenario)[:1], config=doc.file, documents=documents)
     loaded.documents[scenario.file] = scenario
     loaded.vendor, loaded.image = checked.vendor, checked.encoding.image if checked.encoding else None
-    return replace(simulate_loaded(loaded, settings, record=record), file=doc.file)
+    outcome = simulate_loaded(loaded, settings, record=record, against=against, accept=accept)
+    return replace(outcome, file=doc.file)

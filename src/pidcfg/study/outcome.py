@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import field, replace
-from math import isfinite, nan, sqrt
+from math import isfinite, nan
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
 from pidcfg.sim.engine.recording import HIGH, LOW
 from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, Alarm, flag_words
-from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.study.axes import axes_of, signals_of
+from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DISK, Reader
 
@@ -17,99 +18,15 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from pidcfg.pictures.chart import Role, Side
-    from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.engine.recording import Recording
     from pidcfg.sim.engine.run import Settings
     from pidcfg.sim.judgement.report import LoopReport, Period, Report, Verdict
+    from pidcfg.study.axes import Axes
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.document import Document
 
     Steps = Sequence[tuple[float, float]]
     """Times in s, each with the value from then on."""
-
-# --- What a loop's signals are called and counted in ------------------------------------------------------------------
-
-PERCENT = (0, 100)
-
-
-@frozen
-class Root:
-    """The PV's scale of a loop that takes the root of it: its signals are recorded as they are before."""
-
-    low: float
-    width: float
-    zero: float
-    """Where the PV's counts begin, as a share of the span."""
-
-    def taken(self, value: float) -> float:
-        """The PV for a value before the root."""
-        return self.low + self.width * sqrt(max((value - self.low) / self.width + self.zero, 0.0))
-
-    def remark(self, name: str, last: float, unit: str) -> str:
-        """A remark on what the axis shows, with the value of ``name`` at the end as the example."""
-        stands = f"{self.taken(last):.4g} {unit}".rstrip()
-        return f"PV and {name} are before the root: {last:.4g} at the end stands for {stands}"
-
-
-def root_of(plc: Plc, loop: int) -> Root | None:
-    """The scale of a loop, by its number, whose signals are those before its root is taken; None for another one."""
-    low, high, _ = plc.scales[loop]
-    zero = plc.roots[loop] if plc.roots else None
-    return None if zero is None else Root(low, high - low, zero)
-
-
-@frozen
-class Axes:
-    """What a loop's signals are called and counted in."""
-
-    pv: str
-    setpoint: str
-    output: str
-    """Names of the signals; empty: the PLC shows no such signal."""
-    pv_unit: str = ""
-    output_unit: str = ""
-    output_range: tuple[float, float] | None = None
-    root: Root | None = None
-    """Given where the loop takes the root of its PV."""
-    description: str = ""
-
-
-def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
-    """The axes of each loop; units, ranges and descriptions come from the ``settings`` of its image."""
-    by_name = {str(entry["loop"]): entry for entry in settings if "loop" in entry}
-    axes = {}
-    for i, loop in enumerate(plc.loops):
-        entry, config = by_name.get(loop, {}), plc.configs[i]
-        pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
-        unit = output.get("unit") or plc.output_unit
-        shown = (
-            plc.outputs[i] if plc.outputs else output.get("range") or (PERCENT if unit == "%" else limits_of(plc, i))
-        )
-        low, high, counts = plc.scales[i]
-        raw = "range" not in pv and high - low == counts
-        axes[loop] = Axes(
-            plc.signals[config.pv_slot],
-            plc.signals[config.sp_slot],
-            plc.signals[config.out_slot],
-            pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
-            output_unit=str(unit or ("counts" if plc.outputs and "range" not in output else "")),
-            output_range=None if shown is None else (float(shown[0]), float(shown[1])),
-            root=root_of(plc, i),
-            description=str(entry.get("description") or ""),
-        )
-    return axes
-
-
-def limits_of(plc: Plc, loop: int) -> tuple[float, float] | None:
-    """The limits of an output without a range, as they are at the start; None where they are no range to show."""
-    low, high = plc.output_limits(loop, plc.signal_values)
-    return (low, high) if isfinite(high - low) and low < high else None
-
-
-def signals_of(axes: Mapping[str, Axes]) -> frozenset[str]:
-    """The signals that a picture needs."""
-    return frozenset(name for one in axes.values() for name in (one.pv, one.setpoint, one.output) if name)
-
 
 # --- Lines in a trend at which its alarms come on and its output ends -------------------------------------------------
 
@@ -322,6 +239,10 @@ class Outcome:
     """The trend for a picture, where one is wanted."""
     axes: Mapping[str, Axes] = field(default_factory=dict)
     """Names and units of each loop's signals."""
+    reference: str = ""
+    """The file of the accepted run that it was held against."""
+    accepted: str | None = None
+    """The text of the file that it was to be accepted as; None: it was not, or has failed."""
 
     @property
     def unjudged(self) -> bool:
@@ -340,8 +261,20 @@ class Outcome:
         return self.report is not None and self.report.passed and not self.unjudged
 
 
-def simulate_document(doc: Document, settings: Settings, reader: Reader = DISK, *, record: bool = False) -> Outcome:
-    """Runs one scenario file; ``record``: with the trend of its loops, for `pidcfg.study.outcome.charts_of`."""
+def simulate_document(
+    doc: Document,
+    settings: Settings,
+    reader: Reader = DISK,
+    *,
+    record: bool = False,
+    against: tuple[bytes, str] | None = None,
+    accept: str | None = None,
+) -> Outcome:
+    """Runs one scenario file; ``record``: with the trend of its loops, for `pidcfg.study.outcome.charts_of`.
+
+    ``against``: an accepted run, its content and name, in the place of the scenario's ``reference``. ``accept``: the
+    name of the file that this run is to be accepted as, which takes the place of either.
+    """
     from pidcfg.study.scenario import load
     from pidcfg.validate.engine import is_scenario
 
@@ -349,11 +282,18 @@ def simulate_document(doc: Document, settings: Settings, reader: Reader = DISK, 
         cure = "a scenario begins with 'scenario: …' and names its configuration"
         finding = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
         return Outcome(doc.file, findings=[finding], documents={doc.file: doc})
-    return simulate_loaded(load(doc, reader), settings, record=record)
+    return simulate_loaded(load(doc, reader), settings, record=record, against=against, accept=accept)
 
 
-def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False) -> Outcome:
-    """Runs a scenario with everything that it needs, as far as that could be loaded."""
+def simulate_loaded(
+    loaded: Loaded,
+    settings: Settings,
+    *,
+    record: bool = False,
+    against: tuple[bytes, str] | None = None,
+    accept: str | None = None,
+) -> Outcome:
+    """Runs a scenario with everything that it needs, as far as that could be loaded; see `simulate_document`."""
     from pidcfg.sim.engine.recording import Recording
     from pidcfg.sim.engine.run import UnusableError, simulate
 
@@ -363,17 +303,25 @@ def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False)
     plc = loaded.plc()
     _, problems = loaded.uncertainties(plc)
     loaded.add(problems)
+    scenario, held = loaded.scenario, None
+    if accept is None and (against is not None or scenario.reference is not None):
+        from pidcfg.study.accepted import reference_of
+
+        held = reference_of(loaded.document, scenario, plc.loops, loaded.reader, against)
+        outcome = replace(outcome, reference=held.name)
+        if held.run is None:
+            return replace(outcome, findings=sort_findings([*loaded.findings, *held.findings]))
     if any(problem.severity == "error" for problem in problems):
         return replace(outcome, findings=loaded.findings)
     axes = axes_of(plc, loaded.image.settings)
     recording = Recording(signals_of(axes)) if record else None
     try:
-        report = simulate(loaded.scenario, loaded.plc, loaded.controller, replace(settings, recording=recording))
+        report = simulate(scenario, loaded.plc, loaded.controller, replace(settings, recording=recording))
     except UnusableError as error:
         loaded.add(error.problems)
         return replace(outcome, findings=loaded.findings)
     loaded.add(report.problems)
-    return replace(
+    outcome = replace(
         outcome,
         report=report,
         findings=[*loaded.findings, *loaded.config_errors],
@@ -381,3 +329,11 @@ def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False)
         recording=recording,
         axes=axes,
     )
+    if held is None and accept is None:
+        return outcome
+    from pidcfg.study.accepted import accepted_text, hold_against, run_of_report
+
+    now = run_of_report(report, axes, scenario)
+    was = now if held is None or held.run is None else held.run
+    hold_against(report, was, now, outcome.reference or str(accept))
+    return replace(outcome, accepted=accepted_text(now)) if accept is not None and outcome.passed else outcome

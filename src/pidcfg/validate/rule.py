@@ -311,6 +311,7 @@ SCENARIO = (
     _row("PID058", "unusable-configuration", "The configuration or listing of a scenario cannot be used.", "There is nothing to simulate.", "Correct the path, or validate the configuration."),
     _row("PID061", "expectation-failed", "An expectation of a scenario does not hold.", "The loops do not do what they were set up for, or more was expected than they can do.", "Look at the trend (`pidcfg simulate … --trend`), then correct the configuration, the plant or the expectation."),
     _row("PID063", "standing-expectation-failed", "A loop of a scenario does not control.", "Every run is expected to be a sound one: loops come into their modes, their outputs move their PVs, nothing stays saturated, swings or stands in alarm.", "Look at what the message names; where the scenario is meant to show it, write an entry of `allow` with its reason."),
+    _row("PID068", "unusable-reference", "The accepted run of a scenario cannot be used.", "There is nothing to hold the run against: it is missing, or of another scenario.", "Write it with `pidcfg simulate … --accept FILE`, and review it, or correct the path."),
     _row("PID064", "idle-allowance", "An entry of `allow` allows nothing.", "It would hide the next failure of its kind.", "Remove the entry.", Severity.WARNING),
     _row("PID062", "run-error", "Something in a run has no value.", "What is calculated from there on, and what is expected of it, means nothing.", "Correct the expression or the event that the message names."),
 )

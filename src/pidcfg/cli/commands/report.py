@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 
     from pidcfg.cli.inputs import Input
     from pidcfg.output.report.content import Content, PlcSheet, RunSheet
-    from pidcfg.study.outcome import Axes, Outcome
+    from pidcfg.study.axes import Axes
+    from pidcfg.study.outcome import Outcome
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.reader import Limits

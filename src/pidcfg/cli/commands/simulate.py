@@ -36,6 +36,8 @@ EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml --plot trend.svg --plot -",
     "pidcfg simulate scenarios/ --format json",
     "pidcfg simulate reactor.yaml",
+    "pidcfg simulate reactor.scenario.yaml --accept reactor.accepted.json",
+    "pidcfg simulate reactor.scenario.yaml --against reactor.accepted.json",
     "pidcfg simulate scenarios/ --report-output junit=simulation.xml",
 )
 WORST = {False: Severity.ERROR, True: Severity.WARNING}
@@ -74,6 +76,18 @@ DRAFTED = (
 @click.option(
     "--no-reference", is_flag=True, help="Do not run the plants without control beside it: no loop can be proven then."
 )
+@click.option(
+    "--against",
+    metavar="FILE",
+    callback=options.only_file,
+    help="A run that was accepted: what differs from it fails. It takes the place of the scenario's 'reference'.",
+)
+@click.option(
+    "--accept",
+    type=click.Path(dir_okay=False),
+    callback=options.only_file,
+    help="Write the run to a file, as accepted; review it. One that has failed is not written.",
+)
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
 @options.FORCE
 @options.STRICT
@@ -94,6 +108,8 @@ def command(
     engine: EngineName,
     jobs: int | None,
     no_reference: bool,
+    against: str | None,
+    accept: str | None,
     no_limit: bool,
     force: bool,
     strict: bool,
@@ -119,10 +135,10 @@ def command(
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
     if not scenarios:
         _nothing_to_run(paths, plot, quiet=quiet)
-    if csv is not None and len(scenarios) != 1:
-        raise click.UsageError(f"--trend takes one scenario, not {len(scenarios)}")
+    refuse_several(scenarios, {"--trend": csv, "--against": against, "--accept": accept})
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
-    report_options.refuse_outputs((csv, *plot, *(report.path for report in reports)), files_of(scenarios))
+    outputs = (csv, accept, *plot, *(report.path for report in reports))
+    report_options.refuse_outputs(outputs, files_of(scenarios, reference=accept is None))
     if fmt != "text" and plots.TERMINAL in plot:
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
     if plot_loops and not plot:
@@ -131,8 +147,8 @@ def command(
     files: dict[str, str | bytes] = {}
     with trend_file(csv, force=force, others=files) as trend:
         limits = replace(limits, loop_steps=sys.maxsize) if no_limit else limits
-        how = {"engine": engine, "runs": len(scenarios), "every": every, "record": bool(plot), "limits": limits}
-        how["reference"] = not no_reference
+        how = accepted_run(against, accept, limits) | {"record": bool(plot), "reference": not no_reference}
+        how |= {"engine": engine, "runs": len(scenarios), "every": every, "limits": limits}
         outcomes = [result.outcome for result in run_all(scenarios, how, trend, detail, options.processes(jobs))]
         charts = plots.charts_of_runs(outcomes, plot_loops) if plot else []
         files |= plots.draw_files(plot, charts, *plots.heading(outcomes))
@@ -140,12 +156,21 @@ def command(
         report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, WORST[strict]))
         if plots.TERMINAL in plot:
             plots.show(charts)
-    for text in () if quiet else remarks(outcomes, fmt, csv):
+        files |= accepted_file(accept, outcomes, force=force)
+    written = [f"{accept}: written; review it"] * (accept in files)
+    for text in () if quiet else (*written, *remarks(outcomes, fmt, csv)):
         remark(text)
     detail.end()
     if len(outcomes) == 1:
         _next_step(outcomes[0], quiet=quiet, fmt=fmt)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
+
+
+def refuse_several(scenarios: Sequence[Document], files: Mapping[str, str | None]) -> None:
+    """Ends the command where a file that is of one run, by its option, is given for several."""
+    for option, name in files.items():
+        if name is not None and len(scenarios) != 1:
+            raise click.UsageError(f"{option} takes one scenario, not {len(scenarios)}")
 
 
 def _nothing_to_run(paths: Sequence[str], plot: Sequence[str], *, quiet: bool) -> None:
@@ -186,6 +211,7 @@ def run_all(
     items = [doc if doc.file == name_of(STDIN) else doc.file for doc in scenarios]
     for result in Crew(jobs, Runner, (how,)).results_soon(items, lambda result: result.outcome.effort, runner):
         note_read(result.outcome.config)
+        note_read(result.outcome.reference)
         detail.ran(result.outcome)
         done += 1
         yield result
@@ -220,13 +246,41 @@ def scenarios_of(documents: list[Document], paths: Sequence[str]) -> list[Docume
     return [doc for doc in documents if is_scenario(doc) or doc.data is None or doc.file in paths]
 
 
-def files_of(scenarios: Sequence[Document]) -> Iterator[str]:
-    """The files that a run reads: the scenarios, and the configuration or listing that each names."""
+def accepted_run(name: str | None, accept: str | None, limits: Limits) -> dict[str, Any]:
+    """What the call is given for ``--against`` and ``--accept``; a file that cannot be read ends the command."""
+    if name is None:
+        return {"accept": accept}
+    if accept is not None:
+        raise click.UsageError("--against and --accept exclude each other")
+    entry = read_input(name, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    return {"against": entry.data, "against_name": entry.name}
+
+
+def accepted_file(name: str | None, outcomes: Sequence[Outcome], *, force: bool) -> dict[str, str | bytes]:
+    """What ``--accept`` writes; another run that is there already ends the command with what is different."""
+    if name is None:
+        return {}
+    from pidcfg.cli.outputs import read_existing
+    from pidcfg.output.runs import difference_of_accepted
+
+    text, before = outcomes[0].accepted, None if force else read_existing(name)
+    if text is None:
+        remark(f"{name} is not written: the run has failed")
+        return {}
+    if before not in {None, text.encode()}:
+        said = difference_of_accepted(before or b"", text)
+        raise click.ClickException(f"{name} exists and {said}; use --force to overwrite it")
+    return {name: text}
+
+
+def files_of(scenarios: Sequence[Document], *, reference: bool = True) -> Iterator[str]:
+    """The files that a run reads: the scenarios, and the configuration or listing and the reference that each names."""
     for doc in scenarios:
         yield doc.file
-        named = doc.data.get("config") if doc.data else None
-        if isinstance(named, str):
-            yield (Path(doc.file).parent / named).as_posix()
+        names = [doc.data.get(key) for key in ("config", *["reference"] * reference)] if doc.data else []
+        yield from ((Path(doc.file).parent / name).as_posix() for name in names if isinstance(name, str))
 
 
 def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:

@@ -13,7 +13,7 @@ from pidcfg.cli.formats.findings import Findings, details, display_name
 from pidcfg.cli.formats.findings import text as findings_text
 from pidcfg.output.runs import batches_data, runs_data
 from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
-from pidcfg.sim.judgement.report import Tally, in_brief
+from pidcfg.sim.judgement.report import ACCEPTED_KIND, Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import CONTROL, one_line, pad_left, pad_right, width_of
@@ -392,6 +392,8 @@ def failed_expectation(outcome: Outcome, i: int, verdict: Verdict) -> Diagnostic
 def failed_standing(outcome: Outcome, verdict: Standing) -> Diagnostic:
     """A failed standing expectation at the loop in the configuration; of the PLC, where the scenario names it."""
     file, path = outcome.config, loop_path(outcome.documents.get(outcome.config), verdict.loop)
+    if verdict.kind == ACCEPTED_KIND and "reference" in (outcome.documents[outcome.file].data or {}):
+        file, path = outcome.file, ("reference",)
     if path is None:
         file, path = outcome.file, ("config",)
     subject = f"{verdict.loop}: " if verdict.loop else ""

@@ -78,6 +78,8 @@ STANDING_KINDS = (
     "no-better",
 )
 """What a standing expectation can find, in the order of the report."""
+ACCEPTED_KIND = "differs-from-accepted"
+"""What is found beside that where a person has accepted a run."""
 
 VerdictWord = Literal["proven", "failed", "not-proven", "not-judged"]
 WORDS_OF_VERDICTS: Mapping[VerdictWord, str] = {
@@ -162,6 +164,8 @@ class Standing:
     """Since when, in s."""
     allowed: str | None = None
     """The reason for which the scenario allows it."""
+    accepted: bool = False
+    """It is proven since a person accepted a run that shows as much."""
 
     @property
     def passed(self) -> bool:
@@ -180,7 +184,9 @@ class Standing:
 
     @property
     def word(self) -> str:
-        """The verdict: ``passed``, ``FAILED``, ``NOT PROVEN``, ``allowed`` or ``not judged``."""
+        """The verdict: ``passed``, ``accepted``, ``FAILED``, ``NOT PROVEN``, ``allowed`` or ``not judged``."""
+        if self.accepted:
+            return "accepted"
         return "allowed" if not self.passed and not self.fails else WORDS_OF_VERDICTS[self.verdict]
 
     @property

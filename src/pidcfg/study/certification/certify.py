@@ -14,9 +14,9 @@ from pidcfg.sim.engine.expressions import Problem
 from pidcfg.sim.engine.run import Settings, UnusableError, base_step, prepare, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
+from pidcfg.study.axes import axes_of
 from pidcfg.study.certification.samples import FAN_QUANTILES, Batch, Job, WorkersError, process_results, recordings
 from pidcfg.study.certification.tally import Progress, Tally, key_of, read_state, state_text
-from pidcfg.study.outcome import axes_of
 from pidcfg.study.scenario import load
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from pidcfg.pictures.chart import Role
     from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.judgement.report import Report
+    from pidcfg.study.axes import Axes
     from pidcfg.study.certification.samples import Fan, SampleResult
     from pidcfg.study.certification.tally import Distribution, Sizes, Worst
-    from pidcfg.study.outcome import Axes
-    from pidcfg.study.scenario import Uncertainty
+    from pidcfg.study.uncertainty import Uncertainty
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
 

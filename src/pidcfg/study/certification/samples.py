@@ -21,7 +21,7 @@ from pidcfg.sim.engine.recording import Recording
 from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
-from pidcfg.study.outcome import axes_of, signals_of
+from pidcfg.study.axes import axes_of, signals_of
 from pidcfg.study.scenario import Loaded, load, read_scenario
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Bound, Expectation, Scenario
     from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.judgement.report import Report, Verdict
-    from pidcfg.study.scenario import NumberSpread, Uncertainty
+    from pidcfg.study.uncertainty import NumberSpread, Uncertainty
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.study.certification.samples import Job, SampleResult
-    from pidcfg.study.scenario import Uncertainty
+    from pidcfg.study.uncertainty import Uncertainty
 
 # --- Quantiles and means of numbers that come one by one, in little memory --------------------------------------------
 

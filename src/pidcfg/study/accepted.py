@@ -1,0 +1,410 @@
+"""A run that a person has accepted: what its file holds, and where another run differs from it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.schemas.accepted import (
+    AcceptedError,
+    AcceptedLoop,
+    AcceptedRun,
+    AlarmTimes,
+    Extent,
+    ModeBegin,
+    run_of_data,
+)
+from pidcfg.sim.judgement.report import ACCEPTED_KIND, Standing
+from pidcfg.sim.judgement.standing import loop_verdict
+from pidcfg.text.diagnostics import START, Diagnostic, Severity
+from pidcfg.text.reader import may_be_quoted, read_other, refusal
+from pidcfg.text.references import Decision
+from pidcfg.text.writer import json_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from pidcfg.schemas.accepted import Role
+    from pidcfg.schemas.scenario import Metric, Scenario
+    from pidcfg.sim.judgement.report import LoopReport, Range, Report
+    from pidcfg.study.axes import Axes
+    from pidcfg.text.document import Document
+    from pidcfg.text.paths import Path
+    from pidcfg.text.reader import Reader
+
+# --- What an accepted run is worth ------------------------------------------------------------------------------------
+
+D924 = Decision(
+    924,
+    "how far a run may be from the one that was accepted",
+    "Times (settling_time, rise_time, oscillation_period, when a mode begins, when an alarm comes first and how long "
+    "it is on): 2 samples of the loop or 5 %. PV and set point, lowest, highest and at the end, final_error and "
+    "oscillation_amplitude: 1 % of the PV's span. Output, lowest, highest and at the end: 2 % of its range. "
+    "total_variation: 10 % or 2 % of that range. overshoot: 2 points or 10 %. iae and itae: 10 %, or what an error of "
+    "0.02 % of the span gives over the run; ise: 20 %, or what 0.1 % gives. Other signals: 2 % of the largest value "
+    "that they had. The larger of two counts; spans, ranges and samples are those of the accepted run. Modes and their "
+    "order, which alarms come, and the PV's range are the same or not. What was measured in one run alone differs; "
+    "swings that were not there count as those of amplitude 0.",
+    "Noise is the same in every run, so that a run against itself differs by nothing; a gain that changes by a tenth "
+    "moves an integral by about as much. Below a count or a sample nothing is meant.",
+)
+D925 = Decision(
+    925,
+    "what an accepted run stands in for",
+    "A loop in which nothing differs, and no signal outside of the loops either, is proven where it would not be: its "
+    "line says as what it is accepted. What has failed stays failed, and a difference fails the loop whether it is "
+    "judged otherwise or not. An allowance does not reach it.",
+    "A person has seen how the run is meant to be, which is more than any rule knows; an error that the run itself "
+    "shows is one in an accepted run, too. Whoever means the difference accepts the new run.",
+)
+D926 = Decision(
+    926,
+    "what may be held against an accepted run",
+    "A run of the same title and duration, with the same loops, of those that the scenario judges. `--accept` judges "
+    "the run as the one that it writes, and writes none that has failed. certify does not look at it.",
+    "Over another time every integral is another; drawn plants are meant to give other runs.",
+)
+
+MAX_TEXTS = 6
+"""Differences of a loop that are told; the others are counted."""
+RANGE_SHARE = 0.001
+"""Of its span, by which a range may differ that is the same."""
+
+
+# --- The file ---------------------------------------------------------------------------------------------------------
+
+
+def accepted_text(run: AcceptedRun) -> str:
+    """The file."""
+    return json_text(run.model_dump(), allow_nan=False)
+
+
+def run_of_report(report: Report, axes: Mapping[str, Axes], scenario: Scenario) -> AcceptedRun:
+    """What a run shows of the loops that its scenario judges."""
+    names = _judged(scenario, list(report.loops))
+    own = {signal for one in axes.values() for signal in (one.pv, one.setpoint, one.output)}
+    others = {
+        name: _extent(seen)
+        for name, seen in report.signals.items()
+        if name not in own and name.rpartition(".")[0] not in report.loops
+    }
+    return AcceptedRun(
+        pidcfg=1,
+        accepted=report.scenario,
+        duration=float(scenario.duration),
+        loops={name: _loop(report, report.loops[name], axes[name]) for name in names},
+        signals=others,
+    )
+
+
+def _judged(scenario: Scenario, loops: Sequence[str]) -> list[str]:
+    """Those of some loops that a scenario judges."""
+    return [name for name in loops if scenario.loops is None or name in scenario.loops]
+
+
+def _loop(report: Report, loop: LoopReport, axes: Axes) -> AcceptedLoop:
+    signals: dict[Role, str] = {"pv": axes.pv, "setpoint": axes.setpoint, "output": axes.output}
+    return AcceptedLoop(
+        pv_unit=axes.pv_unit,
+        output_unit=axes.output_unit,
+        pv_range=axes.pv_range,
+        output_range=axes.output_range,
+        sample_time=axes.sample_time or report.step,
+        metrics={name: None if (v := loop.metrics.get(name)) is None else _digits(v) for name in TOLERANCES},
+        signals={role: _extent(report.signals[name]) for role, name in signals.items() if name in report.signals},
+        modes=_modes(loop),
+        alarms=_alarms(loop, report.duration),
+    )
+
+
+def _extent(seen: Range) -> Extent:
+    return Extent(min=_digits(seen.low), max=_digits(seen.high), final=_digits(seen.final))
+
+
+def _modes(loop: LoopReport) -> list[ModeBegin]:
+    """Each mode that lasted, in order; a refusal changes none."""
+    modes = [ModeBegin(at=0.0, mode=loop.first_mode)]
+    for change in loop.modes:
+        if change.mode != modes[-1].mode:
+            modes = [one for one in modes if one.at < change.at]
+            modes += [ModeBegin(at=change.at, mode=change.mode)] if not modes or modes[-1].mode != change.mode else []
+    return modes
+
+
+def _alarms(loop: LoopReport, end: float) -> dict[str, AlarmTimes]:
+    """Each alarm that came, by name."""
+    alarms: dict[str, AlarmTimes] = {}
+    for one in loop.alarms:
+        before = alarms.get(one.alarm, AlarmTimes(first=one.at, total=0.0))
+        total = before.total + (end if one.cleared is None else one.cleared) - one.at
+        alarms[one.alarm] = AlarmTimes(first=before.first, total=_digits(total))
+    return dict(sorted(alarms.items()))
+
+
+def _digits(value: float) -> float:
+    """Six significant digits, which a reader of the file can take in."""
+    return float(f"{value:.6g}")
+
+
+# --- Where a run differs ----------------------------------------------------------------------------------------------
+
+
+class Tolerance(NamedTuple):
+    """The larger of a share of the accepted value, and of so many of a loop's ``per`` (D924)."""
+
+    share: float
+    least: float
+    per: str
+    unit: str
+    """How it is told; ``PV`` and ``OUT`` stand for the loop's units."""
+
+
+TIME = Tolerance(0.05, 2, "sample", "s")
+OF_PV = Tolerance(0, 0.01, "span", "PV")
+OF_OUTPUT = Tolerance(0, 0.02, "range", "OUT")
+TOLERANCES: Mapping[Metric, Tolerance] = {
+    "overshoot": Tolerance(0.1, 2, "point", "%"),
+    "settling_time": TIME,
+    "rise_time": TIME,
+    "iae": Tolerance(0.1, 2e-4, "span for the run", "PV s"),
+    "ise": Tolerance(0.2, 1e-6, "square of it", "PV² s"),
+    "itae": Tolerance(0.1, 2e-4, "growing with time", "PV s²"),
+    "total_variation": Tolerance(0.1, 0.02, "range", "OUT"),
+    "final_error": OF_PV,
+    "oscillation_period": TIME,
+    "oscillation_amplitude": OF_PV,
+}
+OF_SIGNALS: Mapping[Role, tuple[str, Tolerance]] = {
+    "pv": ("PV", OF_PV),
+    "setpoint": ("set point", OF_PV),
+    "output": ("output", OF_OUTPUT),
+}
+OTHER_SHARE = 0.02
+"""Of the largest value of a signal that is no loop's."""
+
+
+class Difference(NamedTuple):
+    """What is different, in words; ``weight``: how many times the tolerance."""
+
+    weight: float
+    text: str
+
+
+EXACT = float("inf")
+"""The weight of what is the same or not."""
+
+
+def differences(was: AcceptedRun, now: AcceptedRun) -> dict[str, list[str]]:
+    """Where a run differs from the accepted one, in words, by loop, what weighs most first; empty: other signals."""
+    found = {"": list(_other_signals(was.signals, now.signals))}
+    for name, loop in was.loops.items():
+        found[name] = list(_LoopComparison(loop, now.loops[name], was.duration).differences())
+    ordered = {name: sorted(rows, key=lambda row: -row.weight) for name, rows in found.items()}
+    return {name: [row.text for row in rows] for name, rows in ordered.items() if rows}
+
+
+def _other_signals(was: Mapping[str, Extent], now: Mapping[str, Extent]) -> Iterator[Difference]:
+    for name, before in was.items():
+        least = OTHER_SHARE * max(abs(before.min), abs(before.max))
+        if name in now:
+            yield from _of_extent(name, before, now[name], least, "")
+        else:
+            yield Difference(EXACT, f"there is no signal {name}")
+
+
+def _of_extent(name: str, was: Extent, now: Extent, least: float, unit: str) -> Iterator[Difference]:
+    yield from _of_value(f"{name} at the end", was.final, now.final, least, unit)
+    yield from _of_value(f"lowest {name}", was.min, now.min, least, unit)
+    yield from _of_value(f"highest {name}", was.max, now.max, least, unit)
+
+
+def _of_value(what: str, was: float | None, now: float | None, least: float, unit: str) -> Iterator[Difference]:
+    if was is None and now is None:
+        return
+    if was is None or now is None:
+        yield Difference(EXACT, f"{what} {_told(now, unit)} instead of {_told(was, unit)}")
+    elif abs(now - was) > least:
+        weight = abs(now - was) / least if least else EXACT
+        yield Difference(weight, f"{what} {_told(now, unit)} instead of {_told(was, unit)} ± {_told(least, unit)}")
+
+
+def _told(value: float | None, unit: str) -> str:
+    return "none" if value is None else f"{value:.4g} {unit}".rstrip()
+
+
+class _LoopComparison(NamedTuple):
+    """A loop of two runs over the same time in s."""
+
+    was: AcceptedLoop
+    now: AcceptedLoop
+    duration: float
+
+    def differences(self) -> Iterator[Difference]:
+        """What differs."""
+        was, now = self.was, self.now
+        low, high = was.pv_range
+        if max(abs(a - b) for a, b in zip(was.pv_range, now.pv_range, strict=True)) > RANGE_SHARE * abs(high - low):
+            unit = f" {now.pv_unit}".rstrip()
+            ends = f"{now.pv_range[0]:g} to {now.pv_range[1]:g}{unit} instead of {low:g} to {high:g}"
+            yield Difference(EXACT, f"its PV's range is {ends}")
+        yield from self._modes()
+        yield from self._alarms()
+        for name, before in was.metrics.items():
+            yield from self._metric(name, before, now.metrics.get(name))
+        for role, extent in was.signals.items():
+            what, tolerance = OF_SIGNALS[role]
+            if role in now.signals:
+                least, unit = self._least(tolerance, 0.0), self._unit(tolerance)
+                yield from _of_extent(what, extent, now.signals[role], least, unit)
+
+    def _metric(self, name: Metric, was: float | None, now: float | None) -> Iterator[Difference]:
+        tolerance = TOLERANCES[name]
+        if name == "oscillation_amplitude":
+            was, now = was or 0.0, now or 0.0
+        if name == "oscillation_period" and (was is None or now is None):
+            return  # the amplitude tells it
+        yield from _of_value(name, was, now, self._least(tolerance, was or 0.0), self._unit(tolerance))
+
+    def _least(self, tolerance: Tolerance, value: float) -> float:
+        """By how much a value may differ."""
+        ends = self.was.output_range or (0.0, 100.0)
+        span, time = abs(self.was.pv_range[1] - self.was.pv_range[0]), self.duration
+        per = {
+            "sample": self.was.sample_time,
+            "span": span,
+            "range": abs(ends[1] - ends[0]),
+            "point": 1.0,
+            "span for the run": span * time,
+            "square of it": span**2 * time,
+            "growing with time": span * time**2 / 2,
+        }
+        return max(tolerance.share * abs(value), tolerance.least * per[tolerance.per])
+
+    def _unit(self, tolerance: Tolerance) -> str:
+        """The unit of a value; none where its loop has none."""
+        word, _, rest = tolerance.unit.partition(" ")
+        base = {"PV": self.was.pv_unit, "PV²": self.was.pv_unit, "OUT": self.was.output_unit}.get(word, word)
+        squared = "²" if base and word.endswith("²") else ""
+        return f"{base}{squared} {rest}".strip() if base else ""
+
+    def _modes(self) -> Iterator[Difference]:
+        was, now = self.was.modes, self.now.modes
+        if [one.mode for one in was] != [one.mode for one in now]:
+            yield Difference(EXACT, f"mode {_modes_told(now)} instead of {_modes_told(was)}")
+            return
+        for before, after in zip(was, now, strict=True):
+            least = self._least(TIME, before.at)
+            yield from _of_value(f"mode {before.mode} begins at", before.at, after.at, least, "s")
+
+    def _alarms(self) -> Iterator[Difference]:
+        was, now = self.was.alarms, self.now.alarms
+        for name in [*was, *(name for name in now if name not in was)]:
+            if name not in now:
+                yield Difference(EXACT, f"{name} does not come, and came at {was[name].first:g} s")
+            elif name not in was:
+                yield Difference(EXACT, f"{name} comes at {now[name].first:g} s, and did not come")
+            else:
+                for what, before, after in (
+                    (f"{name} comes at", was[name].first, now[name].first),
+                    (f"{name} is on for", was[name].total, now[name].total),
+                ):
+                    yield from _of_value(what, before, after, self._least(TIME, before), "s")
+
+
+def _modes_told(modes: Sequence[ModeBegin]) -> str:
+    return ", ".join(f"{one.mode} at {one.at:g} s" for one in modes)
+
+
+# --- A run held against the accepted one ------------------------------------------------------------------------------
+
+
+class Reference(NamedTuple):
+    """The accepted run that a run is held against."""
+
+    name: str
+    """Of its file."""
+    run: AcceptedRun | None
+    findings: list[Diagnostic]
+    """What is wrong with the file, if it is."""
+
+
+def reference_of(
+    doc: Document,
+    scenario: Scenario,
+    loops: Sequence[str],
+    reader: Reader,
+    against: tuple[bytes, str] | None = None,
+) -> Reference:
+    """The accepted run of a scenario that names one, or the one in its place.
+
+    ``loops``: of the configuration; ``against``: the content and the name of the file in its place.
+    """
+    most = doc.limits.file_bytes
+    path: Path = ("reference",) if against is None else ()
+    name = reader.resolve(doc.file, scenario.reference or "") if against is None else against[1]
+    try:
+        data = read_other(reader, name, most + 1) if against is None else against[0]
+        run = run_of_data(data, most, quoted=against is not None or may_be_quoted(reader, doc.file, name))
+        _refuse_another(run, scenario, loops)
+    except AcceptedError as error:
+        message = f"{name} {error}"
+    except (OSError, ValueError) as error:
+        message = refusal(name, error)
+    else:
+        return Reference(name, run, [])
+    file, span = (doc.file, doc.locate(path)) if path else (name, START)
+    cure = "'pidcfg simulate … --accept FILE' writes it"
+    return Reference(name, None, [Diagnostic("PID068", Severity.ERROR, message, file, span, path, help=cure)])
+
+
+def _refuse_another(run: AcceptedRun, scenario: Scenario, loops: Sequence[str]) -> None:
+    """Raises `AcceptedError` for the run of another scenario."""
+    judged = _judged(scenario, loops)
+    missing = [name for name in judged if name not in run.loops]
+    unknown = [name for name in run.loops if name not in judged]
+    if run.accepted != scenario.scenario:
+        raise AcceptedError(f"is of another scenario: {run.accepted!r}, not {scenario.scenario!r}")
+    if missing or unknown:
+        said = [f"it has no {', '.join(missing)}"] * bool(missing) + [f"it has {', '.join(unknown)}"] * bool(unknown)
+        raise AcceptedError(f"is of other loops: {' and '.join(said)}")
+    if run.duration != float(scenario.duration):
+        raise AcceptedError(f"is of another duration: {run.duration:g} s, not {scenario.duration:f} s")
+
+
+def hold_against(report: Report, was: AcceptedRun, now: AcceptedRun, name: str) -> None:
+    """Adds to a report what differs from the accepted run of a file, and takes what agrees for proven (D925)."""
+    found = differences(was, now)
+    standing = [v for v in report.standing if not v.loop]
+    standing += [_standing("", found[""], name)] if "" in found else []
+    for loop, loop_report in report.loops.items():
+        verdicts = [v for v in report.standing if v.loop == loop]
+        if loop in was.loops:
+            agrees = loop not in found and "" not in found
+            verdicts = [_as_accepted(v, name) if agrees and v.verdict == "not-proven" else v for v in verdicts]
+            verdicts.append(_standing(loop, found.get(loop, []), name))
+        loop_report.verdict, loop_report.missing = loop_verdict(verdicts)
+        standing += verdicts
+    report.standing = standing
+
+
+def _as_accepted(verdict: Standing, name: str) -> Standing:
+    text = f"as accepted in {name}: {verdict.text}"
+    return replace(verdict, verdict="proven", text=text, allowed=None, accepted=True)
+
+
+def _standing(loop: str, texts: Sequence[str], name: str) -> Standing:
+    """What a comparison says of a loop."""
+    if not texts:
+        return Standing(ACCEPTED_KIND, loop, "proven", f"as accepted in {name}")
+    more = f"; and {len(texts) - MAX_TEXTS} more" if len(texts) > MAX_TEXTS else ""
+    return Standing(ACCEPTED_KIND, loop, "failed", f"{'; '.join(texts[:MAX_TEXTS])}{more} ({name})")
+
+
+def told_differences(was: AcceptedRun, now: AcceptedRun) -> str:
+    """Where two runs differ, in one line; empty: nowhere beyond the tolerances."""
+    if was.accepted != now.accepted:
+        return f"the scenario is {now.accepted!r} instead of {was.accepted!r}"
+    if set(was.loops) != set(now.loops):
+        return f"loops {', '.join(now.loops)} instead of {', '.join(was.loops)}"
+    rows = [f"{loop}: {text}" if loop else text for loop, texts in differences(was, now).items() for text in texts]
+    return "; ".join(rows[:MAX_TEXTS]) + (f"; and {len(rows) - MAX_TEXTS} more" if len(rows) > MAX_TEXTS else "")
