@@ -110,6 +110,25 @@ def test_a_difference_leaves_not_proven_what_was():
     assert failures(result) == {KIND}
 
 
+def test_a_signal_outside_of_the_loops_that_differs_leaves_not_proven_what_was():
+    data = json.loads(accepted(SHORT))
+    data["signals"] = {"valve": {"min": 0.0, "max": 1.0, "final": 1.0}}
+    result = against(json.dumps(data), SHORT)
+    assert verdict(result, KIND, "").text == "there is no signal valve (good.json)"
+    assert unproven(result) == {"not-settled"}
+    assert not verdict(result, KIND).fails
+
+
+def test_an_alarm_that_comes_twice_is_on_for_both_times():
+    config = SIDES["dl06"].alarms
+    loop = outcome("dl06", ("setpoint: 65", "setpoint: 75"), accept=GOOD, config=[config])
+    spans = [a for a in loop.report.loops["TANK"].alarms if a.alarm == "deviation_yellow"]
+    assert len(spans) > 1
+    kept = json.loads(loop.accepted)["loops"]["TANK"]["alarms"]["deviation_yellow"]
+    assert kept["first"] == spans[0].at
+    assert kept["total"] == pytest.approx(sum(a.cleared - a.at for a in spans), rel=1e-5)
+
+
 def test_what_has_failed_stays_failed_and_is_not_accepted():
     assert outcome("dl06", accept=GOOD, config=[SIDES["dl06"].gain]).accepted is None
     text = accepted(more="allow:\n  - {kind: oscillates, loop: TANK, reason: on loan}\n", config=[SIDES["dl06"].gain])
@@ -199,6 +218,13 @@ def test_a_value_may_differ_by_its_tolerance_and_no_more(base, place, value, lea
         told = differences(was, changed(base, place, value + sign * least * 1.01))
         assert list(told) == ["TANK"]
         assert f" ± {least:.4g}" in told["TANK"][0]
+
+
+def test_an_output_may_differ_by_a_share_of_its_own_range(base):
+    was = changed(changed(base, ("output_range",), (10.0, 30.0)), ("signals", "output", "final"), 20.0)
+    assert differences(was, changed(was, ("signals", "output", "final"), 20.39)) == {}
+    told = differences(was, changed(was, ("signals", "output", "final"), 20.41))
+    assert told == {"TANK": ["output at the end 20.41 % instead of 20 % ± 0.4 %"]}
 
 
 @pytest.mark.parametrize(
@@ -292,6 +318,17 @@ def test_every_format_names_the_difference_at_the_line_that_names_the_file(named
     assert f"file={file},line={line}" in github
     assert message.replace("%", "%25") in github
     assert json.loads(render_runs("gitlab", outcomes))[0]["location"]["lines"]["begin"] == line
+
+
+def test_another_failure_stands_at_the_loop_though_the_scenario_names_a_reference():
+    scenario = SCENARIO.replace("duration", "reference: good.json\nduration")
+    files = {"tank.yaml": SIDES["dl06"].config.replace(*SIDES["dl06"].gain), GOOD: accepted()}
+    result = simulate(scenario, name="tank.scenario.yaml", files=files)
+    assert failures(result) == {"oscillates", KIND}
+    rows = json.loads(render_runs("gitlab", [result.outcome]))
+    places = {row["description"].split(":")[0]: row["location"]["path"] for row in rows}
+    assert places["oscillates"] == "tank.yaml"
+    assert places[KIND] == "tank.scenario.yaml"
 
 
 # --- the command -----------------------------------------------------------------------------------------------------
@@ -405,10 +442,11 @@ OTHER = ('"accepted": "A heated tank"', '"accepted": "A cold tank"')
         ('"pidcfg": 1', '"pidcfg": 2', "is no accepted run: pidcfg: "),
         ('"final_error"', '"final_eror"', "is no accepted run: loops.TANK.metrics."),
         ('"modes": [', '"modes": [1,', "is no accepted run: loops.TANK.modes.0: "),
+        ('"duration": 200.0', '"duration": "200"', "is no accepted run: duration: "),
         ('"duration": 200.0', '"duration": NaN', "is no accepted run: duration: "),
         ("{", "", "is no accepted run: invalid JSON"),
     ],
-    ids=["title", "duration", "loops", "version", "metric", "list", "nan", "no JSON"],
+    ids=["title", "duration", "loops", "version", "metric", "list", "text", "nan", "no JSON"],
 )
 def test_a_file_that_cannot_be_used_is_one_error_and_nothing_runs(folder, old, new, said):
     text = accepted()
@@ -451,6 +489,8 @@ def test_one_file_is_of_one_scenario(folder):
         assert f"{option} takes one scenario, not 2" in done.stderr.decode()
     code, _, err = tank(folder, "--against", GOOD, "--accept", GOOD)
     assert (code, "--against and --accept exclude each other" in err) == (2, True)
+    code, _, err = tank(folder, "--accept", GOOD, "--watch")
+    assert (code, "--watch and --accept exclude each other" in err) == (2, True)
 
 
 def test_several_scenarios_have_references_of_their_own(folder):

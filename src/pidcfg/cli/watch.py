@@ -33,7 +33,13 @@ PATIENCE = 1.0
 SHARE = 20
 """A look that takes long is followed by so many times as long a pause."""
 ARGUMENTS, WANTED = "pidcfg.watch.arguments", "pidcfg.watch"
-EXCLUDED = {"fix": "--fix", "diff": "--diff", "create": "--create-baseline", "shrink": "--shrink-baseline"}
+EXCLUDED = {
+    "fix": "--fix",
+    "diff": "--diff",
+    "create": "--create-baseline",
+    "shrink": "--shrink-baseline",
+    "accept": "--accept",
+}
 """Options that are no matter of looking again, by the names of their parameters."""
 
 State = tuple[int, int, int] | None

@@ -278,7 +278,7 @@ class _LoopComparison(NamedTuple):
             "square of it": span**2 * time,
             "growing with time": span * time**2 / 2,
         }
-        return max(tolerance.share * abs(value), tolerance.least * per[tolerance.per])
+        return max(tolerance.share * value, tolerance.least * per[tolerance.per])
 
     def _unit(self, tolerance: Tolerance) -> str:
         """The unit of a value; none where its loop has none."""
