@@ -202,6 +202,37 @@ def test_a_loop_without_an_integral_is_not_expected_to_arrive():
     assert result.ok
 
 
+def test_a_dead_band_widens_the_tolerance_and_the_step_and_the_loop_is_proven():
+    text = LOOP.format(action="direct", reset="60", sp="40", limits="[-50, 150]", out="[0, 100]")
+    made, data, result = run(text + "    error: {deadband: 10}\n")
+    span = result.outcome.axes["A"].pv_range[1] - result.outcome.axes["A"].pv_range[0]
+    assert float(data["tolerance"]["A"]) == pytest.approx(10 + 0.02 * span, abs=0.2)
+    assert "# its dead band is 10; and 2 % of the range" in made.text
+    (new,) = setpoints(data)
+    assert abs(new - 40) >= 2 * float(data["tolerance"]["A"])
+    assert result.report.loops["A"].verdict == "proven"
+    assert "allow" not in data
+
+
+@pytest.mark.parametrize(("gain", "step"), [("2", 20), ("0.3", 8)])
+def test_what_a_loop_without_an_integral_leaves_of_its_step_is_its_tolerance(gain, step):
+    text = LOOP.format(action="direct", reset="off", sp="40", limits="[-50, 150]", out="[0, 100]")
+    made, data, result = run(text.replace("gain: 2", f"gain: {gain}"))
+    assert abs(setpoints(data)[0] - 40) == pytest.approx(step, abs=0.1)
+    (new,) = setpoints(data)
+    plant, signal = data["plants"]["A"], result.report.signals["A.PV"]
+    axes = result.outcome.axes["A"]
+    span = axes.pv_range[1] - axes.pv_range[0]
+    left = float(data["tolerance"]["A"]) - 0.02 * span
+    assert abs(new - signal.final) == pytest.approx(left, rel=0.1)
+    assert f"of a step of {abs(new - 40):g}; and 2 % of the range" in made.text
+    assert float(plant["initial"]) == 40
+
+
+def test_a_loop_that_comes_to_its_set_point_has_no_tolerance():
+    assert "tolerance" not in of_loop()[1]
+
+
 def test_a_profile_is_named():
     made, _ = draft(EXAMPLES / "dl06" / "reactor.yaml")
     assert made.left_out == (

@@ -90,6 +90,11 @@ def scenario_text(course: DraftParts, title: str, config: str) -> str:
         rows += _aligned(
             [(f"  {scalar(line.key)}: {scalar(line.data['to'])}", line.comment) for line in course.connect]
         )
+    if course.tolerance:
+        rows.append("tolerance:                       # how far from its set point a PV may come to rest")
+        rows += _aligned(
+            [(f"  {scalar(line.key)}: {number_text(line.data['of'])}", line.comment) for line in course.tolerance]
+        )
     for part, lines in (("events", course.events), ("expect", course.expect), ("allow", course.allow)):
         if lines:
             rows.append(f"{part}:")

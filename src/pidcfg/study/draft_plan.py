@@ -170,14 +170,20 @@ D740 = Decision(
     "a drafted plant is one that the loop's own gains suit",
     "First order with a dead time of a sample, a gain of about 1.2 spans of the PV for the whole output, and a time "
     "constant with which the loop crosses over as in D304. It rests at the configured set point with the output in the "
-    "middle of its limits; where the set point is none that the loop can rest at, it is set at the start.",
+    "middle of its limits; where the set point is none that the loop can rest at, it is set at the start. A dead band, "
+    "and what a loop without an integral leaves of its step, 1 / (1 + gain of loop and plant), are its `tolerance`, "
+    "with 2 % of the range beside them.",
     "A file says nothing of its process. A loop that is tuned at all is well damped on such a plant, so that a failed "
     "verdict is the configuration's doing; what the real process does only its own numbers tell.",
 )
 WANTED_GAIN = 1.2
 """Gain of a plant where the loop's gain allows it: the output covers the range of the PV, and a little more."""
 SETPOINT_STEP, SMALL_STEP = 0.1, 0.03
-"""Step of a set point, as a share of the range; of a loop without an integral, which an offset belongs to."""
+"""Step of a set point, as a share of the range; of a loop whose gains are not known and that may leave an offset."""
+SETTLED_SHARE = 0.02
+"""Of the range, how near to its set point a PV comes to rest, its own offset aside."""
+STEP_PER_BAND = 3.0
+"""Times its own offset and that, the least step of a loop with a dead band: a smaller one does not move it."""
 LEAST_STEP = 0.004
 """A smaller one shows nothing."""
 STEP_SHARE = 0.5
@@ -225,6 +231,10 @@ class LoopPlan:
     """Whether its set point is given to it at the start."""
     selector: Selector | None = None
     neutral: Loop | None = None
+    dead: float = 0.0
+    """Its dead band."""
+    stiffness: float = 0.0
+    """Of a loop without an integral: by how much it opposes an error, the gain of loop and plant together."""
 
     @property
     def sign(self) -> float:
@@ -292,9 +302,12 @@ def _plan(plc: Plc, i: int, loop: Loop | None, around: Connections, inner: float
         quiet = (bottom - low) / (high - low), (top - low) / (high - low)
         length = max(WATCHED_TIME / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
     rest, is_set = _rest(plc, i, quiet, loop)
+    low, high, _ = plc.scales[i]
+    dead = 0.0 if plc.roots and plc.roots[i] is not None else plc.dead_band(i, plc.signal_values) / abs(high - low)
     plan = LoopPlan(
         i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
-        is_set=is_set, selector=selector, neutral=loop, push=DISTURBANCE if integrates else 0.0,
+        is_set=is_set, selector=selector, neutral=loop, push=DISTURBANCE if integrates else 0.0, dead=dead,
+        stiffness=0.0 if integrates or loop is None else crossover * time,
     )  # fmt: skip
     return replace(plan, step=_step(plan, quiet))
 
@@ -317,7 +330,8 @@ def _step(plan: LoopPlan, quiet: tuple[float, float]) -> float:
     reach = OUTPUT_SHARE * abs(plan.gain)
     up = min(STEP_SHARE * (quiet[1] - plan.rest), reach * (more if plan.sign > 0 else less))
     down = min(STEP_SHARE * (plan.rest - quiet[0]), reach * (less if plan.sign > 0 else more))
-    most = SETPOINT_STEP if plan.integrates else SMALL_STEP
+    most = max(SETPOINT_STEP, STEP_PER_BAND * (plan.dead + SETTLED_SHARE)) if plan.dead else SETPOINT_STEP
+    most = most if plan.integrates or plan.stiffness else SMALL_STEP
     size = min(most, max(up, down))
     return 0.0 if size < LEAST_STEP else size if up >= size else -size
 
@@ -401,6 +415,8 @@ class DraftParts:
     events: list[Line] = field(default_factory=list)
     expect: list[Line] = field(default_factory=list)
     allow: list[Line] = field(default_factory=list)
+    tolerance: list[Line] = field(default_factory=list)
+    """How far from its set point a loop may come to rest by its own configuration."""
     remarks: list[str] = field(default_factory=list)
     """What there is to know about single loops."""
 
@@ -413,6 +429,8 @@ class DraftParts:
             data["connect"] = {line.key: line.data["to"] for line in self.connect}
         else:
             data["plants"] = {line.key: line.data for line in self.plants}
+        if self.tolerance:
+            data["tolerance"] = {line.key: line.data["of"] for line in self.tolerance}
         for part in ("events", "expect", "allow"):
             lines: list[Line] = getattr(self, part)
             if lines:
@@ -488,12 +506,27 @@ def make_draft(units: PlanUnits, size: float = 1.0, *, steady: bool = True, leng
     course.initial = "steady" if steady and in_control else _initial(units)
     for plan in plans:
         _plant(units, plan, course)
+    course.tolerance = list(_tolerances(units, size))
     course.events = [
         *_start(units, course),
         *_pushes(units, digits(LEAD_SHARE * half), size),
         *_steps(units, half, size),
     ]
     return course
+
+
+def _tolerances(units: PlanUnits, size: float) -> Iterator[Line]:
+    """What each loop leaves of an error by its dead band, or without an integral, and what is left beside it."""
+    for plan in units.plans.values():
+        span, step = units.span(plan), abs(plan.step * size)
+        left = step / (1 + plan.stiffness) if plan.stiffness else 0.0
+        why = [f"its dead band is {digits(plan.dead * span, 3):g}"] * bool(plan.dead)
+        if left:
+            told = f"{digits(left * span, 3):g} of a step of {digits(step * span, 3):g}"
+            why.append(f"without an integral it leaves {told}")
+        if why:
+            of = digits((SETTLED_SHARE + plan.dead + left) * span, 3)
+            yield Line({"of": of}, f"{' and '.join(why)}; and 2 % of the range", plan.name)
 
 
 def _initial(units: PlanUnits) -> dict[str, float]:
