@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, replace
-from decimal import Decimal
 from functools import cache
 from types import SimpleNamespace
 
@@ -17,6 +16,7 @@ from pidcfg.conversion.ledger import Change
 from pidcfg.conversion.operation import Smoothing
 from pidcfg.sim.controllers.kernels import NEVER
 from pidcfg.study.verification.comparison import (
+    EITHER_SAMPLE,
     CountSizes,
     Tolerance,
     difference_of_rules,
@@ -24,11 +24,10 @@ from pidcfg.study.verification.comparison import (
     lets_through_the_same,
     loops_of,
 )
-from pidcfg.study.verification.comparison import SignalDifference as Difference
 from pidcfg.study.verification.comparison import equivalent_time as alike_time
-from pidcfg.study.verification.lines import Scene, explains, find_line, true_lines
 from pidcfg.study.verification.stages import (
     ALL,
+    CLOSED,
     Act,
     Bench,
     Stage,
@@ -39,15 +38,16 @@ from pidcfg.study.verification.stages import (
     round_setpoints,
     stages_of,
 )
-from pidcfg.study.verification.trial import Side, Trial, finest_counts, new_plc, resolution, root_step, run_stage
-from pidcfg.study.verification.twin import _NONE as NO_DEFAULT
-from pidcfg.study.verification.twin import Builder, _more_than_said
-from pidcfg.study.verification.twin import ReportLine as Line
-from pidcfg.study.verification.twin import _default as value_without
-from pidcfg.study.verification.verify import Battery, make_reference, make_side, tolerance_of, verify
-from pidcfg.study.verification.verify import _from as later_of
+from pidcfg.study.verification.trial import Trial, finest_counts, new_plc, resolution, root_step, run_stage
+from pidcfg.study.verification.verify import (
+    Battery,
+    make_reference,
+    make_side,
+    tolerance_between,
+    tolerance_of,
+    verify,
+)
 from pidcfg.study.verification.verify import _result as verdict_of
-from pidcfg.study.verification.verify import _value as value_of
 from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
 from verify_measure import Conversion, checked, measure, numbered
@@ -139,7 +139,7 @@ def test_a_copy_that_the_target_does_not_have_is_never_made_by_the_twin():
     copied += "moves:\n  - {move: L1.PV, to: L1.SP, when: L1.Manual AND NOT M2}\n"
     (loop,) = convert(copied, "dpide", verify=True).verified
     assert loop.passed
-    assert "moves.0" in {row.line.field for row in loop.named if row.line is not None}
+    assert "moves.0" in {row.field for row in loop.switched}
 
 
 def test_stages_whose_mode_the_source_does_not_go_to_are_not_tried():
@@ -193,18 +193,22 @@ def test_the_filter_of_a_derivative_has_a_line_and_the_twin_follows_it():
     one = numbered(240)
     (line,) = (row for row in one.outcome.loops[0].changes if row.field == "operation.smoothing")
     assert line.note == "67.1 % instead of 52.6 %; with 0.134 s it would be the same"
-    assert "operation.smoothing" in {line.neutral for line in one.twin.followed[0]}
-    assert one.side.loop(0).tuning.derivative_filter < one.result.config.loops[0].Tfd
+    sides = one.sides(one.result)
+    assert "operation.smoothing" in {line.neutral for line in sides.lines[0]}
+    assert [side.rules[0].operation.smoothing for side in (sides.mirror, sides.twin)] == [
+        Smoothing.BACKWARD,
+        Smoothing.EXACT,
+    ]
 
 
 @pytest.mark.parametrize(("key", "value"), [("Tfd", 0.108), ("Td_Kd", 0.84), ("Kp", 0.95)])
 def test_the_answer_of_the_loop_alone_tells_its_numbers(key, value):
     one = numbered(240)
     data = {**one.outcome.data, "loops": [{**one.outcome.data["loops"][0], key: value}]}
-    side = make_side(one.result.vendor, checked(data).config)
-    reference = make_reference(one.side, 0, side.loop(0))
-    tolerance = tolerance_of(one.side, 0, side, 0, reference.bench)
-    found = {difference.stage for difference in Battery(reference, side, 0, tolerance).differences()}
+    sides = one.sides(checked(data))
+    reference = make_reference(sides.twin, 0, sides.target.loop(0))
+    tolerance = tolerance_of(sides.twin, 0, sides.target, 0, reference.bench)
+    found = {difference.stage for difference in Battery(reference, sides.target, 0, tolerance).differences()}
     assert "answer" in found
 
 
@@ -221,7 +225,7 @@ def test_the_verdict_names_stage_signal_time_and_key(kiln):
     assert not found.passed
     failure = next(one for one in found.failures if (one.difference.stage, one.difference.signal) == (HIGH, "output"))
     assert failure.key == "MaxMV"
-    assert failure.difference.at > 0
+    assert failure.difference.at >= 0
     assert failure.difference.before > failure.difference.after == pytest.approx(0.6, abs=0.001)
 
 
@@ -249,7 +253,8 @@ def test_two_files_of_one_vendor_are_alike_only_to_the_count():
 
 
 def test_the_bench_stays_within_the_range(kiln):
-    bench = bench_of(kiln.side.loop(0), kiln.side.loop(0))
+    loop = loops_of(kiln.source.config, kiln.source.vendor)[0]
+    bench = bench_of(loop, loop)
     assert bench.low < bench.alarm_free[0] < bench.start < bench.alarm_free[1] < bench.high
     assert 0 < abs(bench.gain) <= 3 * bench.span
 
@@ -376,12 +381,12 @@ BENCH = Bench(
 BATTERY = {
     "start": "0 to 100; at 80, 40",
     "cascade": "16 to 32; at 100, 50; 0 master 0.5; 8 mode cascade; 10 master 0.5; 20 master 0.54",
-    "manual": "5 to 26; at 100, 50; 6 output 0.42; 16 output 0.58",
+    "manual": "5 to 36; at 100, 50; 6 output 0.42; 16 output 0.58",
     "auto": "5 to 56; at 96, 46; 6 mode auto",
     "step 5 %": "18 to 118; at 100, 50; 18 setpoint 108",
     "step 50 %": "18 to 168; at 100, 50; 18 setpoint 140; 68 setpoint 60",
-    "high limit": "18 to 168; at 100, 50; 18 load -20; 68 load 50",
-    "low limit": "18 to 168; at 100, 50; 18 load 120; 68 load 50",
+    "high limit": "11 to 151; swept at 100, 0; 11 moved -90; 31 moved 2.5; 91 moved 0",
+    "low limit": "11 to 151; swept at 100, 0; 11 moved 90; 31 moved -2.5; 91 moved 0",
     "disturbance": "18 to 118; at 100, 50; 18 load 26",
     "set point limits": "18 to 28; at 100, 50; 18 setpoint 200; 23 setpoint 0",
     "answer": "11 to 51; swept at 100, 0; 11 moved 8; 31 moved 0",
@@ -390,10 +395,13 @@ BATTERY = {
     "rate of change": "11 to 53.5; swept at 100, 0; 11 load 7.2; 18.5 load -7.2; 26 load 8.8; 33.5 load -8.8; "
     "41 load 0",
     "hysteresis": "11 to 152; swept at 100, 0; 11 moved 44; 13 load 0.18; 80 load -0.18; 147 load 0",
-    "dead band": "18 to 88; at 100, 50; 18 setpoint 103.6; 28 setpoint 100; 38 setpoint 104.48; 48 setpoint 100; "
-    "58 setpoint 96.4; 68 setpoint 100; 78 setpoint 95.52",
-    "transfers": "18 to 138; at 100, 50; 18 load 26; 68 mode manual; 72 output 0.692; 88 mode auto; 89 setpoint 100",
+    "dead band": "11 to 151; swept at 100, 0; 11 moved 3.6; 31 moved 0; 51 moved -3.6; 71 moved -4.48; 91 moved 4.48; "
+    "111 moved 3.6; 131 moved 0",
+    "transfers": "11 to 111; swept at 100, 0; 11 moved -6; 31 mode manual; 35 output 0.42; 51 mode auto; "
+    "52 setpoint 100; 71 moved -8.35; 91 moved 0",
     "sensor": "18 to 118; at 100, 50; 18 lost 1; 23 lost 0",
+    "set point": "11 to 91; swept at 100, 0; 11 setpoint 104.7; 31 setpoint 100; 51 setpoint 200; 51 moved 75.3; "
+    "71 setpoint 0; 71 moved -75.3",
 }
 """What the battery does to the loop L on a bench of round numbers: when, PV and load of the plant, and the acts."""
 
@@ -416,6 +424,7 @@ def lower_loop_once(changes):
 
 def told(stage, bench):
     """A stage in words, without what goes before it."""
+    bench = bench if stage.output is None else replace(bench, middle=stage.output)
     ahead = next((a for a in (go_to_auto(bench), begin_at_rest(bench)) if stage.acts[: len(a)] == a), ())
     parts = [f"{stage.begin:g} to {stage.end:g}; {'swept ' * stage.swept}at {stage.pv:g}, {stage.load:g}"]
     for act in stage.acts[len(ahead) :]:
@@ -435,13 +444,16 @@ def test_what_each_stage_does():
     stages = battery()
     assert {name: told(stage, BENCH) for name, stage in stages.items()} == BATTERY
     assert {name for name, stage in stages.items() if stage.with_master} == {"start", "cascade"}
-    assert {name for name, stage in stages.items() if stage.output != BENCH.middle} == {"start"}
+    assert {name for name, stage in stages.items() if stage.output != BENCH.middle} == {"start", HIGH, "low limit"}
+    alone = battery(in_cascade=False)["manual"].acts[-2:]
+    assert [(act.at, act.output) for act in alone] == [(26, 0.0), (31, 1.0)]
     assert {name: stage.slack for name, stage in stages.items() if stage.slack} == {"cascade": 2}
     assert {name for name, stage in stages.items() if stage.loses_sensor} == {"sensor"}
-    assert {name: ALL - stage.signals for name, stage in stages.items() if stage.signals != ALL} == {
-        "start": ALL - {"mode"},
-        "set point limits": {"pv", "output", "alarms"},
-        **{name: {"output"} for name in ("alarms", "rate of change", "hysteresis")},
+    assert {name: stage.signals for name, stage in stages.items() if stage.signals != CLOSED} == {
+        "start": {"mode"},
+        "set point limits": {"setpoint", "mode"},
+        **dict.fromkeys(("answer", "slow answer"), ALL),
+        **{name: ALL - {"output"} for name in ("alarms", "rate of change", "hysteresis")},
     }
     assert [(act.at, act.mode, act.setpoint, act.output) for act in go_to_auto(BENCH)] == [
         (0, "auto", None, None),
@@ -463,8 +475,8 @@ def test_what_each_stage_does():
             {
                 "start": "0 to 100; at 100, 140",
                 "auto": "5 to 56; at 104, 154; 6 mode auto",
-                "high limit": "18 to 168; at 100, 150; 18 load 220; 68 load 150",
-                "low limit": "18 to 168; at 100, 150; 18 load 80; 68 load 150",
+                "high limit": "11 to 151; swept at 100, 0; 11 moved 90; 31 moved -2.5; 91 moved 0",
+                "low limit": "11 to 151; swept at 100, 0; 11 moved -90; 31 moved 2.5; 91 moved 0",
                 "disturbance": "18 to 118; at 100, 150; 18 load 174",
                 "answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0",
             },
@@ -473,7 +485,7 @@ def test_what_each_stage_does():
             {"middle": 0.85},
             (),
             {
-                "high limit": "18 to 168; at 100, 15; 18 load -20; 68 load 15",
+                "high limit": "11 to 151; swept at 100, 0; 11 moved -90; 31 moved 2.5; 91 moved 0",
                 "disturbance": "18 to 118; at 100, 15; 18 load 39",
                 "answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0",
                 "slow answer": "11 to 81; swept at 100, 0; 11 load 0.333333; 31 load 0; 51 load -0.333333; 71 load 0",
@@ -485,7 +497,7 @@ def test_what_each_stage_does():
             {
                 "start": "0 to 100; at 80, 40",
                 "cascade": "18 to 34; at 100, 50; 0 master 0.5; 10 mode cascade; 12 master 0.5; 22 master 0.54",
-                "manual": "4 to 46; at 100, 50; 6 output 0.42; 26 output 0.58",
+                "manual": "4 to 66; at 100, 50; 6 output 0.42; 26 output 0.58",
                 "auto": "4 to 56; at 96, 46; 6 mode auto",
                 "step 50 %": "20 to 170; at 100, 50; 20 setpoint 140; 70 setpoint 60",
                 "set point limits": "20 to 40; at 100, 50; 20 setpoint 200; 30 setpoint 0",
@@ -495,8 +507,8 @@ def test_what_each_stage_does():
                 "rate of change": "16 to 63.5; swept at 100, 0; 16 load 7.2; 23.5 load -7.2; 31 load 8.8; "
                 "38.5 load -8.8; 46 load 0",
                 "hysteresis": "16 to 298; swept at 100, 0; 16 moved 44; 20 load 0.09; 154 load -0.09; 288 load 0",
-                "transfers": "20 to 160; at 100, 50; 20 load 26; 70 mode manual; 78 output 0.692; 110 mode auto; "
-                "112 setpoint 100",
+                "transfers": "16 to 216; swept at 100, 0; 16 moved -6; 56 mode manual; 64 output 0.42; 96 mode auto; "
+                "98 setpoint 100; 136 moved -8.35; 176 moved 0",
                 "sensor": "20 to 120; at 100, 50; 20 lost 1; 30 lost 0",
             },
         ),
@@ -521,7 +533,7 @@ def test_what_each_stage_does():
             {"answer": "11 to 51; swept at 100, 0; 11 moved 40; 31 moved 0"},
         ),
         ({}, [("filter: 2", "filter: 5")], {"answer": "11 to 71; swept at 100, 0; 11 moved 8; 41 moved 0"}),
-        ({}, [("filter: 2", "filter: 40")], {"answer": "11 to 411; swept at 100, 0; 11 moved 8; 211 moved 0"}),
+        ({}, [("filter: 2", "filter: 40")], {"answer": "11 to 491; swept at 100, 0; 11 moved 8; 251 moved 0"}),
         (
             {},
             [("hysteresis: 3", "hysteresis: 2"), ("low: 30, high: 150", "low: 5, high: 197")],
@@ -539,7 +551,7 @@ def test_what_each_stage_does():
         ),
         ({}, [("value: 90, ", "")], {"start": "0 to 100; at 90, 50"}),
         ({}, [("mode: cascade", "mode: auto")], {"start": "6 to 100; at 80, 40"}),
-        ({}, [("mode: cascade", "mode: manual"), (", manual: 20", "")], {"start": "0 to 100; at 80, 70"}),
+        ({}, [("mode: cascade", "mode: manual"), (", manual: 20", "")], {"start": "6 to 100; at 80, 70"}),
         ({"slowest": 1.0}, [("mode: cascade", "mode: auto")], {"start": "3 to 100; at 80, 40"}),
         ({}, [(", manual: 20", ", manual: 48")], {"start": "0 to 100; at 80, -10"}),
         ({}, [("range: [0, 50], manual: 20", "range: [10, 60], manual: 35")], {"start": "0 to 100; at 80, 30"}),
@@ -558,7 +570,7 @@ def test_what_a_stage_does_on_another_bench(bench, changes, differ):
 PLANT = {
     "low": 0, "high": 200, "sample": 1, "gain": 400, "time_constant": 256, "dead_time": 1, "middle": 0.5, "start": 90,
     "alarm_free": (30, 150), "sp_width": 160, "length": 160, "settling": 80, "manual_time": 24, "slowest": 1,
-    "limits": (0, 1),
+    "limits": (0, 1), "crossing": 2.0, "least": 0.0,
 }  # fmt: skip
 """The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
 
@@ -625,8 +637,15 @@ def test_set_points_on_the_counts_of_a_root(value, wanted):
     assert value == 9.9 or [(act.setpoint, act.load) for act in stage.acts] == [(wanted, None), (None, 3.3)]
 
 
-FEW = Tolerance(share=0.01, closed=CountSizes(2.0, 0.02), alone=CountSizes(1.0, 0.01), setpoint=2.0, limit=0.02)
-PLAIN = Stage("x", "x", (Act(10.0, load=1.0), Act(20.0, load=0.0)), end=29.0, begin=10.0, output=0.5)
+FEW = Tolerance(
+    share=0.01,
+    closed=CountSizes(2.0, 0.02),
+    alone=CountSizes(1.0, 0.01),
+    setpoint=2.0,
+    limit=0.02,
+    shifts=EITHER_SAMPLE,
+)
+PLAIN = Stage("x", "x", (Act(10.0, load=1.0), Act(20.0, load=0.0)), end=29.0, begin=10.0, signals=ALL, output=0.5)
 AS_CONFIGURED = replace(PLAIN, name="start", output=None)
 SWEPT = replace(PLAIN, swept=True)
 
@@ -793,235 +812,6 @@ WITHOUT_INTEGRAL = [("gain: 2, integral_time: 30, d", "gain: 2, integral_time: 0
 ON = [(0, False), (16, True), (17, False)]
 
 
-def explained(
-    path, signal, *, stage=PLAIN, k=20, one=None, two=None, changes=(), difference=None, change=None, sample=1.0
-):
-    """Whether a line about a neutral field explains a difference at a sample."""
-    trials = side(**(one or {})), side(**(two or {}))
-    scene = Scene(stage, replace(BENCH, sample=sample), lower_loop(changes), *trials, 2.0)
-    found = Difference(stage.name, signal, 0.0, 0.0, 0.0, (k,), **(difference or {}))
-    return explains(Line(path, change), found, k, scene)
-
-
-@pytest.mark.parametrize(
-    ("path", "yes", "no"),
-    [
-        ("sample_time", [{"signal": "sample time"}], [{"signal": "pv"}]),
-        ("alarms.pv.high", [{"signal": "high"}], [{"signal": "low"}, {"signal": "deviation_high"}, {"signal": "pv"}]),
-        (
-            "alarms.deviation.high",
-            [{"signal": "deviation_high"}],
-            [{"signal": "deviation_high_high"}, {"signal": "high"}],
-        ),
-        ("alarms.rate_of_change", [{"signal": "rate_of_change"}], [{"signal": "high"}]),
-        ("mode", [{"signal": "mode", "stage": AS_CONFIGURED}], [{"signal": "mode"}, {"signal": "sample time"}]),
-        ("operation.master", [{"signal": "pv", "stage": AS_CONFIGURED}], [{"signal": "pv"}]),
-        ("tuning.gain", [], [{"signal": "pv", "stage": AS_CONFIGURED}]),
-        (
-            "operation.start",
-            [{"signal": "pv", "stage": AS_CONFIGURED}, {"signal": "output", "stage": AS_CONFIGURED}],
-            [{"signal": "setpoint", "stage": AS_CONFIGURED}, {"signal": "pv"},
-             {"signal": "pv", "stage": AS_CONFIGURED, "changes": BY_HAND}],
-        ),
-        (
-            "output.manual",
-            [{"signal": "pv", "stage": AS_CONFIGURED, "changes": BY_HAND}],
-            [{"signal": "mode", "stage": AS_CONFIGURED}, {"signal": "pv"}],
-        ),
-        (
-            "setpoint.follows_pv",
-            [
-                {"signal": "pv", "stage": AUTO_AT_15, "k": 13},
-                {"signal": "setpoint", "stage": AUTO_AT_15, "k": 13},
-                {"signal": "pv", "stage": AUTO_TWICE, "k": 10},
-                {"signal": "pv", "stage": AS_CONFIGURED, "k": 0},
-                {"signal": "pv", "stage": AS_CONFIGURED, "k": 15, "one": {"modes": [(0, "manual")]},
-                 "two": {"modes": [(0, "manual"), (15, "auto")]}},
-                {"signal": "pv", "stage": AS_CONFIGURED, "k": 15, "two": {"modes": [(0, "manual")]},
-                 "one": {"modes": [(0, "manual"), (15, "auto")]}},
-            ],
-            [
-                {"signal": "pv", "stage": AUTO_AT_15, "k": 12},
-                {"signal": "mode", "stage": AUTO_AT_15},
-                {"signal": "pv"},
-                {"signal": "setpoint", "stage": AS_CONFIGURED},
-                {"signal": "pv", "stage": AS_CONFIGURED, "k": 14, "one": {"modes": [(0, "manual")]},
-                 "two": {"modes": [(0, "manual"), (15, "auto")]}},
-            ],
-        ),
-        (
-            "operation.transfer",
-            [{"signal": "pv", "stage": AUTO_AT_15},
-             {"signal": "high", "stage": AUTO_AT_15, "one": {"pv": [(0, 53.0)]}}],
-            [{"signal": "setpoint", "stage": AUTO_AT_15}, {"signal": "mode", "stage": AUTO_AT_15},
-             {"signal": "pv", "stage": AUTO_AT_15, "k": 12}],
-        ),
-        (
-            "operation.rate",  # the PV's 0.1 in a sample makes 0.04: twice the gain of 2, Td of 5, of 50
-            [
-                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
-                 "two": {"output": [(0, 0.5), (20, 0.5399)]}},
-                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
-                 "two": {"output": [(0, 0.5), (20, 0.5499)]}, "difference": {"allowed": 0.01}},
-                {"signal": "pv", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
-                 "two": {"pv": [(0, 50.0), (18, 54.09)]}},
-                {"signal": "output", "stage": AUTO_AT_15, "two": {"pv": [(0, 50.0), (15, 49.9)],
-                 "output": [(0, 0.5), (20, 0.5399)]}},
-            ],
-            [
-                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
-                 "two": {"output": [(0, 0.5), (20, 0.5401)]}},
-                {"signal": "pv", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
-                 "two": {"pv": [(0, 50.0), (18, 54.11)]}},
-                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]}, "k": 12,
-                 "two": {"output": [(0, 0.5), (12, 0.51)]}},
-                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (16, 50.1)]},
-                 "two": {"output": [(0, 0.5), (20, 0.53)]}},
-                {"signal": "setpoint", "stage": AUTO_AT_15},
-                {"signal": "output", "stage": replace(PLAIN, acts=(Act(0.0, mode="auto"),)),
-                 "one": {"pv": [(0, 10.0), (1, 50.0), (29, 10.0)]}, "two": {"output": [(0, 0.51)]}},
-            ],
-        ),
-        (
-            "operation.filter",
-            [{"signal": "output", "k": 16, "one": {"output": [(0, 0.2), (15, 0.5)]},
-              "two": {"output": [(0, 0.2), (17, 0.5)]}}],
-            [{"signal": "output", "k": 16, "one": {"output": [(0, 0.2), (15, 0.5)]},
-              "two": {"output": [(0, 0.2), (18, 0.5)]}}, {"signal": "setpoint"}],
-        ),
-        (
-            "operation.manual",
-            [{"signal": "pv", "stage": MANUAL_AT_15, "k": 15}, {"signal": "output", "stage": MANUAL_AT_15, "k": 15}],
-            [{"signal": "pv", "stage": MANUAL_AT_15, "k": 14}, {"signal": "mode", "stage": MANUAL_AT_15},
-             {"signal": "setpoint", "stage": MANUAL_AT_15}, {"signal": "pv"},
-             {"signal": "pv", "stage": replace(PLAIN, acts=(Act(5.0, mode="manual"),))}],
-        ),
-        (
-            "tuning.derivative_on",
-            [{"signal": "pv", "stage": STEP}, {"signal": "output", "stage": STEP}],
-            [{"signal": "pv"}, {"signal": "mode", "stage": STEP},
-             {"signal": "pv", "stage": STEP, "changes": [("derivative_time: 5", "derivative_time: 0")]}],
-        ),
-        (
-            "anti_windup",
-            [
-                {"signal": "pv", "k": 13, "one": {"output": [(0, 0.5), (15, 0.881)]}},
-                {"signal": "output", "k": 13, "one": {"output": [(0, 0.5), (15, 0.119)]}},
-                {"signal": "pv", "k": 29, "one": {"output": [(0, 0.5), (5, 0.9), (6, 0.5)]}},
-                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [("manual: 20", "manual: 48")]},
-                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [(", manual: 20", "")]},
-                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 50.0), (22, 53.0)]}},
-                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 53.0), (19, 50.0)]}},
-            ],
-            [
-                {"signal": "pv", "k": 12, "one": {"output": [(0, 0.5), (15, 0.9)]}},
-                {"signal": "pv", "one": {"output": [(0, 0.5), (15, 0.879)]}},
-                {"signal": "pv", "one": {"output": [(0, 0.5), (15, 0.121)]}},
-                {"signal": "pv", "one": {"output": [(0, 0.9)], "modes": [(0, "manual")]}},
-                {"signal": "setpoint", "one": {"output": [(0, 0.9)]}},
-                {"signal": "mode", "one": {"output": [(0, 0.9)]}},
-                {"signal": "pv", "stage": AS_CONFIGURED},
-                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [("manual: 20", "manual: 48")],
-                 "two": {"modes": [(0, "manual")]}},
-                {"signal": "pv", "one": {"output": [(0, 0.9)]}, "difference": {"at_limits": frozenset({20})}},
-                {"signal": "output", "one": {"output": [(0, 0.9)]}, "two": {"output": [(0, 0.902)]}},
-                {"signal": "output", "one": {"output": [(0, 0.9)]}, "two": {"output": [(0, 0.098)]}},
-                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 50.0), (23, 53.0)]}},
-                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 53.0), (18, 50.0)]}},
-                {"signal": "high", "one": {"output": [(0, 0.9)], "pv": [(0, 52.0)]}},
-            ],
-        ),
-        (
-            "operation.deadband",  # of 4, which the gain of 2 makes 0.16 of the output, and the derivative 0.96
-            [
-                {"signal": "pv", "two": {"pv": [(0, 66.0)]}},
-                {"signal": "output", "stage": SWEPT, "two": {"output": [(0, 0.9)]}, "one": {"pv": [(0, 54.0)]}},
-                {"signal": "output", "stage": SWEPT, "one": {"pv": [(0, 60.0)], "output": [(0, 0.1)]},
-                 "two": {"pv": [(0, 60.0)], "output": [(0, 0.27)]}, "changes": [("e: 5, d", "e: 0, d")],
-                 "difference": {"allowed": 0.02}},
-                {"signal": "output", "two": {"output": [(0, 0.101)]}, "one": {"output": [(0, 0.74)]},
-                 "changes": [("e: 5, d", "e: 0, d")]},
-            ],
-            [
-                {"signal": "pv", "two": {"pv": [(0, 66.1)]}},
-                {"signal": "setpoint"},
-                {"signal": "pv", "stage": SWEPT},
-                {"signal": "output", "stage": SWEPT, "one": {"pv": [(0, 60.0)], "output": [(0, 0.1)]},
-                 "two": {"pv": [(0, 60.0)], "output": [(0, 0.27)]}, "changes": [("e: 5, d", "e: 0, d")]},
-                {"signal": "output", "two": {"output": [(0, 0.101)]}, "one": {"output": [(0, 0.742)]},
-                 "changes": [("e: 5, d", "e: 0, d")]},
-            ],
-        ),
-        (
-            "tuning.integral_time",
-            [{"signal": "output", "two": {"output": [(0, 0.519)]}, "changes": WITHOUT_INTEGRAL},
-             {"signal": "output", "two": {"output": [(0, 0.529)]}, "changes": WITHOUT_INTEGRAL,
-              "difference": {"allowed": 0.01}},
-             {"signal": "pv", "two": {"pv": [(0, 54.0)]}, "changes": WITHOUT_INTEGRAL}],
-            [{"signal": "output", "two": {"output": [(0, 0.521)]}, "changes": WITHOUT_INTEGRAL},
-             {"signal": "pv", "two": {"pv": [(0, 54.1)]}, "changes": WITHOUT_INTEGRAL},
-             {"signal": "output", "two": {"output": [(0, 0.501)]}}, {"signal": "mode", "changes": WITHOUT_INTEGRAL}],
-        ),
-        (
-            "pv.filter",
-            [{"signal": "pv", "k": 20, "one": {"pv": UP}, "two": {"pv": [(0, 50.0), (25, 90.0)]}}],
-            [{"signal": "pv", "k": 20, "one": {"pv": UP}, "two": {"pv": [(0, 50.0), (26, 90.0)]}},
-             {"signal": "setpoint"}],
-        ),
-        (
-            "operation.interlock",
-            [{"signal": "mode", "stage": AUTO_AT_15, "k": 15, "one": {"alarms": {"high": ON}}},
-             {"signal": "mode", "stage": AUTO_AT_15, "two": {"alarms": {"low": ON}}},
-             {"signal": "mode", "stage": AS_CONFIGURED, "one": {"alarms": {"low_low": [(0, True), (1, False)]}}}],
-            [{"signal": "mode", "stage": AUTO_AT_15, "k": 14, "one": {"alarms": {"high": ON}}},
-             {"signal": "mode", "stage": AUTO_AT_15, "one": {"alarms": {"deviation_high": ON}}},
-             {"signal": "mode", "stage": AUTO_AT_15, "one": {"alarms": {"high": [(0, True), (15, False), (17, True)]}}},
-             {"signal": "mode", "stage": AS_CONFIGURED, "one": {"alarms": {"high": ON}}},
-             {"signal": "mode", "one": {"alarms": {"high": [(0, True)]}}}],
-        ),
-    ],
-)  # fmt: skip
-def test_what_a_line_explains(path, yes, no):
-    assert [row for row in yes if not explained(path, **row)] == []
-    assert [row for row in no if explained(path, **row)] == []
-
-
-@pytest.mark.parametrize(
-    ("signal", "most"),
-    [("output", 2 * (0.632121 - 0.5) * 2 * 5 / 50 * 10), ("pv", 2 * (0.632121 - 0.5) * 2 * 5 / 50 * 10 * 100 * 2 / 20)],
-)
-def test_another_filter_of_the_derivative_explains_its_share_of_a_step(signal, most):
-    """With Tf = Ts = 1 s a sample lets 63.2 % or 50 % through; the PV moves by 10, the output by its derivative."""
-    change = Change("operation.smoothing", "rule", Smoothing.EXACT.text, Smoothing.BACKWARD.text)
-    moved = {"pv": [(0, 50.0), (15, 60.0)]}
-    for factor, wanted in ((0.99, True), (1.01, False)):
-        by = {"pv": [(0, 50.0), (15, 60.0), (20, 60.0 + factor * most)]}
-        two = by if signal == "pv" else {**moved, "output": [(0, 0.2), (20, 0.2 + factor * most)]}
-        one = moved | {"output": [(0, 0.2)]}
-        assert explained("operation.smoothing", signal, stage=replace(PLAIN, begin=12.0), one=one, two=two,
-                         change=change) is wanted  # fmt: skip
-    assert not explained("operation.smoothing", "setpoint", change=change)
-    slower = moved | {"pv": [(0, 50.0), (15, 60.0), (20, 65.2)]}
-    assert explained("operation.smoothing", "pv", one=moved, two=slower, change=change, sample=2.0)
-    just_now = {"pv": [(0, 50.0), (20, 60.0)]}
-    moved_output = {"output": [(0, 0.2), (20, 0.2 + 0.99 * 0.5284)]}
-    assert explained("operation.smoothing", "output", one=just_now | {"output": [(0, 0.2)]},
-                     two=just_now | moved_output, change=change)  # fmt: skip
-    unmoved = {"output": [(0, 0.5), (20, 0.51)]}
-    early = {"pv": [(0, 20.0), (8, 50.0)]}
-    assert not explained("operation.smoothing", "output", one=early, two=early | unmoved, change=change)
-
-
-def test_the_first_line_that_explains_all_of_a_difference_is_its_reason():
-    scene = Scene(AUTO_AT_15, BENCH, lower_loop(()), side(), side(), 2.0)
-    paths = ("setpoint.follows_pv", "operation.transfer", "tuning.gain")
-    follows, transfer, gain = (Line(path, None) for path in paths)
-    found = Difference("x", "pv", 0.0, 0.0, 0.0, (15, 20))
-    assert find_line(found, [gain, transfer, follows], scene) == (transfer, 15)
-    assert find_line(replace(found, samples=(12, 15)), [gain, transfer, follows], scene) == (None, 12)
-    assert find_line(replace(found, samples=(15, 20), at_limits=frozenset({20})), [transfer], scene) == (None, 20)
-
-
 def alone(*changes):
     """The loop L without its master, as a side that runs."""
     text = PAIR.replace(", source: M", "").replace("mode: cascade", "mode: auto")
@@ -1031,12 +821,12 @@ def alone(*changes):
     return make_side(found.vendor, found.config)
 
 
-def test_how_far_two_sides_may_lie_apart():
+def test_how_far_two_plcs_may_lie_apart():
     """The filter lets 39.35 % of a count through; share 8 of the span; kick of the derivative 5 / (1 + 1)."""
     one = alone()
     count, output, fine, fine_output = 200 / 4095, 1 / 4095, 200 / 2**20, 1 / 2**20
     pv = count / 0.39346934 + output * 100
-    found = tolerance_of(one, 1, one, 1, BENCH)
+    found = tolerance_between(one, 1, one, 1, BENCH)
     wanted = Tolerance(
         share=0.01,
         closed=CountSizes(2 * pv, 2 * (output + pv / 200 * 8 * (1 + 2.5))),
@@ -1046,15 +836,16 @@ def test_how_far_two_sides_may_lie_apart():
         band=4.0,
         switching=8 * 4 / 200,
         kick=8 * 4 / 200 * 5,
+        shifts=EITHER_SAMPLE,
         mean=fine_output + fine / 200 * 8 * (1 + 1 / 0.39346934 + 2.5 / 60),
     )
     for one_part, other in zip(asdict(found).values(), asdict(wanted).values(), strict=True):
-        assert one_part == pytest.approx(other, rel=1e-6)
+        assert one_part == other or one_part == pytest.approx(other, rel=1e-6)
     plain = alone(("filter: 2}", "filter: 0}"), ("e_time: 5", "e_time: 0"), ("deadband: 4", "deadband: 0"))
-    found = tolerance_of(plain, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
+    found = tolerance_between(plain, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
     assert (found.closed.pv, found.alone.pv) == (pytest.approx(2 * (count + output * 100)), pytest.approx(2 * fine))
     assert (found.mean, found.band, found.switching, found.kick) == (0.0, 4.0, pytest.approx(0.16), 0.0)
-    sharp = tolerance_of(one, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
+    sharp = tolerance_between(one, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
     assert sharp.closed.output == pytest.approx(2 * (output + pv / 200 * 8 * (1 + 5)), rel=1e-6)
 
 
@@ -1067,41 +858,6 @@ def test_a_module_has_twelve_bits_at_least_and_a_root_steps_of_counts():
     flow = convert(FLOW, "dl06")
     rooted = check_text(flow.text)
     assert root_step(make_side(rooted.vendor, rooted.config), 0) == pytest.approx(100 / 4095**0.5)
-
-
-def test_lines_that_are_not_true_of_the_other_side_are_left_out():
-    side_of_it = alone()
-    loop = side_of_it.loop(1)
-    transfer = "the output goes on from where it stands"
-    yes = [
-        Line("tuning.gain", None, loop.tuning.gain),
-        Line("operation.transfer", None, transfer),
-        Line("operation.transfer", None, "the output becomes gain x error + bias"),
-        Line("operation.deadband", None, "the error counts as 0"),
-        Line("pv.unit", None),
-    ]
-    no = [
-        Line("tuning.gain", None, 3 * loop.tuning.gain),
-        Line("operation.transfer", None, "another"),
-        Line("operation.rate", None, transfer),
-        Line("operation.nothing", None, transfer),
-    ]
-    assert list(true_lines([*no, *yes], loop, side_of_it, 1)) == yes
-    other_band = loop.model_copy(update={"deadband": 2 * loop.deadband})
-    assert list(true_lines(yes, other_band, side_of_it, 1)) == [*yes[:3], yes[4]]
-
-
-def test_only_a_key_with_a_default_goes_back_to_it():
-    found = alone()
-    builder = Builder(found.vendor, found.config)
-    assert not any(builder.reset(1, key) for key in ("tuning.gain", "pv.range", "pv.range.0", "nothing"))
-    assert value_without(found.config, ("loops", 1, "pv", "range", 0)) is NO_DEFAULT
-    assert builder.config is found.config
-    for without in (Builder(None, None, ((None,), [])).whole, Side(None, None, None, [None]).loop):
-        with pytest.raises(ValueError, match="loop 0 has no neutral form"):
-            without(0)
-    assert builder.reset(1, "deadband")
-    assert builder.config.loops[1].deadband == 0
 
 
 def verdict_on(stages, ones, twos, refused=()):
@@ -1148,59 +904,8 @@ def test_a_verdict_without_the_stages_of_its_picture_shows_the_first_one():
     assert len(found.chart.panels[0].lines[0].times) == 20
 
 
-@pytest.mark.parametrize(
-    ("one", "two", "kinds", "more"),
-    [
-        (100, 105.05, ["rounded"], False),
-        (100, 105.2, ["rounded"], True),
-        (-100, -105.2, ["rounded"], True),
-        (100, 105.2, ["rounded", "clamped"], False),
-        (0, 5, ["rounded"], False),
-        ("x", 5, ["rounded"], False),
-        (5, None, ["rounded"], False),
-    ],
-)
-def test_a_number_may_be_off_by_five_times_what_its_line_says(one, two, kinds, more):
-    rows = [Change("x", kind, 1, 1, error_percent=1.0 - 0.5 * i) for i, kind in enumerate(kinds)]
-    assert _more_than_said(one and Decimal(str(one)) if one != "x" else one, two and Decimal(str(two)), rows) is more
-
-
 RAMP = {"pv": [(0, 50.0), (8, 50.2)]}
 """A PV that moves by 0.2 with the sample at 16 s: 0.1 a second."""
-
-
-@pytest.mark.parametrize(
-    ("path", "yes", "no"),
-    [
-        ("setpoint.follows_pv", {"stage": AUTO_AT_15, "k": 6}, {"stage": AUTO_AT_15, "k": 5}),
-        ("operation.manual", {"stage": MANUAL_AT_15, "k": 8}, {"stage": MANUAL_AT_15, "k": 7}),
-        (
-            "operation.rate",
-            {"stage": AUTO_AT_15, "one": RAMP, "two": {"pv": [(0, 50.0), (18, 54.19)]}},
-            {"stage": AUTO_AT_15, "one": RAMP, "two": {"pv": [(0, 50.0), (18, 54.21)]}},
-        ),
-        (
-            "pv.filter",
-            {"one": {"pv": UP}, "two": {"pv": [(0, 50.0), (24, 90.0)]}},
-            {"one": {"pv": UP}, "two": {"pv": [(0, 50.0), (25, 90.0)]}},
-        ),
-    ],
-)
-def test_what_a_line_explains_with_a_sample_of_two_seconds(path, yes, no):
-    assert explained(path, "pv", sample=2.0, **yes)
-    assert not explained(path, "pv", sample=2.0, **no)
-
-
-def test_a_dead_band_and_an_interlock_with_a_sample_of_two_seconds():
-    """The dead band makes 0.16 of the output, and the derivative 2.5 times as much more."""
-    apart_by = {"one": {"output": [(0, 0.1)], "pv": [(0, 60.0)]}, "stage": SWEPT, "sample": 2.0}
-    for output, wanted in ((0.65, True), (0.67, False)):
-        two = {"output": [(0, output)], "pv": [(0, 60.0)]}
-        assert explained("operation.deadband", "output", two=two, **apart_by) is wanted
-    for on, wanted in ((8, True), (7, False), (10, False)):
-        alarms = {"alarms": {"high": [(0, False), (on, True), (on + 1, False)]}}
-        shown = explained("operation.interlock", "mode", stage=AUTO_AT_15, one=alarms, sample=2.0)
-        assert shown is wanted
 
 
 def test_where_two_trials_differ_with_a_sample_of_half_a_second():
@@ -1212,22 +917,14 @@ def test_where_two_trials_differ_with_a_sample_of_half_a_second():
     assert list(differences(stage, one, late, replace(BENCH, sample=0.5), FEW)) == []
 
 
-def test_what_a_trial_shows_at_a_sample():
-    trial = side(pv=UP, modes=[(0, "auto"), (9, "off")], alarms={"high": [(0, False), (5, True)]}, period=2.5)
-    shown = [value_of(trial, signal, 10) for signal in ("sample time", "high", "mode", "pv", "output")]
-    assert shown == [2.5, True, "off", 50.0, 0.5]
-    scene = Scene(replace(PLAIN, begin=4.0), replace(BENCH, sample=0.5), lower_loop(()), trial, side(), 2.0)
-    later = later_of(Difference("x", "pv", 0.0, 1.0, 2.0, (1, 20)), 20, scene)
-    assert (later.at, later.before, later.after, later.samples) == (6.0, 90.0, 50.0, (1, 20))
-
-
 def test_a_stage_as_one_side_goes_through_it():
     """Dead time 1 s, time constant 20 s; the PV is shown as the loop's own filter of 2 s gives it."""
     one, stages = alone(), battery()
     manual = run_stage(one, 1, stages["manual"], BENCH, before_root=False)
-    assert (len(manual.pv), manual.period, manual.cascades, {*manual.modes}) == (27, 1.0, True, {"manual"})
-    assert manual.output == [pytest.approx(share) for share in course((0, 0.5), (6, 0.42), (16, 0.58), count=27)]
-    assert manual.setpoint == course((0, 90.0), (1, 100.0), count=27)
+    assert (len(manual.pv), manual.period, manual.cascades, {*manual.modes}) == (37, 1.0, True, {"manual"})
+    ends = course((0, 0.5), (6, 0.42), (16, 0.58), count=37)
+    assert manual.output == [pytest.approx(share) for share in ends]
+    assert manual.setpoint == course((0, 90.0), (1, 100.0), count=37)
     assert (manual.pv[7], manual.pv[17] < 97.3, manual.pv[26] > manual.pv[17]) == (pytest.approx(100.0), True, True)
     sensor = run_stage(one, 1, stages["sensor"], BENCH, before_root=False)
     assert (len(sensor.pv), sensor.modes[5:7]) == (119, ["manual", "auto"])
@@ -1255,14 +952,7 @@ def test_two_filters_of_a_derivative_that_let_the_same_through(after, alike):
 def test_set_points_of_a_battery_are_those_that_a_coarse_register_holds():
     one = alone()
     reference = make_reference(one, 1, one.loop(1), 3.0)
-    points = {
-        act.setpoint
-        for stage in reference.stages
-        for act in stage.acts
-        if act.setpoint is not None and not stage.name.startswith("dead band")
-    }
+    points = {act.setpoint for stage in reference.stages for act in stage.acts if act.setpoint is not None}
     assert reference.bench.start == 90
     assert {point for point in points if point % 3} == {200}
-    fine = {act.setpoint for stage in reference.stages if stage.name == "dead band" for act in stage.acts}
-    assert 93.6 in fine
     assert make_reference(one, 1, one.loop(1)).bench.start == 90

@@ -4,13 +4,11 @@ from copy import deepcopy
 from dataclasses import replace
 from decimal import Decimal
 from types import SimpleNamespace
-from typing import Literal
 
 import pytest
 from pydantic_core import PydanticCustomError
 
 from pidcfg.conversion.pipeline import convert
-from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange
 from pidcfg.study.verification.comparison import SignalDifference as Difference
@@ -23,10 +21,6 @@ from pidcfg.study.verification.trial import _modes as modes_of
 from pidcfg.study.verification.trial import _others_events as other_events
 from pidcfg.study.verification.trial import _root as root_of
 from pidcfg.study.verification.trial import companions, master_of, names_of, scenario_data, slaves_of
-from pidcfg.study.verification.twin import Builder, typed_number, with_number, with_value_at
-from pidcfg.study.verification.twin import _choices as choices
-from pidcfg.study.verification.twin import _restore as restore
-from pidcfg.study.verification.twin import _words as words_in
 from pidcfg.study.verification.verify import make_side
 from pidcfg.vendors import VENDORS
 from test_verify import BENCH, lower_loop
@@ -295,50 +289,9 @@ def test_a_stage_is_a_scenario_in_the_words_of_a_side():
     assert names_of(counting(), loops, 1, "Plant", (0,), as_configured=True).events == []
 
 
-@pytest.mark.parametrize(("wanted", "found"), [(9, True), (2, True), (1, True), (2_000_000, False)])
-def test_a_key_is_found_whose_neutral_value_is_the_wanted_one(wanted, found, monkeypatch):
-    """Here the neutral value is the square of the key's, and there is none beyond 1000."""
-    tried = []
-    monkeypatch.setattr(
-        Builder, "_try", lambda *words: tried.append(words[2]) or (None if words[2] > 1000 else words[2] ** 2)
-    )
-    builder = Builder(None, None)
-    assert builder._secant(0, ("x",), "gain", Decimal(wanted), Decimal(1), Decimal(1)) is found
-    assert not found or float(tried[-1]) == pytest.approx(wanted**0.5, rel=1e-6)
-
-
-def test_a_key_at_zero_is_first_moved_by_what_is_missing(monkeypatch):
-    tried = []
-    monkeypatch.setattr(Builder, "_try", lambda *words: tried.append(words[2]) or words[2] ** 2 + 1)
-    assert Builder(None, None)._secant(0, ("x",), "gain", Decimal(10), Decimal(0), Decimal(0))
-    assert tried[:2] == [0, 9]
-
-
-def test_what_went_with_another_field_is_brought_back():
-    brought = []
-    fields = SimpleNamespace(fields=[SimpleNamespace(path="key", to=("alarms.pv.high",))])
-    builder = SimpleNamespace(
-        whole=lambda _: lower_loop(()), fields=lambda _: fields, bring=lambda *words: brought.append(words)
-    )
-    other = lower_loop([("high: 150", "high: 140")])
-    restore(builder, 1, other, ["alarms.pv.high"])
-    assert brought == []
-    restore(builder, 1, other, [])
-    assert brought == [(1, "key", "alarms.pv.high", Decimal(140))]
-
-
 def test_means_of_what_a_signal_has_shown():
     assert running_means([1.0, 2.0, 6.0], 1) == [1.5, 3.0]
     assert running_means([1.0] * 60 + [61.0, 1.0], 59) == [1.0, 2.0, 2.0]
-
-
-def test_the_values_that_a_key_may_have():
-    assert list(words_in(Literal["a", "b", 2, "c"] | None)) == ["a", "b", "c"]
-    config = lower_loop(())
-    assert list(choices(config, ("mode",), "cascade")) == ["manual", "auto", "auto"]
-    assert list(choices(config, ("anti_windup",), True)) == [False]
-    assert list(choices(config, ("tuning", "derivative_on"), "pv")) == ["error"]
-    assert list(choices(config, ("pv", "range", 0), Decimal(0))) == []
 
 
 def test_when_a_sample_first_shows_what_has_happened():
@@ -350,36 +303,6 @@ def test_when_a_sample_first_shows_what_has_happened():
     assert modes_of(report, 4, 0.5) == ["manual", "manual", "auto", "auto"]
     assert alarm_of(report, "high", 8, 0.5) == [False, True, False, False, True, False, True, True]
     assert alarm_of(report, "x", 8, 0.5) == [False] * 8
-
-
-@pytest.mark.parametrize(
-    ("value", "number", "other"),
-    [
-        (True, None, 3),
-        (None, None, Decimal(3)),
-        ("auto", None, Decimal(3)),
-        (5, Decimal(5), 3),
-        (2.5, Decimal("2.5"), Decimal(3)),
-        (Decimal("0.1"), Decimal("0.1"), Decimal(3)),
-        (Quantity(Decimal(7), counts=True), Decimal(7), Quantity(Decimal(3), counts=True, derived=True)),
-        (Quantity(Decimal(7)), Decimal(7), Quantity(Decimal(3), derived=True)),
-        (Duration(Decimal(7), "min"), Decimal(7), Duration(Decimal(3), "min")),
-    ],
-)
-def test_a_value_with_another_number_is_of_its_kind(value, number, other):
-    assert typed_number(value) == number
-    assert with_number(value, Decimal(3)) == other
-    assert type(with_number(value, Decimal(3))) is type(other)
-    assert with_number(5, Decimal("3.5")) == Decimal("3.5")
-
-
-def test_a_model_with_another_value_at_a_path():
-    loop = lower_loop(())
-    found = with_value_at(loop, ("pv", "range", 1), Decimal(300))
-    assert (found.pv.range, loop.pv.range) == ((0, 300), (0, 200))
-    assert with_value_at(loop, (), 5) == 5
-    with pytest.raises(KeyError):
-        with_value_at(loop, ("pv", "range", "x"), 1)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,8 @@
 """How good the battery of --verify is: correct conversions that fail, and spoiled results that stay green.
 
-Run as a program: ``python tests/verify_measure.py [CONVERSIONS [SPOILED]]`` prints both figures over all 20 pairs, and
-each spoiled setting that was not found with the reason that makes it harmless. The tests run a sample of both.
+Run as a program: ``python tests/verify_measure.py [CONVERSIONS [SPOILED [SEED]]] [--wild]`` prints both figures over
+all 20 pairs, and each spoiled setting that was not found with the reason that makes it harmless; with ``--wild`` of
+loops at the edge. The tests run a sample of both.
 """
 
 from __future__ import annotations
@@ -10,20 +11,21 @@ import random
 import sys
 from collections import Counter
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from itertools import count, permutations
 from pathlib import Path
 
-from pidcfg.conversion.ledger import ConvertError
-from pidcfg.conversion.operation import WithoutIntegral
+from pidcfg.conversion.builder import flatten
+from pidcfg.conversion.ledger import ConvertError, overlap
+from pidcfg.conversion.operation import Windup, WithoutIntegral, has_narrow_limits
 from pidcfg.conversion.pipeline import convert
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.sim.engine.run import UnusableError
-from pidcfg.study.verification.comparison import loops_of
-from pidcfg.study.verification.twin import reported_source
-from pidcfg.study.verification.verify import Battery, make_reference, make_side, tolerance_of
+from pidcfg.study.verification.comparison import loops_of, neutral_of
+from pidcfg.study.verification.trial import root_step
+from pidcfg.study.verification.verify import Battery, _sides, hidden_fields, make_reference, tolerance_of
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
@@ -139,7 +141,7 @@ def of_vendor(loops: list[dict], vendor: str):
     return None if result.failed else result
 
 
-def sources(seed: int, *, examples: bool = True):
+def sources(seed: int, *, examples: bool = True, wild: bool = False):
     """Configurations of each vendor without end: the examples first, then random ones."""
     for path in sorted((ROOT / "examples").glob("*/*.yaml") if examples else ()):
         if ".scenario." in path.name or path.parent.name in {"mistakes", "generic"}:
@@ -149,9 +151,9 @@ def sources(seed: int, *, examples: bool = True):
             if target != source.vendor.key:
                 yield source, target, path.name
     for n in count(1):
-        source, target = random_source(n, seed)
+        source, target = wild_source(n, str(seed)) if wild else random_source(n, seed)
         if source is not None:
-            yield source, target, f"random {n}"
+            yield source, target, f"{'wild' if wild else 'random'} {n}"
 
 
 def random_source(n: int, seed: int = 1):
@@ -165,6 +167,75 @@ def numbered(n: int):
     return Conversion.of(*random_source(n), f"random {n}")
 
 
+# --- wild loops ------------------------------------------------------------------------------------------------------
+
+
+def wild_loop(rng: random.Random, i: int) -> dict:
+    """A neutral loop at the edge: gains to 400, derivatives of 100 s at 0.1 s, dead bands, Manual with limits."""
+    low, high = rng.choice([(0, 100), (-50, 150), (0, 400), (0, 10), (-328, 1562), (0, 1200), (-1, 1), (0, 16)])
+    out_low, out_high = rng.choice([(0, 100), (0, 100), (4, 20), (0, 3000), (0, 50), (-100, 100)])
+    span, width = high - low, out_high - out_low
+    sample = rng.choice([0.05, 0.1, 0.1, 0.2, 0.5, 1, 2, 5, 30])
+    gain = 10 ** rng.uniform(-1.2, 1.3) * width / span
+    if rng.random() < 0.25:
+        gain = rng.uniform(20, 400)
+    loop = {
+        "name": f"L{i}",
+        "mode": rng.choice(["auto", "auto", "manual"]),
+        "output_raises_pv": rng.random() < 0.5,
+        "sample_time": sample,
+        "tuning": wild_tuning(rng, sample, gain),
+        "pv": {"range": [low, high], "unit": "degC"},
+        "setpoint": {"value": round(low + span * rng.uniform(0.2, 0.8), 2), "follows_pv": rng.random() < 0.4},
+        "output": {"range": [out_low, out_high]},
+        "alarms": {},
+        "anti_windup": rng.random() < 0.8,
+    }
+    if rng.random() < 0.35:
+        loop["pv"]["filter"] = round(sample * 10 ** rng.uniform(-0.3, 1.3), 2)
+    if rng.random() < 0.08:
+        loop["pv"]["square_root"] = True
+    if rng.random() < 0.4:
+        ends = low + rng.uniform(0, 0.2) * span, low + rng.uniform(0.8, 1) * span
+        loop["setpoint"]["limits"] = [round(end, 2) for end in ends]
+    if rng.random() < 0.5:
+        ends = out_low + rng.uniform(0, 0.3) * width, out_low + rng.uniform(0.6, 1) * width
+        loop["output"]["limits"] = [round(end, 2) for end in ends]
+    if loop["mode"] == "manual" or rng.random() < 0.3:
+        loop["output"]["manual"] = round(out_low + width * rng.uniform(0, 1), 2)
+    if not loop["tuning"]["integral_time"]:
+        loop["output"]["bias"] = round(out_low + width * rng.uniform(0.2, 0.7), 2)
+    if rng.random() < 0.25:
+        loop["deadband"] = round(span * rng.uniform(0.003, 0.05), 3)
+    if rng.random() < 0.5:
+        loop["alarms"] = random_alarms(rng, low, span, sample)
+    return loop
+
+
+def wild_tuning(rng: random.Random, sample: float, gain: float) -> dict:
+    """Its gain and times."""
+    times = rng.choice([sample * 10 ** rng.uniform(0, 1.5), rng.uniform(5, 100)])
+    tuning = {
+        "gain": float(f"{gain:.4g}"),
+        "integral_time": 0 if rng.random() < 0.12 else float(f"{sample * 10 ** rng.uniform(0.5, 3.2):.3g}"),
+        "derivative_time": float(f"{times:.3g}") if rng.random() < 0.4 else 0,
+        "derivative_on": rng.choice(["pv", "error"]),
+    }
+    if tuning["derivative_time"] and rng.random() < 0.5:
+        tuning["derivative_filter"] = round(tuning["derivative_time"] / rng.choice([2, 4, 8, 10, 20]), 2)
+    return tuning
+
+
+def wild_source(n: int, seed: str = "1"):
+    """The n-th wild configuration, without a dead band where its vendor has none, and the vendor that it goes to."""
+    one, two = PAIRS[(n - 1) % len(PAIRS)]
+    loop = wild_loop(random.Random(f"{seed}/{n}"), 1)
+    source = of_vendor([loop], one)
+    if source is None:
+        source = of_vendor([{key: value for key, value in loop.items() if key != "deadband"}], one)
+    return source, two
+
+
 @dataclass
 class Conversion:
     """A conversion with its twin, and the references that spoiled results are held against."""
@@ -173,9 +244,6 @@ class Conversion:
     result: object
     outcome: object
     label: str
-    twin: object = None
-    side: object = None
-    trials: dict = field(default_factory=dict)
 
     @classmethod
     def of(cls, source, target: str, label: str):
@@ -187,10 +255,7 @@ class Conversion:
         result = checked(outcome.data)
         if result.failed:
             return None
-        one = cls(source, result, outcome, f"{label}: {source.vendor.key} to {target}")
-        one.twin = reported_source(source.config, source.vendor, result.config, result.vendor, one.pairs, outcome.loops)
-        one.side = make_side(source.vendor, one.twin.config, loops_of(source.config, source.vendor))
-        return one
+        return cls(source, result, outcome, f"{label}: {source.vendor.key} to {target}")
 
     @property
     def pairs(self):
@@ -201,18 +266,25 @@ class Conversion:
         """Whether a spoiled result differs in a register or a parameter, and not in labels alone."""
         return result.encoding.image.words != self.result.encoding.image.words
 
-    def unexplained(self, result, i: int, j: int):
-        """The first difference of a loop that no line of the report explains; None: both sides are alike."""
-        side = make_side(result.vendor, result.config)
-        if side.loops[j] is None:
+    def sides(self, result):
+        """The source, what the report makes of it, and a result."""
+        one, two = (self.source.vendor, self.source.config), (result.vendor, result.config)
+        return _sides(one, two, self.pairs, self.outcome.loops, ("source", "result"))
+
+    def unexplained(self, result, i: int, j: int, *, source: bool = False):
+        """The first difference that no switch explains; None: both sides are alike. ``source``: that of the source."""
+        sides = self.sides(result)
+        if sides.target.loops[j] is None:
             return "no neutral form"
-        reference = make_reference(self.side, i, side.loops[j])
-        reference.trials = self.trials.setdefault(i, {})
-        tolerance = tolerance_of(self.side, i, side, j, reference.bench)
-        for difference, line in Battery(reference, side, j, tolerance).judged(self.twin.left.get(i, [])):
-            if line is None:
-                return difference
-        return None
+        step = max(root_step(sides.source, i), root_step(sides.target, j))
+        reference = make_reference(sides.twin, i, sides.target.loops[j], step)
+        tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
+        found = next(Battery(reference, sides.target, j, tolerance).differences(), None)
+        if found is None and source:
+            mirror = make_reference(sides.mirror, i, sides.target.loops[j], step)
+            tolerance = tolerance_of(sides.mirror, i, sides.reduced, i, mirror.bench)
+            found = next(Battery(mirror, sides.reduced, i, tolerance).differences(), None)
+        return found
 
 
 # --- spoiled results -------------------------------------------------------------------------------------------------
@@ -321,9 +393,10 @@ def is_idle(conversion: Conversion, j: int, path, result) -> bool:
     before, after = (loops_of(one.config, one.vendor)[j] for one in (conversion.result, result))
     name = next(key for key in reversed(path) if isinstance(key, str))
     operations = [one.vendor.load("operation")(one.config)[j] for one in (conversion.result, result)]
-    if after == before and operations[0] == operations[1]:
-        return True
-    if name == "range" and not conversion.is_in_memory(result):
+    same = after == before and operations[0] == operations[1]
+    windup = after.model_copy(update={"anti_windup": before.anti_windup}) == before and acts_alike(*operations, before)
+    alarms = {key for key in flatten(before) if key.startswith("alarms.")}
+    if same or windup or (name == "hysteresis" and alarms <= {"alarms.hysteresis"}):
         return True
     if name in {"ManualMV", "MOUT"} or path == ("state", "output"):
         return before.mode != "manual" or by_hand(before) == by_hand(after)
@@ -331,11 +404,18 @@ def is_idle(conversion: Conversion, j: int, path, result) -> bool:
         return bool(before.tuning.integral_time) or operations[0].without_integral is WithoutIntegral.TAKEN_OVER
     if "limit" in name and path[0] == "setpoint" and set_points(before) == set_points(after):
         return True
+    if name == "hysteresis" and not any(
+        key.startswith("alarms.") and key != "alarms.hysteresis" for key in flatten(before)
+    ):
+        return True
     low, high = before.pv.range
     wider = after.pv.range[0] <= low and high <= after.pv.range[1]
     derives = before.tuning.derivative_time or after.tuning.derivative_time
+    within = "limit" in name and path[0] == "setpoint" and set_points(before) == set_points(after)
     return (
-        (name in SETPOINTS and before.mode == after.mode == "manual")
+        within
+        or (name == "range" and not conversion.is_in_memory(result))
+        or (name in SETPOINTS and before.mode == after.mode == "manual")
         or (name in {"DerivEr", "PID_DE", "algorithm"} and not derives)
         or (name in {"MinPV", "MaxPV"} and wider)
     )
@@ -356,18 +436,23 @@ def set_points(loop):
 
 def reason(conversion: Conversion, i: int, j: int, path, result) -> str:
     """Why a spoiled setting that was not found is harmless on its loop; empty: nobody knows."""
-    name = next(key for key in reversed(path) if isinstance(key, str))
-    lines = {line.neutral for line in conversion.twin.left.get(i, [])}
-    before, _ = (loops_of(one.config, one.vendor)[j] for one in (conversion.result, result))
-    if name == "PID_MODE":
-        return "its other windup rule behaves like the source's on this loop"
-    if "operation.windup" in lines and ("windup" in name or "freeze" in name):
-        return "the report names another windup rule"
-    if "operation.deadband" in lines and name in {"deadband", "DeadBand", "ERR_DBW"}:
-        return "the report names another rule of the dead band"
-    if not before.tuning.integral_time and ("limits" in path or name in OUTPUTS):
-        return "without an integral the output does not come to this limit"
+    sides = conversion.sides(conversion.result)
+    reference = make_reference(sides.twin, i, sides.target.loops[j])
+    hidden = list(hidden_fields(reference, sides.twin, i))
+    entries = neutral_of(result.config, result.vendor)[1][j].fields
+    fields = [to for entry in entries if overlap(dotted(path), entry.path) for to in entry.to]
+    if any(overlap(field, other) for field in fields for other in hidden):
+        return "the verdict lists it as not shown"
     return ""
+
+
+def acts_alike(before, after, loop) -> bool:
+    """Whether two rules of windup are one on a loop: without an integral, or with limits inside of the range."""
+    if replace(before, windup=after.windup) != after:
+        return False
+    both = {before.windup, after.windup}
+    within = {Windup.FROZEN_AT_ENDS, Windup.WITHIN_RANGE, Windup.CONDITIONAL_AT_ENDS, Windup.ENDLESS}
+    return not loop.tuning.integral_time or (has_narrow_limits(loop) and both <= within - {Windup.ENDLESS})
 
 
 @dataclass
@@ -382,7 +467,7 @@ class Figures:
 
     def test(self, one: Conversion, i: int, j: int) -> bool:
         """Whether a correct conversion of a loop passes."""
-        difference = verdict(one, one.result, i, j)
+        difference = verdict(one, one.result, i, j, source=True)
         if difference is not None:
             self.failed.append((one.label, j, difference))
             self.say(f"FAILED {one.label} loop {j}: {difference}")
@@ -405,20 +490,27 @@ class Figures:
         return self.spoiled - len(self.survivors)
 
 
-def verdict(one: Conversion, result, i: int, j: int):
+def verdict(one: Conversion, result, i: int, j: int, *, source: bool = False):
     """What is wrong with a loop; None: nothing."""
     try:
-        return one.unexplained(result, i, j)
+        return one.unexplained(result, i, j, source=source)
     except UnusableError as error:
         return str(error)
 
 
 def measure(
-    conversions: int, wanted: int, seed: int = 1, per_loop: int = 8, *, examples: bool = True, say=print
+    conversions: int,
+    wanted: int,
+    seed: int = 1,
+    per_loop: int = 8,
+    *,
+    examples: bool = True,
+    wild: bool = False,
+    say=print,
 ) -> Figures:
     """Both figures, with the failures and the survivors."""
     figures = Figures(say)
-    for source, target, label in sources(seed, examples=examples):
+    for source, target, label in sources(seed, examples=examples, wild=wild):
         if figures.correct >= conversions and figures.spoiled >= wanted:
             return figures
         one = Conversion.of(source, target, label)
@@ -433,8 +525,10 @@ def measure(
 
 def main() -> None:
     """Prints the figures."""
-    conversions, wanted = (int(text) for text in (*sys.argv[1:3], *("400", "2000")[len(sys.argv) - 1 :]))
-    figures = measure(conversions, wanted)
+    wild = "--wild" in sys.argv
+    given = [int(text) for text in sys.argv[1:] if text != "--wild"]
+    conversions, wanted, seed = (*given, *(400, 2000, 1)[len(given) :])
+    figures = measure(conversions, wanted, seed, examples=not wild, wild=wild)
     share = 100 * figures.found / max(figures.spoiled, 1)
     print(f"{len(figures.failed)} of {figures.correct} correct conversions failed")  # noqa: T201
     print(f"{figures.found} of {figures.spoiled} spoiled results were found: {share:.1f} %")  # noqa: T201

@@ -18,7 +18,17 @@ from pidcfg.conversion.builder import (
     same_fields,
     width,
 )
-from pidcfg.conversion.operation import Deadband, Operation, Start, Transfer, VendorSettings, Windup, WithoutIntegral
+from pidcfg.conversion.operation import (
+    Deadband,
+    Hand,
+    Operation,
+    Start,
+    Transfer,
+    VendorSettings,
+    Windup,
+    WithoutIntegral,
+    Zero,
+)
 from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on
 from pidcfg.encoders.image import switched_on
 from pidcfg.schemas.numbers import decimal_text
@@ -314,7 +324,7 @@ FIELDS: Table[NeutralBuilder, Loop] = (
 
 # --- CLICK loops: each starts in manual, and a change to auto makes the bias of the output (help CL246) ---------------
 
-OWN_SETTINGS = VendorSettings(("bits", "integers", "floats"))
+OWN_SETTINGS = VendorSettings(("bits", "integers", "floats"), hand=Hand.FREE, zero=Zero.OF_RANGE)
 """Its blocks."""
 
 
@@ -323,9 +333,14 @@ def operations(config: ClickFile) -> list[Operation]:
     return [
         Operation(
             start=Start.WAITS,
+            hand=OWN_SETTINGS.hand,
+            zero=OWN_SETTINGS.zero,
             transfer=Transfer.GOES_ON if loop.bumpless == 1 else Transfer.ON_TOP,
             without_integral=WithoutIntegral.TAKEN_OVER,
             windup=Windup.FROZEN if loop.freeze_bias else Windup.WITHIN_LIMITS,
+            squared=_squared(loop),
+            slowest_integral=NO_INTEGRAL,
+            has_edge=True,
             deadband=Deadband.ONLY_BIAS,
         )
         for loop in config.loops

@@ -21,6 +21,7 @@ from pidcfg.conversion.builder import (
     width,
 )
 from pidcfg.conversion.operation import (
+    Hand,
     Interlock,
     Master,
     Operation,
@@ -30,6 +31,7 @@ from pidcfg.conversion.operation import (
     VendorSettings,
     Windup,
     WithoutIntegral,
+    Zero,
 )
 from pidcfg.encoders.codecs import is_raw
 from pidcfg.encoders.dl06.image import OUTPUT_OFFSET, deviation_alarms_on, loop_start, pv_alarms_on, reset_value, scales
@@ -518,6 +520,8 @@ OWN_SETTINGS = VendorSettings(
     ("/plc.loop_table",),
     {"pv.transfer": "", "output.transfer": "", **{f"/plc.{key}": key for key in FORMAT_OPTIONS}},
     _format_options,
+    hand=Hand.FREE,
+    zero=Zero.OF_RANGE,
 )
 """Its table, its auto transfers, and how its words are read."""
 
@@ -532,9 +536,14 @@ def operations(config: Dl06File) -> list[Operation]:
             Operation(
                 start=Start.RETURNS,
                 stopped=Stopped.GOES_ON if loop.independent_of_cpu_mode else Stopped.STANDS,
+                hand=OWN_SETTINGS.hand,
+                zero=OWN_SETTINGS.zero,
                 transfer=Transfer.GOES_ON if velocity or loop.bumpless == "I" else Transfer.ON_TOP,
                 without_integral=WithoutIntegral.TAKEN_OVER,
                 windup=Windup.NONE if velocity else frozen,
+                squared=loop.error.curve == "squared",
+                leads_master=loop.bumpless == "I",
+                has_edge=True,
                 interlock=Interlock.REFUSED if pv_alarms_on(loop) else Interlock.GRANTED,
                 master=Master.MANUAL,
             )

@@ -21,7 +21,7 @@ from pidcfg.conversion.builder import (
     same_fields,
     width,
 )
-from pidcfg.conversion.operation import Operation, Stopped, Transfer, VendorSettings, Windup
+from pidcfg.conversion.operation import Hand, Operation, Stopped, Transfer, VendorSettings, Windup, Zero
 from pidcfg.encoders.codecs import is_raw
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.maps.ezlogix import R_BLOCK
@@ -246,6 +246,8 @@ OWN_SETTINGS = VendorSettings(
     ("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"),
     {"/plc.process_when_stopped": ""},
     _pv_counts_options,
+    hand=Hand.FREE,
+    zero=Zero.OF_RANGE,
 )
 """Its registers and tags, and whether its loops go on while the PLC is stopped, of which no option speaks."""
 
@@ -256,6 +258,9 @@ def operations(config: EzlogixFile) -> list[Operation]:
     stopped = asked if config.plc.process_when_stopped else Stopped.STANDS
     return [
         Operation(
+            hand=OWN_SETTINGS.hand,
+            zero=OWN_SETTINGS.zero,
+            limits_master=True,
             transfer=Transfer.ON_TOP,
             windup=Windup.CONDITIONAL_AT_ENDS if loop.anti_windup else Windup.ENDLESS,
             smoothing=None,

@@ -475,6 +475,8 @@ def operations(config: NextopidFile) -> list[Operation]:
             manual=Manual.STAYS if _keeps_output(encoding, first + i, loop) else Manual.JUMPS,
             windup=Windup.PARTIAL,
             deadband=Deadband.HELD,
+            follows_output=True,
+            keeps_following=True,
             smoothing=Smoothing.EXACT,
             rate=Rate.KEPT_UP,
             filter=Filter.SAMPLED if loop.sample_time in {None, config.plc.sample_time} else Filter.CYCLIC,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.builder import filter_decay, filter_share, filter_time, quotient, round_computed
+from pidcfg.conversion.builder import ZERO, filter_decay, filter_share, filter_time, quotient, round_computed
 from pidcfg.conversion.ledger import Change
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -59,6 +59,15 @@ D581 = Decision(
     "rate of the PV after Manual, and by what the PV does in half a sample. Only the EZLogix goes on by default, which "
     "nobody asked for: from it a conversion names that, to it the check box is cleared (D760).",
 )
+D928 = Decision(
+    928,
+    "a loop in Manual begins in the target with the output that it has in the source",
+    "NextoPID, DPIDE and the neutral form hold their limits in Manual, too, and begin at 0 of the output's unit; DL06, "
+    "EZLogix and CLICK have no limits there and begin at 0 % of the range. Where the target would begin with another "
+    "output, the one of the source is written; a line names the rule.",
+    "A NextoPID loop in Manual with MinMV 12.5 sends 12.5 %; the CLICK that was made of it sent 0 %, and every line "
+    "said exact.",
+)
 
 # --- What a loop does when it is switched or limited: the same on both sides, or a line of the report -----------------
 #
@@ -101,6 +110,20 @@ class Manual(Answer):
 
     STAYS = 0, "the output stays where it is", "write the value that stood ready after the change to Manual"
     JUMPS = 1, "the output goes to the value that stands ready", "copy MV to ManualMV in the program while in automatic"
+
+
+class Hand(Answer):
+    """What limits an output in Manual."""
+
+    LIMITED = 0, "the limits of the output hold in Manual, too", "set an output within the limits"
+    FREE = 0, "in Manual the output may be beyond its limits", "set an output within the limits"
+
+
+class Zero(Answer):
+    """With which output and integral a loop begins that is given none."""
+
+    OF_RANGE = 0, "it begins at 0 % of the output's range", "set the output in Manual"
+    OF_UNIT = 0, "it begins at 0 in the output's unit, within its limits", "set the output in Manual"
 
 
 class Transfer(Answer):
@@ -214,6 +237,8 @@ class VendorSettings:
     """What belongs to the PLC and its modules, each with the option that says otherwise; empty: none does."""
     scales: Callable[[Any, Sequence[int]], dict[str, Any]] = lambda _config, _kept: {}
     """Options that gains and times depend on, as the loops at some places of a file have them."""
+    hand: Hand = Hand.LIMITED
+    zero: Zero = Zero.OF_UNIT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -222,10 +247,26 @@ class Operation:
 
     start: Start = Start.RUNS
     manual: Manual = Manual.STAYS
+    hand: Hand = Hand.LIMITED
+    zero: Zero = Zero.OF_UNIT
     transfer: Transfer = Transfer.GOES_ON
     without_integral: WithoutIntegral = WithoutIntegral.CONSTANT
     windup: Windup
     deadband: Deadband = Deadband.AS_ZERO
+    has_edge: bool = False
+    """Whether an error as large as the deadband lies in it."""
+    squared: bool = False
+    """Whether the error is squared, as a share of the range and with its sign."""
+    slowest_integral: Decimal = ZERO
+    """The integral time in s of a loop that has none, where a PLC cannot do without; 0: it can."""
+    leads_master: bool = False
+    """Whether its PV becomes the output of its master when it goes to Cascade."""
+    limits_master: bool = False
+    """Whether the limits of its set point hold its master's output, too."""
+    follows_output: bool = False
+    """Whether its integral is worked out of the output all the time in Manual, and not of the first sample in Auto."""
+    keeps_following: bool = False
+    """Whether a set point that follows the PV does so all the time in Manual, and not on the way to Auto alone."""
     smoothing: Smoothing | None = Smoothing.BACKWARD
     """None: the derivative has no filter."""
     rate: Rate = Rate.ANEW
@@ -248,6 +289,10 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     if before.stopped.rank != after.stopped.rank:
         yield from _line("stopped", before.stopped, after.stopped, loss=before.stopped is Stopped.GOES_ON)
     yield from _line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
+    if has_narrow_limits(loop):
+        yield from _line("hand", before.hand, after.hand)
+    if loop.output.range[0] and (loop.output.manual is None or loop.mode != "manual"):
+        yield from _line("zero", before.zero, after.zero)
     if integral:
         back = after.transfer is Transfer.AS_BEFORE
         yield from _line("transfer", before.transfer, after.transfer, loss=back)
@@ -289,9 +334,25 @@ def _windup(before: Windup, after: Windup, loop: Loop, *, loss: bool) -> Iterato
 
 def _rank(windup: Windup, loop: Loop) -> int:
     """How far an integral runs: the ends of the range are the limits of an output that has no narrower ones."""
-    narrow = loop.output.limits is not None and loop.output.limits != loop.output.range
+    narrow = has_narrow_limits(loop)
     at_ends = {Windup.FROZEN_AT_ENDS, Windup.CONDITIONAL_AT_ENDS, Windup.WITHIN_RANGE}
     return windup.rank - 2 if windup in at_ends and not narrow else windup.rank
+
+
+def has_narrow_limits(loop: Loop) -> bool:
+    """Whether the output has limits within its range."""
+    return loop.output.limits is not None and loop.output.limits != loop.output.range
+
+
+def first_output(rules: Operation | VendorSettings, loop: Loop) -> Decimal:
+    """The output with which a loop begins in Manual."""
+    output = loop.output
+    bottom = output.range[0] if rules.zero is Zero.OF_RANGE else ZERO
+    value = bottom if output.manual is None else output.manual
+    if rules.hand is Hand.FREE:
+        return value
+    low, high = output.limits or output.range
+    return min(max(value, low), high)
 
 
 def _smoothing(before: Smoothing | None, after: Smoothing | None, loop: Loop) -> Iterator[Change]:

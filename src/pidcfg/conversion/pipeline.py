@@ -24,7 +24,7 @@ from pidcfg.conversion.ledger import (
     judge_change,
     overlap,
 )
-from pidcfg.conversion.operation import differing_rules
+from pidcfg.conversion.operation import differing_rules, first_output
 from pidcfg.conversion.settle import correct_lines, path_in_file, settle_values, validate_data
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
@@ -34,9 +34,10 @@ from pidcfg.text.paths import dotted, given_fields, is_given, put, steps, value_
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+    from decimal import Decimal
 
     from pidcfg.conversion.ledger import MaxLoss, Stored
-    from pidcfg.conversion.operation import Operation
+    from pidcfg.conversion.operation import Operation, VendorSettings
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
@@ -226,6 +227,9 @@ def with_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
 __all__ = ["ConvertError", "Converted", "LoopReport", "convert", "generic_file", "neutral_loops"]
 
 
+FIRST_OUTPUT = "the output that the loop begins with: limits hold in Manual, too"
+
+
 class LoopReport(NamedTuple):
     """What became of a loop: of each of its fields, or why it could not go."""
 
@@ -348,9 +352,12 @@ class _Conversion:
 
     def result(self, options: Mapping[str, Any], max_loss: MaxLoss, missing: tuple[Missing, ...]) -> Converted:
         """The target's file, and the report."""
-        generic = generic_file(self.config, self.loops)
         operations: list[Operation] = source_of(self.source).operations(self.config)
         before = [operations[i] for i in self.source_places]
+        generic = generic_file(self.config, self.loops)
+        first = self._first_outputs(generic.loops, before)
+        begun = [_with_output(loop, first.get(j)) for j, loop in enumerate(generic.loops)]
+        generic = generic.model_copy(update={"loops": tuple(begun)})
         is_own = self.source is self.target
         own = own_setting_lines(self.config, self.source, self.source_places, options) if is_own else {}
         scaled = add_own_scales(self.config, self.source, self.source_places, options) if is_own else options
@@ -362,6 +369,7 @@ class _Conversion:
             generic.loops, before, source_of(self.target).to_neutral(model), source_of(self.target).operations(model)
         )
         reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.source_places)}
+        reports |= {self.source_places[j]: list(map(_as_begun, reports[self.source_places[j]])) for j in first}
         reported = [row for rows in reports.values() for row in rows]
         reports[self.source_places[0]] += items_beside_loops(self.config, reported, self._reasons())
         reasons = {entry.path[1]: entry.message for entry in reversed(missing)}
@@ -372,6 +380,16 @@ class _Conversion:
             for i, loop in enumerate(self.config.loops)
         )
         return Converted(self.target, file.data, report, model, missing)
+
+    def _first_outputs(self, loops: Sequence[Loop], before: Sequence[Operation]) -> dict[int, Decimal]:
+        """The outputs with which loops begin in Manual, where the target would begin with another one."""
+        rules: VendorSettings = source_of(self.target).OWN_SETTINGS
+        outputs = {j: first_output(before[j], loop) for j, loop in enumerate(loops) if loop.mode == "manual"}
+        return {
+            j: output
+            for j, output in outputs.items()
+            if first_output(rules, _with_output(loops[j], output)) != first_output(rules, loops[j])
+        }
 
     def _reasons(self) -> dict[str, str]:
         """Why nothing is lost of what stands beside the loops."""
@@ -401,6 +419,20 @@ class _Conversion:
         given = fields_of_loop(self.config, self.source_places[j], with_plc=j == 0)
         reported = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
         return [*rows, *unreported_fields(given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j])]
+
+
+def _with_output(loop: Loop, output: Decimal | None) -> Loop:
+    """A loop that begins in Manual with an output."""
+    if output is None:
+        return loop
+    return loop.model_copy(update={"output": loop.output.model_copy(update={"manual": output})})
+
+
+def _as_begun(row: Change) -> Change:
+    """A line about the output in Manual that the source's limits, or its own zero, make another one."""
+    if "output.manual" not in row.neutral or row.kind != "exact":
+        return row
+    return replace(row, kind="assumed", note="; ".join(filter(None, (row.note, FIRST_OUTPUT))))
 
 
 def _as_assumed(row: Change) -> Change:

@@ -46,6 +46,8 @@ def verified_data(loop: Verified) -> Data:
         "not_tried": [{"stage": one.stage, "mode": one.mode} for one in loop.untried],
         "differences": [{**_difference(one.difference), "key": one.key or None} for one in loop.failures],
         "named": [{**_difference(one.difference), **_line(one.line)} for one in loop.named],
+        "run_with": [{"line": row.field, "to": json_value(row.target)} for row in loop.switched],
+        "not_shown": list(loop.hidden),
     }
 
 

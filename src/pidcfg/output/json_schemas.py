@@ -255,7 +255,7 @@ def verified() -> Schema:
     return record(
         "A loop.",
         loop=text("Its name."),
-        passed=switch("Whether everything that differs is named by a line of the report."),
+        passed=switch("Whether the target does what the source's numbers do under its rules."),
         pv_percent=number("The PVs at most apart in the step and the disturbance, in % of the range."),
         output_percent=number("The outputs at most."),
         iae_ratio=or_null(number("Integral of the absolute error, after to before.")),
@@ -268,12 +268,17 @@ def verified() -> Schema:
             "What nothing explains.", signal_difference(key=or_null(text("The key that explains it.")))
         ),
         named=listing(
-            "What a line of the report explains.",
+            "Where source and target differ, as a line of the report says.",
             signal_difference(
                 line=or_null(text("The field of the line; null where several lines do it together.")),
                 note=text("What it says; may be empty."),
             ),
         ),
+        run_with=listing(
+            "What the source's numbers were run with: values and rules of the target.",
+            record("A line of the report.", line=text("Its field."), to=anything("What the target has.")),
+        ),
+        not_shown=listing("Numbers of which no stage can tell another value.", text("The field of the neutral form.")),
     )
 
 

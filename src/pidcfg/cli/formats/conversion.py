@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.cli.formats.reports import cell
 from pidcfg.cli.plots import chart_text
 from pidcfg.conversion.ledger import KINDS_BY_HARM, LOSSES, text_of
+from pidcfg.conversion.operation import PREFIX
 from pidcfg.output.conversion import SEVERAL
 from pidcfg.text.signs import one_line
 from pidcfg.text.writer import json_text
@@ -40,7 +41,9 @@ def verdict_text(loops: Sequence[Verified], *, pictures: bool = True) -> str:
         lines += ["", f"{loop.loop}: {headline(loop)}"]
         lines += [f"  differs: {difference_text(one.difference)}{_because(one.key)}" for one in loop.failures]
         lines += [f"  named: {text}" for text in _named(loop.named)]
+        lines += [f"  run with: {text}" for text in _switched(loop.switched)]
         lines += [f"  not tried: {text}" for text in _untried(loop.untried)]
+        lines += [f"  not shown: {text}" for text in _hidden(loop.hidden)]
         if pictures:
             lines.append(chart_text(replace(loop.chart, title=""), sys.stderr))
     return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
@@ -86,6 +89,21 @@ def _named(rows: Sequence[Named]) -> Iterator[str]:
         yield f"{field} ({', '.join(names)}){f': {note}' if note else ''}"
 
 
+def _switched(rows: Sequence[Change]) -> Iterator[str]:
+    """The rules of the target under which the source's numbers were run, and what was left out of the source."""
+    for row in rows:
+        if row.field.startswith(PREFIX):
+            yield f"{row.field}: {row.target}"
+        elif row.target is None and not row.neutral:
+            yield f"{row.field}: left out"
+
+
+def _hidden(fields: Sequence[str]) -> Iterator[str]:
+    """The numbers of which this verdict says nothing."""
+    if fields:
+        yield f"{', '.join(fields)}: no stage can tell another value from this one"
+
+
 def _untried(rows: Sequence[Untried]) -> Iterator[str]:
     """The stages of each mode that the source does not go to."""
     for mode in dict.fromkeys(row.mode for row in rows):
@@ -100,7 +118,9 @@ def verdict_markdown(loops: Sequence[Verified]) -> list[str]:
         lines.append(f"- **{cell(loop.loop)}**: {cell(headline(loop))}")
         lines += [f"  - differs: {cell(difference_text(one.difference) + _because(one.key))}" for one in loop.failures]
         lines += [f"  - named: {cell(text)}" for text in _named(loop.named)]
+        lines += [f"  - run with: {cell(text)}" for text in _switched(loop.switched)]
         lines += [f"  - not tried: {cell(text)}" for text in _untried(loop.untried)]
+        lines += [f"  - not shown: {cell(text)}" for text in _hidden(loop.hidden)]
     return lines
 
 

@@ -30,6 +30,7 @@ EQUAL_SHARE = Decimal("1e-6")
 """Relative difference of numbers that count as equal."""
 FOLLOWS, NO_FOLLOWING = "setpoint.follows_pv", False
 """A PLC that knows nothing of it lets the set point stay."""
+LABELS = ("name", "description", "pv.unit", "output.unit")
 ACTION = "output_raises_pv"
 """No line excuses another action."""
 FIRST = ("sample_time", "tuning.gain")
@@ -149,7 +150,9 @@ SAMPLE_TOLERANCE = 2
 """By which modes, alarms and set points may come apart."""
 DEADBAND_TOLERANCE = 0.5
 """Of a dead band, by which two PVs may rest apart in it."""
-SHIFTS = (0, -1, 1)
+BY_HAND = ("start", "manual")
+"""Stages in which an output in Manual is the one that was given."""
+EITHER_SAMPLE = (0, -1, 1)
 """By which PV and output may, from one act to the next: it may act with the sample or with the next one."""
 REST_SAMPLES = 4
 """Samples without a move after which an output stands still."""
@@ -191,6 +194,10 @@ class Tolerance:
     """The same of the derivative."""
     mean: float = 0.0
     """Of the mean of an output where the PV goes its own way: a share of the range; 0: means are not compared."""
+    shifts: tuple[int, ...] = (0,)
+    """Samples by which PV and output may come apart from one act to the next."""
+    by_hand: float | None = None
+    """Of an output in Manual, as a share of its range; None: as in Auto."""
 
 
 @frozen
@@ -290,11 +297,12 @@ class _Comparison:
         first = self.first
         allowed = self.tolerance.share * (max(a[first:]) - min(a[first:])) + counts
         if self._operated:
-            window = 1 + self.stage.slack
+            window = (len(self.tolerance.shifts) > 1) + self.stage.slack
             samples = [k for k in range(first, len(a)) if not distance_at(a, b, k, window) <= allowed]
         else:
-            samples = [k for part in self._parts(len(a)) for k in _shifted(a, b, part, allowed)]
+            samples = [k for part in self._parts(len(a)) for k in _shifted(a, b, part, allowed, self.tolerance.shifts)]
         if signal == "output":
+            samples += self._by_hand(samples)
             samples = [k for k in samples if not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
         held = self._other_limits() if signal == "output" else frozenset()
         if samples or held:
@@ -302,6 +310,18 @@ class _Comparison:
             worst = max(abs(a[k] - b[k]) for k in where) / span
             found = self._difference(signal, a, b, where)
             yield replace(found, worst=worst, allowed=allowed, at_limits=held)
+
+    def _by_hand(self, found: Sequence[int]) -> list[int]:
+        """Where both are in Manual, and their outputs are apart by more than counts."""
+        one, two, most = self.one, self.two, self.tolerance.by_hand
+        if most is None or self.stage.name not in BY_HAND:
+            return []
+        known = set(found)
+        return [
+            k
+            for k in range(self.first, len(one.output))
+            if k not in known and one.modes[k] == two.modes[k] == "manual" and abs(one.output[k] - two.output[k]) > most
+        ]
 
     @property
     def _operated(self) -> bool:
@@ -380,7 +400,7 @@ class _Comparison:
         return SignalDifference(self.stage.name, signal, at, a[k], b[k], samples)
 
 
-def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float) -> list[int]:
+def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float, shifts: Sequence[int]) -> list[int]:
     """Where two signals lie apart in a part, the second one a sample earlier or later where that fits better."""
 
     def apart_by(shift: int) -> list[int]:
@@ -390,7 +410,7 @@ def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float
             if not (abs(a[k] - b[k + shift]) if k + shift in part else distance_at(a, b, k, abs(shift))) <= allowed
         ]
 
-    return max(map(apart_by, SHIFTS), key=lambda ks: (ks[0] if ks else len(a), -len(ks)))
+    return max(map(apart_by, shifts), key=lambda ks: (ks[0] if ks else len(a), -len(ks)))
 
 
 def _rests(output: Sequence[float], k: int) -> bool:
@@ -402,21 +422,25 @@ def _rests(output: Sequence[float], k: int) -> bool:
 D582 = Decision(
     582,
     "where a derivative makes much of a count, the means of the outputs are compared, too",
-    "Where the PV goes its own way, the means of both outputs over 60 samples agree within 1 % of what the mean moves "
-    "by and one count of the PV, as gain and filter carry it to the output and the derivative's share of it to the "
-    "mean. Loops with a derivative also answer a change of the PV that takes 4 derivative times.",
+    "Between vendors without a report: where the PV goes its own way, the means of both outputs over 60 samples "
+    "agree within 1 % of what the mean moves by and one count of the PV, as gain and filter carry it to the output "
+    "and the derivative's share of it to the mean. Loops with a derivative also answer a change of the PV that takes "
+    "4 derivative times.",
     "A count of the PV that comes a sample later kicks the output by gain x Td/Ts: a bound that allows for this let a "
     "Ti 20 % too long and a PV range 5 % too wide pass. A kick and the one back cancel each other in the mean.",
 )
 D306 = Decision(
     306,
     "two sides are alike when they agree within the response and the counts of the coarser one",
-    "PV and output agree within 1 % of what the stage moves them by and two counts of the coarser side, at least of 12 "
-    "bits, each also as the loop and the plant carry it to the other; one side may be a sample late from one act to "
-    "the next. Where the PV goes its own way the counts are those of the PLCs themselves. Outputs that are held by "
-    "their limits agree within two counts, whatever a line says of the integral. Set points agree within two counts, "
-    "modes and alarms within 2 samples.",
-    "A count of a PV moves the output by the gain, and a count of the output moves the PV by the plant's gain.",
+    "A PLC and its stand-in (D927) agree within 0.3 % of what a stage moves them by and two counts, where the PV "
+    "follows the output within eight, and what these make of each other; a sample is a sample. Two files of different "
+    "vendors, of which no report says what differs, agree within 1 % and two counts of the coarser side, at least of "
+    "12 bits, and one side may be a sample late from one act to the next. Outputs that are held by their limits "
+    "agree within two counts, set points within two counts, modes and alarms within 2 samples; alarms are compared "
+    "where the PV goes its own way.",
+    "A stand-in rounds where its PLC rounds: over 300 wild loops of five vendors what was left between both was "
+    "single precision, and a count that one rounds up and the other down. Between PLCs a count of a PV moves the "
+    "output by the gain, and a count of the output moves the PV by the plant's gain.",
 )
 
 # ----------------------------------------------------------------------------------------------------------------------

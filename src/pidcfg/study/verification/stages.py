@@ -72,6 +72,10 @@ class Bench:
     """The longest sample time in its cascade."""
     limits: tuple[float, float]
     """Of the output, as shares of its range."""
+    crossing: float = 0.0
+    """Within the dead band of both sides: by how much the set point passes the PV before it comes to it."""
+    least: float = 0.0
+    """The smallest move of the PV that shows an answer."""
 
     @property
     def span(self) -> float:
@@ -117,6 +121,7 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
         max(ceil(SETTLED_FILTERS * _filters(loop, other) / sample), 6, ceil(IN_CASCADE * slowest / sample)) * sample,
         max(slowest, sample),
         limits,
+        min(float(loop.deadband), float(other.deadband)) / 2,
     )
 
 
@@ -187,6 +192,8 @@ def quiet_range(loop: Loop) -> tuple[float, float]:
 
 Signal = Literal["pv", "output", "setpoint", "mode", "alarms"]
 ALL: frozenset[Signal] = frozenset(("pv", "output", "setpoint", "mode", "alarms"))
+CLOSED: frozenset[Signal] = ALL - {"alarms"}
+"""Where the PV follows the output; alarms are compared where it goes its own way."""
 
 
 @frozen
@@ -217,7 +224,7 @@ class Stage:
     end: float
     begin: float = 0.0
     """From when on both sides are compared."""
-    signals: frozenset[Signal] = ALL
+    signals: frozenset[Signal] = CLOSED
     pv: float = 0.0
     """Of the plant at the beginning."""
     load: float = 0.0
@@ -243,9 +250,16 @@ def begin_at_rest(b: Bench) -> tuple[Act, ...]:
         Act(0.0, mode="manual"),
         Act(0.0, output=b.middle),
         Act(b.sample, setpoint=b.start),
+        *(Act(k * b.sample, setpoint=b.start + by) for k, by in _crossing(b)),
         *(Act(k * b.sample, output=b.middle) for k in range(1, held)),
         Act(b.manual_time - b.sample, output=b.middle),
     )
+
+
+def _crossing(b: Bench) -> Iterator[tuple[int, float]]:
+    """The set point to both sides of the PV: where a dead band begins there, no last digit decides about it."""
+    if b.crossing:
+        yield from ((2, b.crossing), (3, -b.crossing), (4, 0.0))
 
 
 def go_to_auto(b: Bench) -> tuple[Act, ...]:
@@ -258,7 +272,7 @@ def go_to_auto(b: Bench) -> tuple[Act, ...]:
 
 
 def from_settled(
-    b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = ALL
+    b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = CLOSED
 ) -> Stage:
     """A stage in Auto whose acts are counted from the time at which the loop has settled."""
     begin = b.manual_time + 2 * b.sample + b.settling
@@ -307,10 +321,26 @@ LARGEST_STEP = 0.2
 """Step of the PV, as a share of its range."""
 BANDS, FEWEST_BANDS = 6.0, 2.0
 """Widths of a dead band that the PV is moved by, where the output has room for it, and at least."""
-SHORTEST, LONGEST = 20, 200
+SHORTEST, LONGEST = 20, 600
 """Samples of which each step lasts."""
 SLOW_CHANGE_TIMES = 4.0
 """Derivative times that a slow change of the PV takes."""
+STEP_SHARE, STEP_SAMPLES = 0.47, 20
+"""Of the way to a limit of the output, what a step takes that is to be answered at once, and how long it lasts."""
+FAR_SHARE, WOUND_SHARE = 0.9, 1.2
+"""Of the way to an end of the PV's range, and of the output's range, what an integral is wound up by there."""
+NEAR_LIMIT = 0.015
+"""Of the way between both limits, from where an output that moves slowly comes to a limit."""
+BACK_SHARE, BACK_SAMPLES = 0.1, 60
+"""Of the output's range, what the error makes that brings it back from a limit, and for how many samples."""
+FINE_MOVES = 5
+"""Smallest moves of the PV in a dead band from which on its width can be told."""
+BAND_SHARES = (0.9, 0.0, -0.9, -1.12, 1.12, 0.9, 0.0)
+"""Where the PV is brought, in widths of a dead band."""
+DRIFT_SHARE = 0.02
+"""Of the output's range, what an integral would make of an error that the dead band does not let through."""
+TRANSFER_BANDS = 1.5
+"""Widths of a dead band beside the set point where a loop goes back to Auto."""
 OPEN_LOOP_FORGOTTEN = 6
 """Time constants after which a filter has forgotten, for what is to be seen."""
 
@@ -320,14 +350,17 @@ def open_loop(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage
     yield _answer(b, loop, other)
     if loop.tuning.derivative_time:
         yield _slow_answer(b, loop, other)
+    yield _setpoint_answer(b, loop)
+    yield from _limits(b, loop)
+    yield _transfers(b, loop, other)
+    yield from _deadband(b, loop, other)
     yield from _alarms(b, loop, other)
     yield from _hysteresis(b, loop, count)
 
 
 def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     """Steps of the PV that keep the output within its limits: gain, integral, derivative and filters, one by one."""
-    tuning, width = loop.tuning, float(loop.output.range[1] - loop.output.range[0])
-    share = abs(float(tuning.gain)) * b.span / width or 1.0
+    tuning, share = loop.tuning, _share(b, loop)
     constants = [float(x) for x in (tuning.derivative_filter, loop.pv.filter, other.pv.filter)]
     integral = float(tuning.integral_time)
     wanted = max(OPEN_LOOP_FORGOTTEN * max(constants), integral / 2)
@@ -336,12 +369,17 @@ def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     kick = passed * float(tuning.derivative_time) / (constants[0] + b.sample)
     summed = samples * b.sample / integral if integral else 0.0
     low, high = b.middle - b.limits[0], b.limits[1] - b.middle
-    room = min(low, high) if min(low, high) >= SMALLEST_SHARE else max(low, high)
+    room = _nearer_limit(b)
     band = float(max(loop.deadband, other.deadband)) / b.span
     size = min(OUTPUT_SHARE * room / (share * (1 + max(kick, summed))), max(LARGEST_STEP, BANDS * band))
-    size = max(size, FEWEST_BANDS * band) * b.span
     down = low > high + SMALLEST_SHARE or low < SMALLEST_SHARE
-    by = b.sign * size * (-1.0 if down else 1.0)
+    if share * FEWEST_BANDS * band > room:  # from the other limit there is more room
+        b = replace(b, middle=b.limits[1 if down else 0] + (-NEAR_LIMIT if down else NEAR_LIMIT))
+        size = max(size, TRANSFER_BANDS * band)
+        down = not down
+    else:
+        size = max(size, FEWEST_BANDS * band)
+    by = b.sign * _visible(b, size * b.span) * (-1.0 if down else 1.0)
     hold = samples * b.sample
     acts = (Act(0.0, moved=by), Act(hold, moved=0.0))
     return _sweep(b, "answer", "a step of the PV and back", acts, 2 * hold, ALL)
@@ -349,18 +387,106 @@ def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
 
 def _slow_answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     """The PV slowly to another value and back: gain and integral, where the derivative's kick leaves them no room."""
-    tuning, width = loop.tuning, float(loop.output.range[1] - loop.output.range[0])
-    share = abs(float(tuning.gain)) * b.span / width or 1.0
+    tuning, share = loop.tuning, _share(b, loop)
     integral, filters = float(tuning.integral_time), max(float(one.pv.filter) for one in (loop, other))
     ramp = ceil(max(OPEN_LOOP_FORGOTTEN * filters, SLOW_CHANGE_TIMES * float(tuning.derivative_time)) / b.sample)
     hold = min(max(round(integral / 2 / b.sample), SHORTEST), LONGEST)
     summed = (ramp / 2 + hold) * b.sample / integral if integral else 0.0
     low, high = b.middle - b.limits[0], b.limits[1] - b.middle
     size = min(OUTPUT_SHARE * max(low, high) / (share * (1 + 1 / SLOW_CHANGE_TIMES + summed)), LARGEST_STEP) * b.span
+    size = _visible(b, size)
     rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
     times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
     acts = tuple(Act(at, load=load) for at, load in zip(times, (-rate, 0.0, rate, 0.0), strict=True))
     return _sweep(b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, ALL)
+
+
+def _share(b: Bench, loop: Loop) -> float:
+    """The share of the output's range that an error of the whole PV range makes, without integral and derivative."""
+    return abs(float(loop.tuning.gain)) * b.span / float(loop.output.range[1] - loop.output.range[0]) or 1.0
+
+
+def _within_range(b: Bench, by: float) -> float:
+    """A move of the PV that does not take it beyond its range."""
+    margin = RANGE_MARGIN * b.span
+    return min(max(by, b.low + margin - b.start), b.high - margin - b.start)
+
+
+def _visible(b: Bench, size: float) -> float:
+    """A move of the PV that no rounding hides, where a loop with a large gain would answer a smaller one."""
+    return max(size, b.least)
+
+
+def _nearer_limit(b: Bench) -> float:
+    """The way to the nearer limit of the output, as a share of its range; the other one where there is hardly any."""
+    low, high = b.middle - b.limits[0], b.limits[1] - b.middle
+    return min(low, high) if min(low, high) >= SMALLEST_SHARE else max(low, high)
+
+
+def _setpoint_answer(b: Bench, loop: Loop) -> Stage:
+    """Steps of the set point while the PV stands still: which of both the derivative acts on."""
+    size = _visible(b, min(STEP_SHARE * _nearer_limit(b) / _share(b, loop), LARGEST_STEP) * b.span)
+    up = b.start + size <= min(b.high, b.start + b.sp_width / 2)
+    by = size if up else -size
+    hold = STEP_SAMPLES * b.sample
+    low, high = (float(end) for end in loop.setpoint.limits or loop.pv.range)
+    acts = (
+        Act(0.0, setpoint=b.start + by),
+        Act(hold, setpoint=b.start),
+        Act(2 * hold, setpoint=b.high, moved=_within_range(b, high - size - b.start)),
+        Act(3 * hold, setpoint=b.low, moved=_within_range(b, low + size - b.start)),
+    )
+    title = "steps of the set point while the PV stands, and both at their ends"
+    return _sweep(b, "set point", title, acts, 4 * hold, CLOSED)
+
+
+def _limits(b: Bench, loop: Loop) -> Iterator[Stage]:
+    """The PV far away until the integral is beyond the range of the output, and a little to the other side."""
+    share, integral = _share(b, loop), float(loop.tuning.integral_time)
+    for name, sign in (("high", 1.0), ("low", -1.0)):
+        by = -b.sign * sign * FAR_SHARE * (b.start - b.low if b.sign * sign > 0 else b.high - b.start)
+        each = share * abs(by) / b.span * b.sample / integral if integral else 1.0
+        far = min(max(ceil(WOUND_SHARE / each), SHORTEST), LONGEST) * b.sample
+        back = b.sign * sign * _visible(b, min(BACK_SHARE / share, SMALL) * b.span)
+        acts = (Act(0.0, moved=by), Act(far, moved=back), Act(far + BACK_SAMPLES * b.sample, moved=0.0))
+        title = f"into the {name} limit of the output and back"
+        low, high = b.limits
+        near = replace(b, middle=high - NEAR_LIMIT * (high - low) if sign > 0 else low + NEAR_LIMIT * (high - low))
+        yield _sweep(near, f"{name} limit", title, acts, far + 2 * BACK_SAMPLES * b.sample, CLOSED)
+
+
+def _deadband(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
+    """The PV just inside of the dead band and just outside; one of few counts is too coarse for it."""
+    share, integral = _share(b, loop), float(loop.tuning.integral_time)
+    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > FINE_MOVES * b.least)
+    for i, band in enumerate(bands):
+        each = share * band / b.span * b.sample / integral if integral else 1.0
+        hold = min(max(ceil(DRIFT_SHARE / each), SHORTEST), LONGEST // 4) * b.sample
+        acts = tuple(Act(k * hold, moved=by * band) for k, by in enumerate(BAND_SHARES))
+        name = f"dead band {i + 1}" if i else "dead band"
+        title = "the PV within the dead band and beyond"
+        yield _sweep(b, name, title, acts, hold * len(BAND_SHARES), CLOSED)
+
+
+def _transfers(b: Bench, loop: Loop, other: Loop) -> Stage:
+    """Auto to Manual while the output is elsewhere, an output by hand, and back to Auto beside the set point."""
+    share, band = _share(b, loop), float(max(loop.deadband, other.deadband))
+    room = max(b.limits[1] - b.middle, b.middle - b.limits[0])
+    up = 1.0 if b.limits[1] - b.middle >= room else -1.0
+    size = _visible(b, min(max(STEP_SHARE * room / share * b.span, TRANSFER_BANDS * band), LARGEST_STEP * b.span))
+    by = _within_range(b, -b.sign * up * size)
+    further = -b.sign * up * _visible(b, STEP_SHARE / 2 * room / share * b.span)
+    hold = STEP_SAMPLES * b.sample
+    acts = (
+        Act(0.0, moved=by),
+        Act(hold, mode="manual"),
+        Act(hold + MANUAL_SAMPLES * b.sample, output=b.middle - up * MANUAL_SHARE * room),
+        Act(2 * hold, mode="auto"),
+        Act(2 * hold + b.sample, setpoint=b.start),
+        Act(3 * hold, moved=_within_range(b, by + further)),
+        Act(4 * hold, moved=0.0),
+    )
+    return _sweep(b, "transfers", "Auto to Manual and back to Auto", acts, 5 * hold, CLOSED)
 
 
 def _alarms(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
@@ -428,14 +554,12 @@ def _sweep(b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float
 # A stage begins in Manual with the plant at rest, goes to Auto without a disturbance, and then does what it is named
 # for; `start` alone begins as the configuration says.
 
-WINDUP_SHARE = 0.15
-"""How far a PV is driven beyond what the output can hold, as a share of its range."""
-FINE_COUNTS = 20
-"""Counts of a dead band from which on its width can be told."""
 DISTURBANCE_SHARE = 0.3
 """Of the way between the limits of the output: what a disturbance takes."""
 MANUAL_SHARE = 0.2
 """Of the way from the output that holds the PV to the middle, where it is put by hand."""
+MANUAL_ENDS = ((20, 0.0), (25, 1.0))
+"""Samples after which the output is set to both ends of its range; an inner loop may hold that of an outer one."""
 MANUAL_SAMPLES = 4
 """Samples in Manual after which the output is set by hand: before, it shows what becomes of it by itself."""
 
@@ -448,16 +572,13 @@ def stages_of(bench: Bench, loop: Loop, other: Loop, count: float, *, in_cascade
     yield _start(bench, loop, in_cascade=in_cascade)
     if loop.setpoint.source is not None:
         yield _cascade(bench)
-    yield _manual(bench)
+    yield _manual(bench, in_cascade=in_cascade)
     yield _automatic(bench)
     yield _small_step(bench)
     yield _large_step(bench)
-    yield from _windup(bench)
     yield _disturbance(bench)
     yield _setpoint_limits(bench)
     yield from open_loop(bench, loop, other, count)
-    yield from _deadband(bench, loop, other, count)
-    yield _transfers(bench)
     yield _sensor(bench)
 
 
@@ -471,8 +592,6 @@ def _start(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
     title, load = "from Program to Run", b.load(pv, first)
     if loop.mode == "cascade":
         return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load, with_master=True)
-    if loop.mode == "manual" and loop.output.manual is None:  # nothing says the output that it begins with
-        return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load)
     begin = 3 * b.slowest if b.slowest > b.sample or in_cascade else 0.0
     return Stage("start", title, (), b.length, begin, pv=pv, load=load)
 
@@ -502,22 +621,23 @@ def _cascade(b: Bench) -> Stage:
     )
 
 
-def _manual(b: Bench) -> Stage:
+def _manual(b: Bench, *, in_cascade: bool) -> Stage:
     """The output as the operator sets it."""
     low, high = b.limits
     acts = (
         *begin_at_rest(b),
         Act(b.manual_time, output=low + 0.4 * (high - low)),
         Act(b.manual_time + 10 * b.sample, output=low + 0.6 * (high - low)),
+        *((Act(b.manual_time + k * b.sample, output=end) for k, end in MANUAL_ENDS) if not in_cascade else ()),
     )
     load = b.load(b.start, b.middle)
     return Stage(
         "manual",
         "Manual",
         acts,
-        b.manual_time + 20 * b.sample,
+        b.manual_time + 30 * b.sample,
         b.manual_time - b.sample,
-        ALL,
+        CLOSED,
         b.start,
         load,
         output=b.middle,
@@ -534,7 +654,7 @@ def _automatic(b: Bench) -> Stage:
         acts,
         b.manual_time + b.length / 2,
         b.manual_time - b.sample,
-        ALL,
+        CLOSED,
         pv,
         b.load(pv, b.middle),
         output=b.middle,
@@ -552,16 +672,6 @@ def _large_step(b: Bench) -> Stage:
         Act(b.length / 2, setpoint=b.start - LARGE / 2 * b.sp_width),
     )
     return from_settled(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
-
-
-def _windup(b: Bench) -> Iterator[Stage]:
-    """A load that the output cannot hold, and its end."""
-    rest = b.load(b.start, b.middle)
-    for name, end, sign in (("high", b.limits[1], 1.0), ("low", b.limits[0], -1.0)):
-        held = abs(b.gain) * abs(end - b.middle)
-        by = -b.sign * sign * (held + WINDUP_SHARE * b.span)
-        acts = (Act(0.0, load=rest + by), Act(b.length / 2, load=rest))
-        yield from_settled(b, f"{name} limit", f"into the {name} limit of the output and back", acts, b.length * 1.5)
 
 
 def _disturbance(b: Bench) -> Stage:
@@ -583,33 +693,6 @@ def _setpoint_limits(b: Bench) -> Stage:
     return from_settled(
         b, "set point limits", "the set point at both ends of the PV's range", acts, 10 * b.sample, signals
     )
-
-
-def _deadband(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage]:
-    """The set point just inside of the dead band and just outside; one of few counts is too coarse for it."""
-    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > FINE_COUNTS * count)
-    for i, band in enumerate(bands):
-        shares = (0.9, 0.0, 1.12, 0.0, -0.9, 0.0, -1.12)
-        hold = max(10 * b.sample, b.length / 10)
-        acts = tuple(Act(k * hold, setpoint=b.start + share * band) for k, share in enumerate(shares))
-        name = f"dead band {i + 1}" if i else "dead band"
-        yield from_settled(b, name, "the set point within the dead band and beyond", acts, hold * len(shares))
-
-
-def _transfers(b: Bench) -> Stage:
-    """Auto to Manual while the loop is at work, an output by hand, and back to Auto."""
-    hold = max(20 * b.sample, b.length / 10)
-    manual, load = b.length / 2, _disturbed(b)
-    held = (b.start - load) / b.gain
-    nearer = held + MANUAL_SHARE * (b.middle - held)
-    acts = (
-        Act(0.0, load=load),
-        Act(manual, mode="manual"),
-        Act(manual + MANUAL_SAMPLES * b.sample, output=nearer),
-        Act(manual + hold, mode="auto"),
-        Act(manual + hold + b.sample, setpoint=b.start),
-    )
-    return from_settled(b, "transfers", "Auto to Manual and back to Auto", acts, b.length + hold)
 
 
 def _sensor(b: Bench) -> Stage:

@@ -237,7 +237,7 @@ D580 = Decision(
     "the battery works the operator's inputs, wired or not",
     "In every stage but the start SP, ManualMV, Manual and CASC of a NextoPID loop are free of their wires, each at "
     "the first value of its wire, on both sides. A copy that a line of the report says the target does not have is "
-    "never made by the twin.",
+    "never made: the source runs without it.",
     "A wire to one of them is the operator's switch or his panel; with it in force the battery cannot operate the "
     "loop, and a conversion with its action reversed was called alike in the two stages that were left.",
 )
@@ -263,10 +263,20 @@ class Side:
             raise ValueError(f"loop {i} has no neutral form")
         return loop
 
+    @property
+    def controller(self) -> Any:
+        """What the runner calls."""
+        return self.vendor.module("controller")
+
+    def load(self, *, by_hand: bool) -> Plc:
+        """The PLC; ``by_hand``: with nothing but its operator."""
+        plc: Plc = self.controller.load(self._operated if by_hand else self.image)
+        return plc
+
     @cached_property
-    def operated(self) -> Any:
+    def _operated(self) -> Any:
         """The image with the operator's inputs in his own hand, whatever the program wires to them."""
-        return self.vendor.module("controller").load(self.image).operated(self.image)
+        return self.controller.load(self.image).operated(self.image)
 
 
 @frozen
@@ -310,7 +320,7 @@ class EverySample(Recording):
 
 def new_plc(side: Side, active: Collection[int], *, by_hand: bool = False) -> Plc:
     """The PLC of a side in which only some of the loops are calculated; ``by_hand``: with nothing but its operator."""
-    plc: Plc = side.vendor.module("controller").load(side.operated if by_hand else side.image)
+    plc = side.load(by_hand=by_hand)
     for i in range(len(plc.loops)):
         if i not in active:
             plc.configs[i].halt = 1
@@ -359,7 +369,7 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     settings = Settings("python", recording=recording, max_loop_steps=limit, judged=False)
     unused = [plc]
     fresh: Callable[[], Plc] = lambda: unused.pop() if unused else new_plc(side, (i, *others), by_hand=by_hand)  # noqa: E731
-    report = simulate(scenario, fresh, side.vendor.module("controller"), settings)
+    report = simulate(scenario, fresh, side.controller, settings)
     count = int(stage.end / bench.sample + 1e-9) + 1
     rows = [min(round(k * bench.sample / recording.dt), len(recording.columns[signals[0]]) - 1) for k in range(count)]
     pv, setpoint, output = ([recording.columns[signal][row] for row in rows] for signal in signals)

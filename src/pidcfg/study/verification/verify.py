@@ -3,40 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from itertools import chain
 from math import expm1
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.conversion.builder import flatten
+from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import overlap
+from pidcfg.conversion.operation import PREFIX
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.pictures.chart import Chart, Line, Mark, Panel
 from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import (
     ACTION,
     COUNT_TOLERANCE,
-    FILTER,
+    EITHER_SAMPLE,
     LIMIT_DISTANCE,
     MEAN_SAMPLES,
     RESPONSE_TOLERANCE,
-    SMOOTHING,
     CountSizes,
     SignalDifference,
     Tolerance,
     differences,
-    lets_through_the_same,
     loops_of,
     refused_mode,
 )
-from pidcfg.study.verification.lines import Scene, field_of, find_line, key_of, true_lines
+from pidcfg.study.verification.lines import field_of, key_of
 from pidcfg.study.verification.stages import bench_of, nearest_step, round_setpoints, stages_of
+from pidcfg.study.verification.stand_in import Rules, StandIn, stand_in
 from pidcfg.study.verification.trial import Side, companions, finest_counts, new_plc, resolution, root_step, run_stage
-from pidcfg.study.verification.twin import ReportSource, reported_source
+from pidcfg.study.verification.twin import reported_loops, with_fields, without_losses
 from pidcfg.text.frozen import frozen
 from pidcfg.text.processes import Crew
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.conversion.comparison import NeutralSide
     from pidcfg.conversion.ledger import Change
@@ -50,25 +53,26 @@ if TYPE_CHECKING:
 
 # --- The battery: source, twin and target of every loop through all stages, and what comes of it ----------------------
 
+STAND_IN_TOLERANCE = 0.003
+"""Of the response of a stage, by which a PLC may differ from the loop that stands in for it."""
+CLOSED_TOLERANCE = 8.0
+"""Counts by which both may be apart where each drives its own PV: one may round up what the other rounds down."""
+LAST_DIGITS = 2e-5
+"""Share of a range that single precision makes of a stage."""
+VISIBLE_COUNTS, VISIBLE_SHARE = 3.0, 1e-4
+"""Of a PV, in counts and as a share of the largest one: what single precision tells well enough."""
+SINGLE = 1.2e-7
+"""What single precision rounds a PV to, as a share of it."""
+ALONE_STAGES = ("cascade", "manual", "set point limits")
+"""What a loop of a cascade goes through besides the stages in which its PV goes its own way: in the others each PLC
+lets outer and inner loops act on each other in another way."""
 RUN_SIGNAL = "run"
 """The signal of a difference that is none: one side cannot go through a stage."""
 
 
-def make_side(vendor: Vendor, config: Any, like: Sequence[Loop | None] = ()) -> Side:
-    """A configuration as it runs; ``like``: loops whose outputs have the scales that are meant.
-
-    A twin without its links no longer says what the output of a master is counted in.
-    """
-    loops = loops_of(config, vendor)
-    if like:
-        loops = tuple(_scaled(loop, one) for loop, one in zip(loops, like, strict=True))
-    return Side(vendor, config, encoder_of(vendor).encode(config).image, loops)
-
-
-def _scaled(loop: Loop | None, like: Loop | None) -> Loop | None:
-    if loop is None or like is None:
-        return loop
-    return loop.model_copy(update={"output": loop.output.model_copy(update={"range": like.output.range})})
+def make_side(vendor: Vendor, config: Any) -> Side:
+    """A configuration as it runs."""
+    return Side(vendor, config, encoder_of(vendor).encode(config).image, loops_of(config, vendor))
 
 
 @dataclass(slots=True)
@@ -104,10 +108,11 @@ class Reference:
         return self.trials[key]
 
 
-def make_reference(side: Side, i: int, other: Loop, step: float = 0.0) -> Reference:
+def make_reference(side: Side, i: int, other: Loop, step: float = 0.0, *, in_cascade: bool = False) -> Reference:
     """A loop with its bench and its battery; ``other`` is the same loop on the other side.
 
     ``step``: what a count of the set point means where either side has few of them; 0: all values are as near.
+    ``in_cascade``: others run with it, on this side or on another one.
     """
     loop = side.loop(i)
     cascade = [i, *companions(side.loops, i, with_master=True)]
@@ -115,17 +120,42 @@ def make_reference(side: Side, i: int, other: Loop, step: float = 0.0) -> Refere
     if step:
         bench = replace(bench, start=nearest_step(bench.start, bench.low, step, bench.high))
     count, _ = resolution(new_plc(side, (i,)), i)
-    stages = tuple(stages_of(bench, loop, other, count, in_cascade=len(cascade) > 1))
+    finest = side.rules[i].pv_count if isinstance(side, StandIn) else finest_counts(new_plc(side, (i,)), i)[0]
+    bench = replace(bench, least=max(VISIBLE_COUNTS * finest, VISIBLE_SHARE * max(abs(bench.low), abs(bench.high))))
+    stages = tuple(stages_of(bench, loop, other, count, in_cascade=in_cascade or len(cascade) > 1))
     if step:
-        stages = tuple(
-            stage if stage.name.startswith("dead band") else round_setpoints(stage, bench.low, step, bench.high)
-            for stage in stages
-        )
+        stages = tuple(round_setpoints(stage, bench.low, step, bench.high) for stage in stages)
+    if isinstance(side, StandIn) and in_cascade:
+        stages = tuple(stage for stage in stages if stage.swept or stage.name in ALONE_STAGES)
     return Reference(side, i, bench, stages, loop.pv.square_root)
 
 
 def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
-    """How far both may lie apart (D306)."""
+    """How far a stand-in and the side that it stands for may lie apart (D306)."""
+    loop = one.loop(i)
+    pv, output = _coarser(finest_counts(new_plc(side, (k,)), k) for side, k in ((one, i), (two, j)))
+    pv, output = max(pv, bench.span * LAST_DIGITS), max(output, LAST_DIGITS)
+    share = abs(float(loop.tuning.gain)) * bench.span / float(loop.output.range[1] - loop.output.range[0])
+    kick = float(loop.tuning.derivative_time) / (bench.sample + float(loop.tuning.derivative_filter))
+    carried = output + pv / bench.span * share * (1 + kick)
+    digits = SINGLE * max(abs(bench.low), abs(bench.high)) / bench.span * share * (1 + kick)
+    band = float(loop.deadband)
+    switching = share * band / bench.span
+    return Tolerance(
+        STAND_IN_TOLERANCE,
+        CountSizes(CLOSED_TOLERANCE * (pv + output * abs(bench.gain)), CLOSED_TOLERANCE * carried),
+        CountSizes(COUNT_TOLERANCE * pv, COUNT_TOLERANCE * (output + 2 * digits)),
+        COUNT_TOLERANCE * pv,
+        COUNT_TOLERANCE * output + 2 * LIMIT_DISTANCE,
+        band,
+        switching,
+        switching * float(loop.tuning.derivative_time) / bench.sample,
+        by_hand=COUNT_TOLERANCE * output,
+    )
+
+
+def tolerance_between(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
+    """How far two PLCs of different families may lie apart (D306)."""
     loop, sides = one.loop(i), ((one, i), (two, j))
     pv, output = _coarser(resolution(new_plc(side, (k,)), k) for side, k in sides)
     fine_pv, fine_output = _coarser(finest_counts(new_plc(side, (k,)), k) for side, k in sides)
@@ -152,6 +182,7 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
         switching,
         switching * float(loop.tuning.derivative_time) / bench.sample,
         mean if kick else 0.0,
+        EITHER_SAMPLE,
     )
 
 
@@ -182,6 +213,11 @@ class Battery:
             self.trials[stage.name] = run_stage(self.side, self.j, stage, self.reference.bench, before_root=rooted)
         return self.trials[stage.name]
 
+    def as_reference(self) -> Reference:
+        """The other side with the trials that it has."""
+        kept = {(self.reference.bench, stage): self.trial(stage) for stage in self.reference.possible}
+        return replace(self.reference, side=self.side, i=self.j, trials=kept)
+
     def differences(self) -> Iterator[SignalDifference]:
         """Where both sides differ."""
         for stage in self.reference.possible:
@@ -196,42 +232,10 @@ class Battery:
             return
         yield from differences(stage, self.reference.trial(stage), trial, bench, self.tolerance)
 
-    def judged(self, lines: Sequence[ReportLine]) -> Iterator[tuple[SignalDifference, ReportLine | None]]:
-        """Every difference with the line that explains it; else from the first sample on that no line explains."""
-        lines = list(true_lines(lines, self.reference.loop, self.side, self.j))
-        for stage in self.reference.possible:
-            for difference in self._of(stage):
-                if difference.signal == RUN_SIGNAL:
-                    yield difference, None
-                    continue
-                one, two = self.reference.trial(stage), self.trial(stage)
-                scene = Scene(stage, self.reference.bench, self.reference.loop, one, two, self.tolerance.closed.pv)
-                line, k = find_line(difference, lines, scene)
-                yield difference if line else _from(difference, k, scene), line
-
-    def key_of(self, difference: SignalDifference, lines: Sequence[ReportLine]) -> str:
+    def key_of(self, difference: SignalDifference, lines: Sequence[ReportLine] = ()) -> str:
         """The key of the other side that explains what ``lines`` of the report do not; empty where none does."""
-        loop, other = self.reference.loop, self.side.loop(self.j)
-        told = {line.neutral for line in true_lines(lines, loop, self.side, self.j)} - {"", ACTION}
-        if any(line.neutral == SMOOTHING and lets_through_the_same(line.change, loop, other) for line in lines):
-            told.add(FILTER)
-        return key_of(difference, loop, self.side, self.j, told)
-
-
-def _from(difference: SignalDifference, k: int, scene: Scene) -> SignalDifference:
-    """A difference from a later sample on."""
-    one, two = (_value(trial, difference.signal, k) for trial in (scene.one, scene.two))
-    at = k * scene.bench.sample - scene.stage.begin
-    return replace(difference, at=at, before=one, after=two)
-
-
-def _value(trial: Trial, signal: str, k: int) -> float | str | bool:
-    if signal == "sample time":
-        return trial.period
-    if signal in trial.alarms:
-        return trial.alarms[signal][k]
-    column: Sequence[float | str] = trial.modes if signal == "mode" else getattr(trial, signal)
-    return column[k]
+        told = {line.neutral for line in lines} - {"", ACTION}
+        return key_of(difference, self.reference.loop, self.side, self.j, told)
 
 
 # --- What the battery found: of each loop the differences that nothing explains, and those that a line names ----------
@@ -276,6 +280,10 @@ class Verified:
     untried: tuple[Untried, ...] = ()
     failures: tuple[Failure, ...] = ()
     named: tuple[Named, ...] = ()
+    switched: tuple[Change, ...] = ()
+    """The lines of the report whose rules, and values, the source's numbers were run with."""
+    hidden: tuple[str, ...] = ()
+    """Neutral fields that no stage shows: another value of them would be called alike."""
 
     @property
     def passed(self) -> bool:
@@ -334,13 +342,19 @@ MANY_LOOPS = 3
 
 @frozen
 class Sides:
-    """What is compared, and what of it a report explains."""
+    """What is compared, and what of it a report says."""
 
     source: Side
-    twin: Side
     target: Side
-    lines: ReportSource
     names: tuple[str, str]
+    reduced: Side | None = None
+    """Of a conversion: the source without what the report says is lost, and no neutral loop has."""
+    mirror: Side | None = None
+    """Of a conversion: the source's numbers under the source's rules, which must do what ``reduced`` does."""
+    twin: Side | None = None
+    """Of a conversion: what the report makes of these numbers under the target's rules, which the target must do."""
+    lines: Mapping[int, Sequence[ReportLine]] = field(default_factory=dict)
+    """By place in the source."""
 
 
 def verify(  # noqa: PLR0913
@@ -393,47 +407,123 @@ def _sides(
     names: tuple[str, str],
 ) -> Sides:
     (one, before), (two, after) = source, target
-    twin = reported_source(before, one, after, two, pairs, report) if report else ReportSource(before)
+    second = make_side(two, after)
+    if not report:
+        return Sides(make_side(one, before), second, names)
+    told = reported_loops(before, one, after, two, pairs, report)
     first = make_side(one, before)
-    second = first if twin.config is before else make_side(one, twin.config, loops_of(before, one))
-    return Sides(first, second, make_side(two, after), twin, names)
+    reduced_config = without_losses(before, one, report)
+    reduced = first if reduced_config is before else make_side(one, reduced_config)
+    own, others = source_of(one).operations(reduced.config), dict(pairs)
+    mirror = [None if loop is None else Rules.of(reduced, i, own[i]) for i, loop in enumerate(reduced.loops)]
+    twin = [
+        None if loop is None else Rules.of(*((second, others[i]) if i in others else (first, i)), told.rules[i])
+        for i, loop in enumerate(told.loops)
+    ]
+    stand_ins = stand_in(reduced.loops, mirror), stand_in(told.loops, twin)
+    return Sides(first, second, names, reduced, *stand_ins, told.lines)
 
 
 def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
     """One loop's verdict."""
     other = sides.target.loop(j)
-    step = max(root_step(sides.twin, i), root_step(sides.target, j))
-    reference = make_reference(sides.twin, i, other, step)
-    tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
+    held = sides.twin or sides.source
+    step = max(root_step(sides.source, i), root_step(sides.target, j))
+    cascades = ((sides.source, i), (sides.target, j))
+    in_cascade = any(companions(side.loops, k, with_master=True) for side, k in cascades)
+    reference = make_reference(held, i, other, step, in_cascade=in_cascade)
+    between = tolerance_between if sides.twin is None else tolerance_of
+    tolerance = between(held, i, sides.target, j, reference.bench)
     if exactly:
-        pv, output = finest_counts(new_plc(sides.twin, (i,)), i)
+        pv, output = finest_counts(new_plc(sides.source, (i,)), i)
         tolerance = Tolerance(0.0, CountSizes(pv, output), CountSizes(pv, output), pv, output)
-    battery = Battery(reference, sides.target, j, tolerance)
-    left, followed = sides.lines.left.get(i, []), sides.lines.followed.get(i, [])
-    failures, named = [], []
-    for difference, line in battery.judged(left):
-        if line is None:
-            failures.append(Failure(difference, battery.key_of(difference, [*left, *followed])))
-        else:
-            named.append(Named(difference, line.change))
-    original = reference
-    if sides.source is not sides.twin and followed:
-        original = replace(reference, side=sides.source, i=i, trials={})
-        named += _of_twin(original, reference, tolerance, followed)
-    return _result(sides, i, reference, original, battery, failures, named)
+    battery, lines = Battery(reference, sides.target, j, tolerance), sides.lines.get(i, ())
+    failures = [Failure(difference, battery.key_of(difference, lines)) for difference in battery.differences()]
+    original, named = reference, list[Named]()
+    if sides.mirror is not None and sides.reduced is not None:
+        original = replace(reference, side=sides.source, trials={})
+        named = list(_named(original, battery, lines))
+        mirror = replace(reference, side=sides.mirror, trials={})
+        tolerance = tolerance_of(sides.mirror, i, sides.reduced, i, reference.bench)
+        trials = original if sides.reduced is sides.source else None
+        first = Battery(mirror, sides.reduced, i, tolerance, trials)
+        failures += [Failure(difference, first.key_of(difference)) for difference in first.differences()]
+    result = _result(sides, i, reference, original, battery, failures, named)
+    if not isinstance(held, StandIn):
+        return result
+    switched = tuple(line.change for line in lines)
+    return replace(result, switched=switched, hidden=tuple(hidden_fields(reference, held, i)))
 
 
-def _of_twin(
-    original: Reference, reference: Reference, tolerance: Tolerance, followed: Sequence[ReportLine]
-) -> Iterator[Named]:
-    """What the lines that the twin follows change: between the source as it is and its twin."""
-    battery = Battery(original, reference.side, reference.i, tolerance, reference)
-    for difference in battery.differences():
-        field = field_of(difference, original.loop, reference.loop)
-        line = next((line for line in followed if field and overlap(field, line.neutral)), None)
-        if line is None and len(followed) == 1:
-            (line,) = followed
-        yield Named(difference, None if line is None else line.change)
+def hidden_fields(reference: Reference, side: StandIn, i: int) -> Iterator[str]:
+    """The numbers of a loop of which a small change goes unseen in every stage."""
+    swept_first = replace(reference, stages=tuple(sorted(reference.stages, key=lambda stage: not stage.swept)))
+    for path, value in spoiled_fields(side.loop(i)):
+        loop = with_fields(side.loop(i), {path: value})
+        other = stand_in([loop if k == i else one for k, one in enumerate(side.loops)], side.rules)
+        tolerance = tolerance_of(side, i, other, i, reference.bench)
+        if next(Battery(swept_first, other, i, tolerance).differences(), None) is None:
+            yield path
+
+
+SPOILED_SHARE, SPOILED_POSITION = Decimal("1.1"), Decimal("0.02")
+"""What a number is multiplied by, and the share of its range that a position is moved by."""
+SPOILED_NUMBERS = (
+    "tuning.gain",
+    "tuning.integral_time",
+    "tuning.derivative_time",
+    "tuning.derivative_filter",
+    "pv.filter",
+    "deadband",
+)
+
+
+def spoiled_fields(loop: Loop) -> Iterator[tuple[str, Decimal]]:
+    """The numbers that a loop controls with, each with another value."""
+    values = flatten(loop)
+    for path in SPOILED_NUMBERS:
+        if values.get(path) and not (path == "tuning.derivative_filter" and not values["tuning.derivative_time"]):
+            yield path, values[path] * SPOILED_SHARE
+    ranges = {"output.limits": loop.output.range, "setpoint.limits": loop.pv.range}
+    for section, (low, high) in ranges.items():
+        for end, sign in (("0", 1), ("1", -1)):
+            yield f"{section}.{end}", values[f"{section}.{end}"] + sign * SPOILED_POSITION * (high - low)
+    if not loop.tuning.integral_time:
+        low, high = loop.output.range
+        yield "output.bias", loop.output.bias + SPOILED_POSITION * (high - low)
+
+
+RULE_STAGES: Mapping[str, Sequence[str]] = {
+    "start": ("start",),
+    "hand": ("start",),
+    "interlock": ("start",),
+    "master": ("start", "cascade"),
+    "transfer": ("auto", "transfers", "start"),
+    "manual": ("transfers",),
+    "rate": ("auto", "transfers"),
+    "windup": ("high limit", "low limit", "step 50 %", "disturbance", "start", "sensor"),
+    "deadband": ("dead band", "dead band 2"),
+    "smoothing": ("answer", "slow answer", "set point"),
+    "filter": ("answer", "slow answer"),
+}
+"""The stages in which a rule shows itself first."""
+
+
+def _named(original: Reference, battery: Battery, lines: Sequence[ReportLine]) -> Iterator[Named]:
+    """Where the source as it is and the target differ, each with the line that it is likeliest of."""
+    shown = Battery(original, battery.side, battery.j, battery.tolerance, battery.as_reference())
+    for difference in shown.differences():
+        line = next((line for line in lines if difference.stage in _stages_of_rule(line)), None)
+        field = field_of(difference, original.loop, battery.side.loop(battery.j))
+        line = line or next((line for line in lines if field and overlap(field, line.neutral)), None)
+        if line is None and len(lines) == 1:
+            (line,) = lines
+        if lines:
+            yield Named(difference, None if line is None else line.change)
+
+
+def _stages_of_rule(line: ReportLine) -> Sequence[str]:
+    return RULE_STAGES.get(line.neutral.removeprefix(PREFIX), ())
 
 
 def _result(  # noqa: PLR0913, PLR0917

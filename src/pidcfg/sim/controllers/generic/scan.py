@@ -11,6 +11,8 @@ a loop with a pulse output, PULSE are written.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from pidcfg.sim.controllers.generic.equation import (
     AUTO,
     BUMPLESS,
@@ -40,6 +42,9 @@ from pidcfg.sim.controllers.kernels import clamp
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.costs import COSTS
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 __all__ = ["COST", "INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
@@ -56,7 +61,7 @@ def switch_mode(config: Config, state: State) -> None:
     state.status = (state.status & ~MODES) | state.wanted_mode
 
 
-def tracks_slave(i: int, configs: list[Config], states: list[State]) -> bool:
+def tracks_slave(i: int, configs: Sequence[Config], states: Sequence[State]) -> bool:
     """Whether the loop has slaves, and none of them is in cascade."""
     if configs[i].first_slave < 0:
         return False

@@ -1,0 +1,544 @@
+"""A neutral loop that keeps to the rules of a PLC: the source's numbers with the target's windup, start and so on.
+
+Design. A conversion changes rules that no number says: what an integral does at a limit, what a dead band does, how a
+loop begins. So the battery holds neither side against the other, but both against a loop in double precision that has
+the numbers of the source's file and a switch for each rule (`Rules`): with the source's rules it must do what the
+source does, with the target's rules what the target does. It shares no line of its equation with any vendor's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import gcd, isfinite, sqrt
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.operation import (
+    Deadband,
+    Filter,
+    Hand,
+    Interlock,
+    Manual,
+    Master,
+    Rate,
+    Smoothing,
+    Start,
+    Transfer,
+    Windup,
+    WithoutIntegral,
+    Zero,
+)
+from pidcfg.encoders.contract import encoder_of
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.sim.controllers.generic import equation as bits
+from pidcfg.sim.controllers.generic import scan as generic
+from pidcfg.sim.controllers.generic.equation import AUTO, BUMPLESS, CASCADE, FRESH, MANUAL, MODES, REQUEST, SP_SET
+from pidcfg.sim.controllers.generic.plc import Generic, share
+from pidcfg.sim.controllers.kernels import clamp, nearest
+from pidcfg.sim.controllers.plc import TICKS, CountsPlc
+from pidcfg.sim.costs import COSTS
+from pidcfg.study.verification.trial import Side, new_plc, root_step
+from pidcfg.text.frozen import frozen
+from pidcfg.text.references import Decision
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import MutableSequence, Sequence
+
+    from pidcfg.conversion.operation import Operation
+    from pidcfg.schemas.generic import Loop
+
+D927 = Decision(
+    927,
+    "a conversion is proved by a loop that stands in for both sides",
+    "The numbers of the source's file run in a loop of double precision with a switch for each rule: how it begins, "
+    "what holds the output in Manual and the integral at a limit, what a dead band does, how it comes to Auto, how "
+    "filters are worked out, and what is counted. With the rules of the source it must do what the source does, with "
+    "those of the target what the target does. A number is another one only where a line of the report says which, "
+    "and then the target must have that one; a rule only where a line names it, and then it is that rule. The action "
+    "never is. What a line says is lost and no neutral loop has is left out of the source. Numbers that are moved by "
+    "10 % (limits by 2 % of the range) without being seen in any stage are listed as not shown.",
+    "A sentence that explained a stage explained everything in it: an action that was turned round drove the output to "
+    "its limit, and the line about the integral at a limit called 19 differences of up to 90 % of the output alike.",
+)
+ANEW = 64
+"""`State.pending`: the next calculation has no past for its derivative."""
+VELOCITY_LIKE = (Windup.WORKED_OUT, Windup.NONE)
+"""What the integral is worked out of the output that is sent."""
+DIGITS = 10
+"""Of a filter's share, which a time constant in the neutral form says with so many."""
+EDGE = 0.1
+"""Share of a count by which a number in double precision may miss a whole one."""
+LEVELS = {"low_low_at": -1, "low_at": -1, "high_at": 1, "high_high_at": 1, "deviation_at": 2, "deviation_2_at": 2}
+"""Alarm points: those of the PV count from the low end of its range; a positive one is passed upward."""
+AT_LIMITS = (Windup.FROZEN, Windup.WITHIN_LIMITS)
+AT_ENDS = (Windup.FROZEN_AT_ENDS, Windup.WITHIN_RANGE)
+"""Rules with an integral that stays between the limits of the output, or between the ends of its range."""
+
+
+@frozen
+class Rules:
+    """The switches of one loop."""
+
+    operation: Operation
+    pv_count: float = 0.0
+    """What the PLC rounds a PV to, in the PV's unit; 0: to nothing."""
+    setpoint_count: float = 0.0
+    """The same of a set point, which a root makes coarser."""
+    output_count: float = 0.0
+    """The same of the output, in the unit of the output's signal."""
+    cycle: int = 0
+    """Ticks between two calculations of the PV's filter; 0: it is worked out with the samples."""
+
+    @classmethod
+    def of(cls, side: Side, i: int, operation: Operation) -> Rules:
+        """Those of a loop of a PLC that calculates as ``side`` does."""
+        plc = new_plc(side, (i,))
+        if operation.filter is Filter.CYCLIC:
+            return cls(operation, cycle=round(float(side.config.plc.sample_time) * TICKS))
+        if not isinstance(plc, CountsPlc):
+            return cls(operation)
+        low, high, counts = plc.scales[i]
+        loop = side.loop(i)
+        width = float(loop.output.range[1] - loop.output.range[0])
+        count = abs(high - low) / counts
+        return cls(operation, count, root_step(side, i) or count, width / getattr(plc.configs[i], "out_span", 4095))
+
+
+@dataclass(slots=True)
+class Config(bits.Config):
+    """A neutral loop's, with its rules."""
+
+    rules: Rules = field(default_factory=lambda: Rules(None))  # type: ignore[arg-type] # each loop gets its own
+    begins: int = AUTO
+    """The mode that the configuration gives it."""
+
+
+@dataclass(slots=True)
+class State(bits.State):
+    """A neutral loop's; ``integral`` is the whole bias of the output."""
+
+    counts: float = 0.0
+    """The PV in counts, filtered, before its root."""
+    filtered: float = 0.0
+    """The PV of a filter that is worked out in cycles of its own."""
+    unlimited: float = 0.0
+    """The output within its range, before its limits."""
+    error_sign: float = 0.0
+    crossed: int = 0
+    """The PV has crossed the set point since it came into the dead band."""
+    goal: int = 0
+    """The mode that the loop is brought to after its start; 0: it is there."""
+    goal_sp: float = 0.0
+
+
+# --- The equation: PV, error, derivative, integral and output, each with the rules that vendors have for it -----------
+
+
+def rounded(value: float, low: float, count: float) -> float:
+    """A value in whole counts from ``low`` on."""
+    return low + nearest((value - low) / count) * count if count else value
+
+
+def measure_pv(config: Config, state: State, raw: float) -> None:
+    """The PV, its root and its filter; a PLC that counts filters the counts, before the root."""
+    rules = config.rules
+    first = state.pending & FRESH
+    if rules.pv_count:
+        counts = nearest(clamp((raw - config.pv_low) / rules.pv_count, 0.0, config.pv_span / rules.pv_count))
+        if state.pv_share < 1.0 and not first:
+            counts = nearest(state.counts + state.pv_share * (counts - state.counts))
+        state.counts = counts
+        raw = config.pv_low + counts * rules.pv_count
+    pv = raw
+    if config.square_root:
+        pv = config.pv_low + config.pv_span * sqrt(max((raw - config.pv_low) / config.pv_span, 0.0))
+    state.previous_pv = pv if first else state.pv
+    if rules.cycle:
+        pv = state.filtered
+    elif state.pv_share < 1.0 and not first and not rules.pv_count:
+        pv = state.pv + (pv - state.pv) * state.pv_share
+    state.pv = pv
+
+
+def in_dead_band(config: Config, state: State, error: float) -> bool:
+    """Whether the rule of the dead band holds."""
+    band, rule = config.deadband, config.rules.operation.deadband
+    edge = EDGE * config.rules.pv_count
+    inside = band > 0.0 and abs(error) < band + (edge if config.rules.operation.has_edge else -edge)
+    if rule is not Deadband.CROSSED:
+        return inside
+    if not inside:
+        state.crossed = 0
+    elif state.error_sign * error < 0.0:
+        state.crossed = 1
+    if error:
+        state.error_sign = 1.0 if error > 0.0 else -1.0
+    return bool(state.crossed)
+
+
+def calculate_derivative(config: Config, state: State, *, inside: bool) -> float:
+    """D after its filter."""
+    operation = config.rules.operation
+    if config.derivative_on_error:
+        change = state.error - state.previous_error
+    else:
+        change = state.previous_pv - state.pv if config.output_raises_pv else state.pv - state.previous_pv
+        if inside and operation.deadband is Deadband.CROSSED:
+            change = 0.0
+    if state.pending & ANEW:
+        change, state.filtered_difference = 0.0, 0.0
+        state.pending &= ~ANEW
+    if inside and operation.deadband is Deadband.ONLY_BIAS:
+        state.filtered_difference = 0.0
+        return 0.0
+    state.filtered_difference += (change - state.filtered_difference) * state.derivative_share
+    return state.kd * state.filtered_difference
+
+
+def begin_control(config: Config, state: State, proportional_term: float, derivative_term: float) -> bool:
+    """The integral with which a loop comes out of Manual; whether the first sample is left out of it."""
+    operation = config.rules.operation
+    if state.ki <= 0.0:
+        if operation.windup is Windup.NONE:
+            state.integral = state.out - proportional_term - derivative_term
+        elif operation.without_integral is WithoutIntegral.TAKEN_OVER:
+            state.integral = state.out
+        return False
+    if operation.transfer is Transfer.ON_TOP:
+        state.integral = state.out
+        return False
+    if not operation.follows_output:
+        state.integral = state.out - proportional_term - derivative_term
+    return operation.windup is Windup.CONDITIONAL
+
+
+def holds_integral(config: Config, state: State, step: float) -> bool:
+    """Whether the integral stands still because of what the output was."""
+    rule, low = config.rules.operation.windup, config.out_low
+    high = low + config.out_span
+    if rule is Windup.FROZEN:
+        return state.out >= config.high or state.out <= config.low
+    if rule is Windup.FROZEN_AT_ENDS:
+        return (step > 0.0 and state.out >= high) or (step < 0.0 and state.out <= low)
+    if rule is Windup.CONDITIONAL_AT_ENDS:
+        return (step > 0.0 and state.unlimited >= high) or (step < 0.0 and state.unlimited <= low)
+    return False
+
+
+def bound_integral(config: Config, state: State) -> None:
+    """The integral within the limits or the range, where the rule has it so."""
+    if config.rules.operation.windup in AT_LIMITS:
+        state.integral = clamp(state.integral, config.low, config.high)
+    elif config.rules.operation.windup in AT_ENDS:
+        state.integral = clamp(state.integral, config.out_low, config.out_low + config.out_span)
+
+
+def calculate_output(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
+    """The output with the integral of this sample, and what the limits make of both."""
+    windup = config.rules.operation.windup
+    step = state.ki * state.error
+    if state.pending & BUMPLESS:
+        state.pending &= ~BUMPLESS
+        if begin_control(config, state, proportional_term, derivative_term):
+            step = 0.0
+    if (
+        state.ki <= 0.0
+        and windup is not Windup.NONE
+        and (config.rules.operation.without_integral is WithoutIntegral.CONSTANT)
+    ):
+        state.integral = state.bias
+    before = state.integral
+    if not holds_integral(config, state, step):
+        state.integral += step
+    bound_integral(config, state)
+    output = proportional_term + state.integral + derivative_term
+    send_output(config, state, output)
+    if (windup is Windup.HELD_BEYOND and not config.low <= output <= config.high) or (
+        windup is Windup.CONDITIONAL and ((output > config.high and step > 0.0) or (output < config.low and step < 0.0))
+    ):
+        state.integral = before
+    elif windup in VELOCITY_LIKE and (state.ki > 0.0 or windup is Windup.NONE):
+        if not config.low <= output <= config.high:
+            state.integral = clamp(output, config.low, config.high) - proportional_term - derivative_term
+    elif windup is Windup.PARTIAL and (output - state.out) * step > 0.0:
+        room = state.out - (proportional_term + before + derivative_term)
+        state.integral = before + (clamp(room, 0.0, step) if step > 0.0 else clamp(room, step, 0.0))
+
+
+def send_output(config: Config, state: State, output: float) -> None:
+    """The output as fast as it may, within its limits, in counts."""
+    count = config.rules.output_count
+    state.unlimited = rounded(clamp(output, config.out_low, config.out_low + config.out_span), config.out_low, count)
+    bits.move_output(config, state, output)
+    state.out = clamp(rounded(state.out, config.out_low, count), config.low, config.high)
+
+
+def send_by_hand(config: Config, state: State) -> None:
+    """The operator's output, which some PLCs limit."""
+    if config.rules.operation.hand is Hand.LIMITED:
+        send_output(config, state, state.manual)
+    else:
+        state.out = state.unlimited = rounded(state.manual, config.out_low, config.rules.output_count)
+
+
+# --- Modes: how a loop begins, and what becomes of set point, output and integral when it is switched -----------------
+
+
+def is_refused(config: Config, state: State, wanted: int) -> bool:
+    """Whether an alarm of the PV keeps a loop in Manual."""
+    if config.rules.operation.interlock is Interlock.GRANTED or not state.status & MANUAL or wanted == MANUAL:
+        return False
+    pv = state.pv
+    return (
+        pv < config.low_at
+        or pv < config.low_low_at
+        or pv > config.high_at
+        or pv > config.high_high_at
+        or bool(state.status & (bits.LOW | bits.LOW_LOW | bits.HIGH | bits.HIGH_HIGH))
+    )
+
+
+def switch_mode(config: Config, state: State) -> None:
+    """The requested mode takes effect, or is refused."""
+    wanted, operation = state.wanted_mode, config.rules.operation
+    if is_refused(config, state, wanted):
+        if not state.goal:
+            state.wanted_mode = MANUAL
+            state.pending &= ~(REQUEST | bits.MANUAL_SET | SP_SET)
+        return
+    if wanted == MANUAL and not state.status & MANUAL:
+        if not state.pending & bits.MANUAL_SET and operation.manual is Manual.STAYS:
+            state.manual = state.out
+    elif state.status & MANUAL and wanted != MANUAL:
+        state.pending |= BUMPLESS | (ANEW if operation.rate is Rate.ANEW else 0)
+        if config.sp_follows_pv and not state.pending & SP_SET:
+            state.sp = state.pv
+    state.pending &= ~(REQUEST | bits.MANUAL_SET | SP_SET)
+    state.status = (state.status & ~MODES) | wanted
+
+
+def choose_setpoint(i: int, configs: Sequence[Config], states: Sequence[State]) -> None:
+    """The set point in force: its own, the PV or the master's output, within its limits."""
+    config, state = configs[i], states[i]
+    if state.status & MANUAL and config.sp_follows_pv and config.rules.operation.keeps_following:
+        state.sp = state.pv
+    if state.status & CASCADE and config.master >= 0:
+        state.sp = states[config.master].out
+    state.sp = clamp(state.sp, config.sp_low, config.sp_high)
+    if state.status & CASCADE and config.master >= 0 and config.rules.operation.limits_master:
+        states[config.master].out = state.sp
+
+
+def waits_for_slave(i: int, configs: Sequence[Config], states: Sequence[State]) -> bool:
+    """Whether a slave is still on its way to Cascade, where a master goes to Manual without one."""
+    if configs[i].rules.operation.master is not Master.MANUAL or not states[i].status & MANUAL:
+        return False
+    return any(one.master == i and state.goal == CASCADE for one, state in zip(configs, states, strict=True))
+
+
+def approach_goal(state: State) -> None:
+    """A loop that waits in Manual after its start is brought to its mode, as an operator would."""
+    if state.status & state.goal:
+        state.goal, state.sp = 0, state.goal_sp
+    else:
+        state.wanted_mode = state.goal if state.status & AUTO else AUTO
+        state.pending |= REQUEST
+
+
+def measure_error(config: Config, state: State) -> bool:
+    """The error as it counts, and whether the rule of the dead band holds."""
+    operation = config.rules.operation
+    sp = rounded(state.sp, config.pv_low, config.rules.setpoint_count)
+    error = sp - state.pv if config.output_raises_pv else state.pv - sp
+    inside = in_dead_band(config, state, error)
+    if inside and operation.deadband in {Deadband.AS_ZERO, Deadband.CROSSED}:
+        error = 0.0
+    if operation.squared:
+        error *= abs(error) / config.pv_span
+    state.previous_error = error if state.pending & FRESH else state.error
+    state.error = error
+    return inside
+
+
+def control_inside(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
+    """The output inside a dead band that does more than to take the error away."""
+    if config.rules.operation.deadband is Deadband.HELD:
+        state.integral = state.out - proportional_term - derivative_term
+    else:
+        if state.pending & BUMPLESS:
+            state.integral = state.out
+        bound_integral(config, state)
+        send_output(config, state, state.integral)
+    state.pending &= ~BUMPLESS
+
+
+def sample(i: int, configs: list[Config], states: list[State], signals: list[float]) -> None:
+    """One calculation of a loop."""
+    config, state = configs[i], states[i]
+    operation = config.rules.operation
+    measure_pv(config, state, signals[config.in_slot])
+    if state.goal and not waits_for_slave(i, configs, states):
+        approach_goal(state)
+    if state.pending & REQUEST:
+        goes_to_cascade = state.wanted_mode == CASCADE and not state.status & CASCADE
+        switch_mode(config, state)
+        if goes_to_cascade and operation.leads_master and config.master >= 0:
+            master = states[config.master]
+            master.out = master.manual = state.pv
+    choose_setpoint(i, configs, states)
+    inside = measure_error(config, state)
+    proportional_term = state.kp * state.error if config.proportional_on else 0.0
+    derivative_term = calculate_derivative(config, state, inside=inside)
+    state.pending &= ~FRESH
+    if state.status & MANUAL:
+        send_by_hand(config, state)
+        state.integral = state.out - proportional_term - derivative_term
+    elif operation.master is Master.FOLLOWS and generic.tracks_slave(i, configs, states):
+        state.out = clamp(states[config.first_slave].sp, config.low, config.high)
+        state.pending |= BUMPLESS
+    elif inside and operation.deadband in {Deadband.HELD, Deadband.ONLY_BIAS}:
+        control_inside(config, state, proportional_term, derivative_term)
+    else:
+        calculate_output(config, state, proportional_term, derivative_term)
+    bits.renew_alarms(config, state)
+    signals[config.pv_slot] = state.pv
+    signals[config.sp_slot] = rounded(state.sp, config.pv_low, config.rules.setpoint_count)
+    signals[config.out_slot] = state.out
+    signals[config.bias_slot] = state.integral
+
+
+def filter_pv(tick: int, config: Config, state: State, raw: float) -> None:
+    """One cycle of a filter that runs faster than its loop."""
+    if tick == 0:
+        state.filtered = raw
+    elif tick % config.rules.cycle == 0:
+        state.filtered += (raw - state.filtered) * state.pv_share
+
+
+def scan(tick: int, configs: list[Config], states: list[State], _aux: list[float], signals: list[float]) -> None:
+    """The loops that are due at ``tick``, and filters with cycles of their own."""
+    for i, (config, state) in enumerate(zip(configs, states, strict=True)):
+        if config.rules.cycle:
+            filter_pv(tick, config, state, signals[config.in_slot])
+        if tick >= state.due:
+            due = state.due + state.period
+            state.due = due if due > tick else tick + state.period
+            sample(i, configs, states, signals)
+
+
+# --- The loops as a side of the battery -------------------------------------------------------------------------------
+
+
+class StandInPlc(Generic):
+    """Neutral loops with rules."""
+
+    config, state = Config, State
+    configs: list[Config]  # type: ignore[assignment] # records of its own
+    states: list[State]  # type: ignore[assignment]
+
+    def __init__(self, image: Any, rules: Sequence[Rules]) -> None:
+        self._rules = rules
+        super().__init__(image)
+
+    @property
+    def base(self) -> int:
+        """The step in which samples and cycles of filters are whole."""
+        return gcd(super().base, *(config.rules.cycle for config in self.configs))
+
+    def begin(self, loop: int) -> None:
+        """What a loop starts with."""
+        config, state = self.configs[loop], self.states[loop]
+        config.rules = self._rules[loop]
+        super().begin(loop)
+        operation = config.rules.operation
+        self._smooth(loop)
+        self._count(loop)
+        state.integral = state.bias
+        if operation.zero is Zero.OF_RANGE and not state.bias:
+            state.integral = config.out_low
+        if operation.start is not Start.RUNS and not state.status & MANUAL:
+            state.goal, state.goal_sp = state.status & MODES, state.sp
+            state.status = (state.status & ~MODES) | MANUAL
+            state.wanted_mode = MANUAL
+            self._begin_by_hand(loop)
+        elif state.status & MANUAL:
+            self._begin_by_hand(loop)
+
+    def _begin_by_hand(self, loop: int) -> None:
+        """The output that a loop begins with in Manual."""
+        config, state, given = self.configs[loop], self.states[loop], self._contents[loop].get("output.manual")
+        operation = config.rules.operation
+        limited = operation.hand is Hand.LIMITED
+        first = float((0.0 if operation.zero is Zero.OF_UNIT else config.out_low) if given is None else given)
+        state.out = state.manual = clamp(first, config.low, config.high) if limited else first
+        self._show(loop, self.signal_values)
+
+    def request(self, loop: int, mode: str) -> None:
+        """A mode for the next sample, in the place of the one that the configuration gives."""
+        self.states[loop].goal = 0
+        super().request(loop, mode)
+
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
+        """Write a field."""
+        text = super().set(loop, path, value, signals)
+        self._smooth(loop)
+        self._count(loop)
+        return text
+
+    def _count(self, loop: int) -> None:
+        """Levels and distances in whole counts of the PV."""
+        config, count = self.configs[loop], self.configs[loop].rules.pv_count
+        config.deadband = rounded(config.deadband, 0.0, config.rules.setpoint_count)
+        if not count or config.square_root:
+            return
+        config.hysteresis = rounded(config.hysteresis, 0.0, count)
+        for name, side in LEVELS.items():
+            value = getattr(config, name)
+            low = config.pv_low if abs(side) == 1 else 0.0
+            setattr(config, name, rounded(value, low, count) + side * EDGE * count if isfinite(value) else value)
+
+    def _smooth(self, loop: int) -> None:
+        """The filters and the integral as the rules work them out."""
+        config, state = self.configs[loop], self.states[loop]
+        if config.rules.cycle:
+            state.pv_share = share(float(self._contents[loop]["pv.filter"]), config.rules.cycle / TICKS)
+        state.pv_share = round(state.pv_share, DIGITS)
+        slowest = float(config.rules.operation.slowest_integral)
+        if slowest and state.ki <= 0.0:
+            state.ki = state.kp * state.period / TICKS / slowest
+        if self.configs[loop].rules.operation.smoothing is Smoothing.BACKWARD:
+            time = float(self._contents[loop]["tuning.derivative_filter"])
+            seconds = state.period / TICKS
+            state.derivative_share = seconds / (seconds + time)
+
+
+@dataclass(frozen=True)
+class StandIn(Side):
+    """A side whose loops are neutral ones with rules; ``vendor`` is the neutral form."""
+
+    rules: Sequence[Rules] = ()
+
+    def load(self, *, by_hand: bool) -> StandInPlc:  # noqa: ARG002 - nobody else switches it
+        """The loops, which nobody but the operator switches."""
+        return StandInPlc(self.image, self.rules)
+
+    @property
+    def controller(self) -> Any:
+        """What the runner calls."""
+        return Controller
+
+
+class Controller:
+    """What `pidcfg.sim.engine.run.simulate` needs of a controller."""
+
+    COST, INLINED, Config, State, scan, load = COSTS["generic"], (), Config, State, staticmethod(scan), StandInPlc
+
+
+def stand_in(loops: Sequence[Loop | None], rules: Sequence[Rules | None]) -> StandIn:
+    """Neutral loops with rules; one without a neutral form keeps its place and does nothing."""
+    vendor = VENDORS["generic"]
+    first = next(loop for loop in loops if loop is not None)
+    whole = [first.model_copy(update={"name": f"_{i}"}) if loop is None else loop for i, loop in enumerate(loops)]
+    config = GenericFile(pidcfg=1, vendor="generic", loops=whole)
+    other = next(rule for rule in rules if rule is not None)
+    return StandIn(vendor, config, encoder_of(vendor).encode(config).image, tuple(loops), [r or other for r in rules])

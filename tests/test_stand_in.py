@@ -1,0 +1,245 @@
+"""The loop that stands in for both sides of a conversion: it does what each PLC does, and no other rule does."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from decimal import Decimal
+from typing import get_type_hints
+
+import pytest
+
+from pidcfg.api import check_text, convert
+from pidcfg.conversion import operation as rules
+from pidcfg.conversion.contract import source_of
+from pidcfg.conversion.ledger import Change, Terms
+from pidcfg.conversion.operation import Deadband, Hand, Operation, Start, Transfer, Windup, Zero, first_output
+from pidcfg.study.verification.stand_in import Rules, stand_in
+from pidcfg.study.verification.twin import _answer, _is_said, with_fields, with_rules, without_losses
+from pidcfg.study.verification.verify import Battery, hidden_fields, make_reference, make_side, tolerance_of
+from verify_measure import PLCS, Conversion, checked, of_vendor, spoils, verdict, wild_loop, wild_source
+
+LOOP = {
+    "name": "L1",
+    "mode": "auto",
+    "output_raises_pv": True,
+    "sample_time": 1,
+    "tuning": {"gain": 3.0, "integral_time": 20, "derivative_time": 4, "derivative_on": "error"},
+    "pv": {"range": [0, 100], "unit": "degC"},
+    "setpoint": {"value": 50},
+    "output": {"range": [0, 100], "limits": [10, 90], "manual": 30},
+    "deadband": 2,
+}
+
+
+def configured(vendor: str, **changes):
+    """The loop of a vendor; None where it has no such loop."""
+    loop = {**LOOP, **changes}
+    return of_vendor([loop], vendor) or of_vendor([{key: loop[key] for key in loop if key != "deadband"}], vendor)
+
+
+def differences(source, operation=None):
+    """Where a configuration and its stand-in differ, with the rules of its PLC or with others."""
+    side = make_side(source.vendor, source.config)
+    own = source_of(source.vendor).operations(source.config)[0]
+    held = stand_in(side.loops, [Rules.of(side, 0, operation or own)])
+    reference = make_reference(held, 0, side.loop(0))
+    tolerance = tolerance_of(held, 0, side, 0, reference.bench)
+    yield from Battery(reference, side, 0, tolerance).differences()
+
+
+@pytest.mark.parametrize("vendor", PLCS)
+@pytest.mark.parametrize("number", [1, 2, 3, 7, 11])
+def test_a_plc_does_what_its_stand_in_does(vendor, number):
+    import random
+
+    source = of_vendor([wild_loop(random.Random(f"stand-in/{number}"), 1)], vendor)
+    if source is None:
+        pytest.skip(f"{vendor} has no such loop")
+    assert [(d.stage, d.signal) for d in differences(source)] == []
+
+
+OTHERS = [
+    ("start", Start.RUNS),
+    ("start", Start.WAITS),
+    ("hand", Hand.LIMITED),
+    ("hand", Hand.FREE),
+    ("transfer", Transfer.GOES_ON),
+    ("transfer", Transfer.ON_TOP),
+    *(("windup", windup) for windup in Windup if windup is not Windup.NONE),
+    *(("deadband", rule) for rule in Deadband),
+]
+ALIKE = {
+    frozenset({Start.WAITS, Start.RETURNS}),
+    frozenset({Windup.WORKED_OUT, Windup.NONE}),
+    frozenset({Windup.FROZEN_AT_ENDS, Windup.WITHIN_RANGE}),
+    frozenset({Windup.PARTIAL, Windup.HELD_BEYOND}),
+}
+"""Rules that are one here: it begins from Manual both ways; the limits lie within the range; they are less than a
+sample of the integral apart."""
+NO_START = ("ezlogix", "nextopid")
+"""PLCs that begin in Auto with the output that they would have in Manual."""
+
+
+@pytest.mark.parametrize("vendor", PLCS)
+def test_no_other_rule_stands_in_for_a_plc(vendor):
+    source = configured(vendor)
+    own = source_of(source.vendor).operations(source.config)[0]
+    (loop,) = make_side(source.vendor, source.config).loops
+    for rule, answer in OTHERS:
+        present = getattr(own, rule)
+        idle = (rule == "deadband" and not loop.deadband) or (rule == "start" and vendor in NO_START)
+        if answer is present or frozenset({answer, present}) in ALIKE or idle:
+            continue
+        found = next(differences(source, replace(own, **{rule: answer})), None)
+        assert found is not None, f"{vendor} with {rule} {answer}"
+
+
+def test_every_answer_is_found_by_its_text():
+    hints = get_type_hints(Operation, {**vars(rules), "Decimal": Decimal})
+    for field in fields(Operation):
+        kind = hints[field.name]
+        if isinstance(kind, type) and issubclass(kind, rules.Answer):
+            assert [_answer(field.name, answer.text) for answer in kind] == list(kind)
+    assert _answer("windup", Start.RUNS.text) is None
+    assert _answer("nothing", Start.RUNS.text) is None
+
+
+def test_rules_are_those_that_lines_name_and_not_those_of_the_target():
+    own = Operation(windup=Windup.FROZEN, transfer=Transfer.ON_TOP, has_edge=True)
+    target = Operation(windup=Windup.ENDLESS, transfer=Transfer.GOES_ON, slowest_integral=Decimal(6000))
+    line = Change("operation.windup", "assumed", own.windup.text, Windup.PARTIAL.text)
+    found = with_rules(own, [line], target, integral=True)
+    assert (found.windup, found.transfer, found.has_edge) == (Windup.PARTIAL, Transfer.ON_TOP, False)
+    slow = with_rules(own, [], target, integral=False)
+    assert (slow.windup, slow.transfer) == (Windup.ENDLESS, Transfer.GOES_ON)
+
+
+TERMS = Terms("tuning.gain", Decimal(2), Decimal("2.02"))
+
+
+@pytest.mark.parametrize(
+    ("path", "before", "after", "row", "said"),
+    [
+        ("tuning.gain", 2, "2.02", {"kind": "rounded", "terms": TERMS}, True),
+        ("tuning.gain", 2, "2.0203", {"kind": "rounded", "terms": TERMS}, False),
+        ("tuning.gain", 2, "2.5", {"kind": "clamped", "terms": TERMS}, False),
+        ("tuning.integral_time", 20, "20.4", {"kind": "rounded", "error_percent": 0.4}, True),
+        ("tuning.integral_time", 20, "21", {"kind": "rounded", "error_percent": 0.4}, False),
+        ("deadband", 2, "0", {"kind": "dropped"}, True),
+        ("deadband", 2, "1", {"kind": "dropped"}, False),
+        ("output.manual", None, "12.5", {"kind": "assumed", "target": 12.5}, True),
+        ("output.manual", None, "13", {"kind": "assumed", "target": 12.5}, False),
+        ("alarms.pv.low", 10, None, {"kind": "dropped"}, True),
+        ("alarms.pv.low", 10, None, {"kind": "rounded"}, False),
+    ],
+)
+def test_a_line_explains_the_number_that_it_says_and_no_other(path, before, after, row, said):
+    change = Change(path, row.pop("kind"), before, row.pop("target", None), **row)
+    one, two = (None if value is None else Decimal(value) for value in (before, after))
+    assert _is_said(path, one, two, two, change) is said
+
+
+def test_a_choice_is_another_one_where_it_is_lost_alone():
+    lost, assumed = (Change("DerivEr", kind, False, None) for kind in ("dropped", "assumed"))
+    assert _is_said("tuning.derivative_on", "pv", "error", "error", lost)
+    assert not _is_said("tuning.derivative_on", "pv", "error", "error", assumed)
+
+
+def test_fields_of_a_neutral_loop_are_changed_and_taken_away():
+    source = configured("nextopid")
+    (loop,) = make_side(source.vendor, source.config).loops
+    found = with_fields(
+        loop, {"output.limits.1": Decimal(80), "setpoint.limits.0": Decimal(5), "tuning.gain": Decimal(3)}
+    )
+    assert (found.output.limits, found.setpoint.limits, found.tuning.gain) == ((10, 80), (5, 100), 3)
+    assert with_fields(loop, {"setpoint.value": None}).setpoint.value is None
+    assert with_fields(loop, {}) is loop
+
+
+HELD = """
+pidcfg: 1
+vendor: nextopid
+plc: {sample_time: 0.5}
+loops:
+  - {name: L1, type: PIDA_REAL, SP: 40, Kp: 1, Ti_Ki: 30, Td_Kd: 0, MaxMV: 100, MinMV: 12.5, MaxPV: 100, MinPV: 0,
+     Direct: false, Manual: true, pv: {unit: degC}, output: {range: [0, 100]}}
+"""
+
+
+def test_an_output_that_limits_hold_in_manual_goes_over_as_it_is():
+    """MinMV is 12.5 %: a CLICK has no limits in Manual, and would begin at 0 %."""
+    result = convert(HELD, "click", verify=True)
+    assert result.data["loops"][0]["state"]["output"] == 12.5
+    assert result.alike
+    without = checked({**result.data, "loops": [{k: v for k, v in result.data["loops"][0].items() if k != "state"}]})
+    one = Conversion.of(check_text(HELD), "click", "held")
+    assert verdict(one, without, 0, 0).stage == "start"
+
+
+@pytest.mark.parametrize(
+    ("hand", "zero", "manual", "limits", "span", "wanted"),
+    [
+        (Hand.LIMITED, Zero.OF_UNIT, None, (10, 90), (0, 100), 10),
+        (Hand.FREE, Zero.OF_RANGE, None, (10, 90), (0, 100), 0),
+        (Hand.FREE, Zero.OF_RANGE, None, None, (4, 20), 4),
+        (Hand.LIMITED, Zero.OF_UNIT, None, None, (-100, 100), 0),
+        (Hand.FREE, Zero.OF_RANGE, None, None, (-100, 100), -100),
+        (Hand.LIMITED, Zero.OF_UNIT, 95, (10, 90), (0, 100), 90),
+        (Hand.FREE, Zero.OF_RANGE, 95, (10, 90), (0, 100), 95),
+    ],
+)
+def test_the_output_with_which_a_loop_begins(hand, zero, manual, limits, span, wanted):
+    output = {"range": list(span)} | ({} if limits is None else {"limits": list(limits)})
+    output |= {} if manual is None else {"manual": manual}
+    source = check_text(
+        f"pidcfg: 1\nvendor: generic\nloops:\n  - {{name: L, output_raises_pv: true, sample_time: 1, "
+        f"tuning: {{gain: 1, integral_time: 9}}, pv: {{range: [0, 9]}}, output: {output}}}\n"
+    )
+    operation = Operation(windup=Windup.NONE, hand=hand, zero=zero)
+    assert first_output(operation, source.config.loops[0]) == wanted
+
+
+@pytest.mark.parametrize("number", [4, 13, 22, 31, 50, 88, 102])
+def test_a_wild_conversion_is_alike_and_with_another_action_or_gain_it_is_not(number):
+    source, target = wild_source(number, "w1")
+    one = Conversion.of(source, target, f"wild {number}")
+    assert verdict(one, one.result, 0, 0, source=True) is None
+    sides = one.sides(one.result)
+    hidden = list(hidden_fields(make_reference(sides.twin, 0, sides.target.loops[0]), sides.twin, 0))
+    tried = 0
+    for path, change, result in spoils(one, 0, sides.target.loops[0]):
+        name = path[-1]
+        if name in {"action", "PID_DIR", "Direct", "controller_action"} or (
+            name in {"gain", "proportional_gain", "Kp", "Kc_Kp"} and change.startswith("x")
+        ):
+            tried += 1
+            found = verdict(one, result, 0, 0)
+            assert found is not None or "tuning.gain" in hidden, (path, change)
+    assert tried >= 2
+
+
+def test_a_number_that_no_stage_can_tell_is_listed():
+    """An error as large as the dead band makes 25 times the output's range: its width is hard to tell."""
+    source = check_text(
+        "pidcfg: 1\nvendor: ezlogix\nloops:\n  - {name: L1, registers: R1, discretes: S1, mode: auto, "
+        "algorithm: position, action: reverse, sample_rate: 1.0, deadband: 112, anti_windup: true, "
+        "setpoint: {value: 170.0}, tuning: {proportional_gain: 90.0, integral_time: 60.0, derivative_time: off}, "
+        "pv: {tag: IR1, range: [0, 400], counts: [0, 4095]}, output: {tag: OR1, range: [0, 100]}}\n"
+    )
+    assert not source.failed, source.findings
+    result = convert(source.document.text, "click", verify=True)
+    (loop,) = result.verified
+    assert loop.passed
+    assert loop.hidden == ("deadband",)
+    assert result.to_json()["verify"][0]["not_shown"] == list(loop.hidden)
+    assert "operation.windup" in {row["line"] for row in result.to_json()["verify"][0]["run_with"]}
+
+
+def test_a_source_without_what_is_lost_keeps_what_it_cannot_be_without():
+    source = check_text(HELD.replace("Ti_Ki: 30,", "Ti_Ki: 30, MaxVarMV: 2,"))
+    lost = [Change(key, "dropped", 1, None, loss=True) for key in ("MaxVarMV", "Kp", "nothing", "blocks.X.Y")]
+    report = [type("Report", (), {"changes": lost})]
+    found = without_losses(source.config, source.vendor, report)
+    assert (found.loops[0].MaxVarMV, found.loops[0].Kp) == (0, 1)
+    harmless = [replace(row, loss=False) for row in lost]
+    assert without_losses(source.config, source.vendor, [type("Report", (), {"changes": harmless})]) is source.config
