@@ -419,8 +419,8 @@ def test_output_values_are_rescaled_to_per_cent():
     loop = made.data["loops"][0]
     assert loop["output"] == {"limits": [5, 50]}
     assert loop["state"] == {"output": 25, "bias": 50}
-    gone = {put.neutral: put.note for put in made.fields[0] if not put.path}
-    assert gone["output.range"] == gone["output.unit"] == "the output is in %: 0 to 100 % of the output are 4 to 20 mA"
+    told = {put.neutral: put.note for put in made.fields[0] if put.path == "output.limits"}
+    assert told["output.range"] == told["output.unit"] == "the output is in %: 0 to 100 % of the output are 4 to 20 mA"
 
 
 def test_limits_of_the_output_stay_within_0_and_100_per_cent():

@@ -503,11 +503,15 @@ def test_a_cascade_that_cannot_be_is_not_exact():
     assert (linked.kind, linked.target) == ("exact", "auto")
 
 
-def test_a_unit_that_a_percentage_takes_the_place_of_is_lost():
+def test_an_output_in_per_cent_is_the_same_output_on_another_scale():
     lines = lines_of(api.convert(oven(output={"range": [0, 3000], "unit": "rpm"}), "click"))
-    assert all(
-        (lines[f"output.{key}"].kind, lines[f"output.{key}"].loss) == ("dropped", True) for key in ("unit", "range")
-    )
+    for key in ("unit", "range"):
+        line = lines[f"output.{key}"]
+        assert (line.kind, line.loss, "0 to 100 % of the output are 0 to 3000 rpm" in line.note) == (
+            "assumed",
+            False,
+            True,
+        )
 
 
 # --- loops that cannot go --------------------------------------------------------------------------------------------
@@ -808,3 +812,22 @@ def test_limits_in_counts_are_shown_as_the_file_has_them(state):
 )
 def test_a_number_of_up_to_20_signs_is_shown_without_an_exponent(number, text):
     assert text_of(number) == text
+
+
+FREQUENCY = """
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: P1, output_raises_pv: true, sample_time: 1, tuning: {gain: 1, integral_time: 9}, pv: {range: [0, 10]},
+     setpoint: {value: 5, follows_pv: false}, output: {range: [0, 50], unit: Hz}, alarms: {hysteresis: 0.1}}
+"""
+
+
+@pytest.mark.parametrize("target", ["dl06", "ezlogix", "click", "nextopid", "dpide"])
+def test_nothing_is_lost_where_nothing_is(target):
+    """Another scale of the output, and a hysteresis on which no alarm depends."""
+    result = api.convert(FREQUENCY, target)
+    windup = {"operation.windup"}
+    assert {row.field for loop in result.loops for row in loop.changes if row.loss} <= windup
+    alarmed = api.convert(FREQUENCY.replace("hysteresis: 0.1", "hysteresis: 0.1, pv: {high: 8}"), "ezlogix")
+    assert "alarms.hysteresis" in {row.field for loop in alarmed.loops for row in loop.changes if row.loss}

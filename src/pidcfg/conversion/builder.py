@@ -368,8 +368,17 @@ def drop_unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, 
         *above, key = steps(path)
         value, section = value_at(loop, (*above, key)), value_at(loop, above)
         default = type(section).model_fields[str(key)].default if isinstance(section, BaseModel) else None
-        if value is not None and value != default and not is_harmless(path, value):
+        idle = path == HYSTERESIS and not has_alarms(loop)
+        if value is not None and value != default and not idle and not is_harmless(path, value):
             yield path, note
+
+
+HYSTERESIS = "alarms.hysteresis"
+
+
+def has_alarms(loop: Any) -> bool:
+    """Whether a neutral loop has an alarm that a hysteresis could act on."""
+    return any(key.startswith(("alarms.pv.", "alarms.deviation.")) for key in flatten(loop))
 
 
 def is_harmless(path: str, value: Any) -> bool:

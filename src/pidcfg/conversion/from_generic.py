@@ -68,6 +68,7 @@ def operations(config: GenericFile) -> list[Operation]:
     """Of each loop (D300, D301)."""
     return [
         Operation(
+            moves_by_hand=True,
             windup=Windup.CONDITIONAL if loop.anti_windup else Windup.ENDLESS,
             smoothing=Smoothing.EXACT,
             rate=Rate.KEPT_UP,

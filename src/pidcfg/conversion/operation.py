@@ -122,8 +122,8 @@ class Hand(Answer):
 class Zero(Answer):
     """With which output and integral a loop begins that is given none."""
 
-    OF_RANGE = 0, "it begins at 0 % of the output's range", "set the output in Manual"
-    OF_UNIT = 0, "it begins at 0 in the output's unit, within its limits", "set the output in Manual"
+    OF_RANGE = 0, "it begins at 0 % of the output's range, without the bias of an integral", "set the output in Manual"
+    OF_UNIT = 0, "it begins at 0 in the output's unit, within its limits, and with its bias", "set the output in Manual"
 
 
 class Transfer(Answer):
@@ -261,6 +261,8 @@ class Operation:
     """The integral time in s of a loop that has none, where a PLC cannot do without; 0: it can."""
     leads_master: bool = False
     """Whether its PV becomes the output of its master when it goes to Cascade."""
+    moves_by_hand: bool = False
+    """Whether the fastest change of its output holds in Manual, too."""
     limits_master: bool = False
     """Whether the limits of its set point hold its master's output, too."""
     follows_output: bool = False
@@ -291,7 +293,9 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     yield from _line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
     if has_narrow_limits(loop):
         yield from _line("hand", before.hand, after.hand)
-    if loop.output.range[0] and (loop.output.manual is None or loop.mode != "manual"):
+    if (loop.output.range[0] or (integral and loop.output.bias)) and (
+        loop.output.manual is None or loop.mode != "manual"
+    ):
         yield from _line("zero", before.zero, after.zero)
     if integral:
         back = after.transfer is Transfer.AS_BEFORE

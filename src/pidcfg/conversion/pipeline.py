@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.builder import is_harmless
+from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless
 from pidcfg.conversion.contract import source_of, target_of
 from pidcfg.conversion.ledger import (
     COMMON,
@@ -227,6 +227,7 @@ def with_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
 __all__ = ["ConvertError", "Converted", "LoopReport", "convert", "generic_file", "neutral_loops"]
 
 
+DERIVATIVE_ON = "tuning.derivative_on"
 FIRST_OUTPUT = "the output that the loop begins with: limits hold in Manual, too"
 
 
@@ -410,7 +411,8 @@ class _Conversion:
         rows = list(
             merge_own_lines(rows, own, {row.field for row in own_lines.get(0, ()) if row.field.startswith("/")})
         )
-        rows = [*correct_lines(rows, loop, after)] if (after := sides.loop_in_target(j)) is not None else rows
+        if (after := sides.loop_in_target(j)) is not None:
+            rows = [*correct_lines(rows, loop, after), *_other_derivative(rows, loop, after)]
         lines = list(
             differing_rules(sides.operations_before[j], sides.operations_after[j], loop, is_master=sides.is_master(j))
         )
@@ -419,6 +421,15 @@ class _Conversion:
         given = fields_of_loop(self.config, self.source_places[j], with_plc=j == 0)
         reported = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
         return [*rows, *unreported_fields(given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j])]
+
+
+def _other_derivative(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
+    """A line about a derivative that acts on something else, where the source does not say on what."""
+    one, two = before.tuning, after.tuning
+    told = any(DERIVATIVE_ON in row.neutral for row in rows)
+    if one.derivative_time and two.derivative_time and one.derivative_on != two.derivative_on and not told:
+        note = f"the derivative acts on the {two.derivative_on}, not on the {one.derivative_on}"
+        yield Change(DERIVATIVE_ON, "dropped", one.derivative_on, None, note=note, loss=True, neutral=(DERIVATIVE_ON,))
 
 
 def _with_output(loop: Loop, output: Decimal | None) -> Loop:
@@ -469,6 +480,8 @@ class Sides(NamedTuple):
 
 def _is_default(loop: BaseModel, field: str) -> bool:
     """Whether a neutral field is at its default or harmless: what a loop is like that does not give it."""
+    if field == HYSTERESIS and not has_alarms(loop):
+        return True
     item: Any = loop
     for key in steps(field):
         if not isinstance(item, BaseModel) or key not in type(item).model_fields:

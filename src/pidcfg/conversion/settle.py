@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from pidcfg.conversion.builder import is_harmless, make_comparable, quotient
+from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless, make_comparable, quotient
 from pidcfg.conversion.ledger import QUANTITY_OF_FIELD, ConvertError, Missing, Stored, Terms, number_of
 from pidcfg.encoders.codecs import Distance, Position
 from pidcfg.encoders.contract import encoder_of
@@ -225,6 +225,8 @@ EXACT_SHARE, SCALE = Decimal("1e-6"), Decimal("1e-9")
 def correct_lines(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
     """The lines of a loop, each as true as the neutral loops of both sides make it."""
     not_stated = frozenset(key for key in RUNNING_VALUES if not is_given(after, key.split(".")))
+    if not has_alarms(before):
+        not_stated |= {HYSTERESIS}
     sides = NeutralValues(*make_comparable(before, after), before, not_stated)
     return (sides.line(row) for row in rows)
 

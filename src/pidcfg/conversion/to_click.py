@@ -281,14 +281,14 @@ def _output(b: TargetBuilder, c: ClickLoop) -> None:
     held = [min(max(end, ZERO), HUNDRED) for end in exact]
     b.put("output.limits", held, "output.range" if percent else None, "" if percent else note)
     if not percent:
-        b.drop("output.range", f"the output is in %: {note}")
+        b.mark("output.limits", "output.range", f"the output is in %: {note}", assumed=True)
     if output.limits is not None:
         for i in range(2):
             b.mark(f"output.limits.{i}", f"output.limits.{i}", exact=exact[i], clamped=held[i] != exact[i])
     if output.unit is not None and percent:
         b.put("output.unit", output.unit, "output.unit")
     elif output.unit is not None:
-        b.drop("output.unit", f"the output is in %: {note}")
+        b.mark("output.limits", "output.unit", f"the output is in %: {note}", assumed=True)
     if output.manual is not None:
         b.put("state.output", rescale(output.manual, span, OUTPUT), "output.manual")
     _bias(b, c.neutral, rescale(output.bias, span, OUTPUT), held)

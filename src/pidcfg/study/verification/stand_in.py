@@ -86,6 +86,8 @@ class Rules:
     """The same of a set point, which a root makes coarser."""
     output_count: float = 0.0
     """The same of the output, in the unit of the output's signal."""
+    least_count: float = 0.0
+    """The count at the low end of the PV's range: ties go to even counts."""
     cycle: int = 0
     """Ticks between two calculations of the PV's filter; 0: it is worked out with the samples."""
 
@@ -101,7 +103,8 @@ class Rules:
         loop = side.loop(i)
         width = float(loop.output.range[1] - loop.output.range[0])
         count = abs(high - low) / counts
-        return cls(operation, count, root_step(side, i) or count, width / getattr(plc.configs[i], "out_span", 4095))
+        output = width / getattr(plc.configs[i], "out_span", 4095)
+        return cls(operation, count, root_step(side, i) or count, output, plc.configs[i].pv_min)
 
 
 @dataclass(slots=True)
@@ -109,8 +112,6 @@ class Config(bits.Config):
     """A neutral loop's, with its rules."""
 
     rules: Rules = field(default_factory=lambda: Rules(None))  # type: ignore[arg-type] # each loop gets its own
-    begins: int = AUTO
-    """The mode that the configuration gives it."""
 
 
 @dataclass(slots=True)
@@ -144,11 +145,13 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
     rules = config.rules
     first = state.pending & FRESH
     if rules.pv_count:
-        counts = nearest(clamp((raw - config.pv_low) / rules.pv_count, 0.0, config.pv_span / rules.pv_count))
+        zero = config.pv_low - rules.least_count * rules.pv_count
+        last = rules.least_count + config.pv_span / rules.pv_count
+        counts = nearest(clamp((raw - zero) / rules.pv_count, rules.least_count, last))
         if state.pv_share < 1.0 and not first:
             counts = nearest(state.counts + state.pv_share * (counts - state.counts))
         state.counts = counts
-        raw = config.pv_low + counts * rules.pv_count
+        raw = zero + counts * rules.pv_count
     pv = raw
     if config.square_root:
         pv = config.pv_low + config.pv_span * sqrt(max((raw - config.pv_low) / config.pv_span, 0.0))
@@ -275,8 +278,10 @@ def send_output(config: Config, state: State, output: float) -> None:
 
 def send_by_hand(config: Config, state: State) -> None:
     """The operator's output, which some PLCs limit."""
-    if config.rules.operation.hand is Hand.LIMITED:
+    if config.rules.operation.moves_by_hand:
         send_output(config, state, state.manual)
+    elif config.rules.operation.hand is Hand.LIMITED:
+        state.out = state.unlimited = clamp(state.manual, config.low, config.high)
     else:
         state.out = state.unlimited = rounded(state.manual, config.out_low, config.rules.output_count)
 
@@ -345,10 +350,17 @@ def approach_goal(state: State) -> None:
         state.pending |= REQUEST
 
 
+def held_setpoint(config: Config, state: State) -> float:
+    """The set point in the counts of the PV, or of its root."""
+    rules = config.rules
+    zero = 0.0 if config.square_root else rules.least_count * rules.pv_count
+    return rounded(state.sp, config.pv_low - zero, rules.setpoint_count)
+
+
 def measure_error(config: Config, state: State) -> bool:
     """The error as it counts, and whether the rule of the dead band holds."""
     operation = config.rules.operation
-    sp = rounded(state.sp, config.pv_low, config.rules.setpoint_count)
+    sp = held_setpoint(config, state)
     error = sp - state.pv if config.output_raises_pv else state.pv - sp
     inside = in_dead_band(config, state, error)
     if inside and operation.deadband in {Deadband.AS_ZERO, Deadband.CROSSED}:
@@ -402,7 +414,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
         calculate_output(config, state, proportional_term, derivative_term)
     bits.renew_alarms(config, state)
     signals[config.pv_slot] = state.pv
-    signals[config.sp_slot] = rounded(state.sp, config.pv_low, config.rules.setpoint_count)
+    signals[config.sp_slot] = held_setpoint(config, state)
     signals[config.out_slot] = state.out
     signals[config.bias_slot] = state.integral
 
@@ -454,7 +466,7 @@ class StandInPlc(Generic):
         self._smooth(loop)
         self._count(loop)
         state.integral = state.bias
-        if operation.zero is Zero.OF_RANGE and not state.bias:
+        if operation.zero is Zero.OF_RANGE and (state.ki > 0.0 or not state.bias):
             state.integral = config.out_low
         if operation.start is not Start.RUNS and not state.status & MANUAL:
             state.goal, state.goal_sp = state.status & MODES, state.sp

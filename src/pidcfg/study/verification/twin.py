@@ -48,7 +48,15 @@ LINE_TOLERANCE = Decimal(5)
 """How much more than a line's own error a value may be off, where the line says it in another unit; in errors, and in
 percent."""
 LEAST_ERROR = Decimal("0.1")
-DETAILS = ("has_edge", "leads_master", "limits_master", "follows_output", "keeps_following", "slowest_integral")
+DETAILS = (
+    "has_edge",
+    "leads_master",
+    "moves_by_hand",
+    "limits_master",
+    "follows_output",
+    "keeps_following",
+    "slowest_integral",
+)
 """What is so with a PLC, whatever a file says, and too little for a line of a report."""
 
 

@@ -138,7 +138,9 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     share = abs(float(loop.tuning.gain)) * bench.span / float(loop.output.range[1] - loop.output.range[0])
     kick = float(loop.tuning.derivative_time) / (bench.sample + float(loop.tuning.derivative_filter))
     carried = output + pv / bench.span * share * (1 + kick)
-    digits = SINGLE * max(abs(bench.low), abs(bench.high)) / bench.span * share * (1 + kick)
+    whole = any(getattr(new_plc(side, (k,)).configs[k], "is_integer", 0) for side, k in ((one, i), (two, j)))
+    last = 1.0 if whole else SINGLE * max(abs(bench.low), abs(bench.high))
+    digits = last / bench.span * share * (1 + kick)
     band = float(loop.deadband)
     switching = share * band / bench.span
     return Tolerance(
