@@ -13,10 +13,13 @@ from pidcfg.conversion import operation as rules
 from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import Change, Terms
 from pidcfg.conversion.operation import Deadband, Hand, Operation, Start, Transfer, Windup, Zero, first_output
+from pidcfg.study.verification.comparison import CountSizes
+from pidcfg.study.verification.comparison import differences as compared
 from pidcfg.study.verification.stand_in import Rules, stand_in
 from pidcfg.study.verification.twin import _answer, _is_said, with_fields, with_rules, without_losses
 from pidcfg.study.verification.verify import Battery, hidden_fields, make_reference, make_side, tolerance_of
-from verify_measure import PLCS, Conversion, checked, of_vendor, spoils, verdict, wild_loop, wild_source
+from test_verify import BENCH, FEW, SWEPT, side
+from verify_measure import PLCS, ROOT, Conversion, checked, of_vendor, spoils, verdict, wild_loop, wild_source
 
 LOOP = {
     "name": "L1",
@@ -243,3 +246,45 @@ def test_a_source_without_what_is_lost_keeps_what_it_cannot_be_without():
     assert (found.loops[0].MaxVarMV, found.loops[0].Kp) == (0, 1)
     harmless = [replace(row, loss=False) for row in lost]
     assert without_losses(source.config, source.vendor, [type("Report", (), {"changes": harmless})]) is source.config
+
+
+@pytest.mark.parametrize(
+    ("file", "target"),
+    [
+        ("dl06/flow", "dpide"),
+        ("ezlogix/coldstore", "click"),
+        ("nextopid/heatexchanger", "dl06"),
+        ("nextopid/ratio", "generic"),
+        ("generic/boiler", "nextopid"),
+    ],
+)
+def test_examples_are_alike_with_what_they_lose(file, target):
+    """A root in whole counts, a tag of integers, a count between two, a ratio instead of a master, cascades."""
+    result = convert((ROOT / f"examples/{file}.yaml").read_text("utf-8"), target, verify=True)
+    assert [(loop.loop, loop.failures) for loop in result.verified if not loop.passed] == []
+    assert result.verified
+
+
+FINE = replace(FEW, share=0.0, alone=CountSizes(1.0, 0.004), shifts=(0,))
+
+
+@pytest.mark.parametrize(
+    ("flips", "kicks", "wanted"),
+    [
+        ([15], [15], []),
+        ([15], [16], []),
+        ([15], [17], [17]),
+        ([12, 15, 18, 21], [21], []),
+        ([12, 15, 18, 21, 24], [21], [21]),
+        ([], [15], [15]),
+    ],
+)
+def test_a_pv_that_is_rounded_the_other_way_moves_the_output_of_its_sample_and_the_next(flips, kicks, wanted):
+    """A count of the PV is 0.5 here, and an output may be 0.004 apart."""
+    one, two = side(), side()
+    for k in flips:
+        two.pv[k] += 0.5
+    for k in kicks:
+        two.output[k] += 0.01
+    found = [difference for difference in compared(SWEPT, one, two, BENCH, FINE) if difference.signal == "output"]
+    assert [list(difference.samples) for difference in found] == ([wanted] if wanted else [])

@@ -12,7 +12,7 @@ from pidcfg.conversion.pipeline import convert
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange
 from pidcfg.study.verification.comparison import SignalDifference as Difference
-from pidcfg.study.verification.comparison import differing, loops_of, neutral_at, running_means, same_value
+from pidcfg.study.verification.comparison import differing, loops_of, running_means, same_value
 from pidcfg.study.verification.lines import field_of, key_of
 from pidcfg.study.verification.stages import Act, Stage
 from pidcfg.study.verification.trial import _alarm as alarm_of
@@ -317,6 +317,3 @@ def test_neutral_values_that_count_as_equal(a, b, alike):
 def test_fields_on_which_others_depend_come_first():
     one, two = {"x": 1, "tuning.gain": 2, "same": 3}, {"x": 2, "sample_time": 1, "tuning.gain": 3, "same": 3, "new": 1}
     assert differing(one, two) == ["sample_time", "tuning.gain", "x", "new"]
-    assert neutral_at(lower_loop(()), "setpoint.follows_pv") is False
-    assert neutral_at(lower_loop(()), "output.bias") == 0
-    assert neutral_at(lower_loop(()), "nothing") is None

@@ -122,8 +122,8 @@ class Hand(Answer):
 class Zero(Answer):
     """With which output and integral a loop begins that is given none."""
 
-    OF_RANGE = 0, "it begins at 0 % of the output's range, without the bias of an integral", "set the output in Manual"
-    OF_UNIT = 0, "it begins at 0 in the output's unit, within its limits, and with its bias", "set the output in Manual"
+    OF_RANGE = 0, "it begins at 0 % of the output's range, whatever its bias", "set the output in Manual"
+    OF_UNIT = 0, "it begins at 0 in the output's unit, with its bias on top", "set the output in Manual"
 
 
 class Transfer(Answer):

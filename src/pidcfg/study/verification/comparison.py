@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.conversion.builder import flatten, rescale_output
 from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import number_of
-from pidcfg.conversion.operation import PREFIX, Smoothing
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -18,7 +17,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.conversion.ledger import Change, NeutralLoop
+    from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.schemas.generic import Loop
     from pidcfg.study.verification.stages import Bench, Stage
     from pidcfg.study.verification.trial import Trial
@@ -72,11 +71,6 @@ def differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> list[str]:
     return sorted(keys, key=lambda key: FIRST.index(key) if key in FIRST else len(FIRST))
 
 
-def neutral_at(loop: Loop, path: str) -> Any:
-    """A neutral value by path, as `neutral_values` has it."""
-    return flatten(loop).get(path, NO_FOLLOWING if path == FOLLOWS else None)
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Signals of two sides, a value a sample: how far they lie apart where either may come earlier, and their means.
 
@@ -104,40 +98,6 @@ def _outside(values: Sequence[float], k: int, value: float, window: int) -> floa
     return max(value - max(near), min(near) - value, 0.0)
 
 
-# --- The filter of a derivative on two sides that work it out differently: which time constants are alike -------------
-
-SMOOTHING, FILTER = f"{PREFIX}smoothing", "tuning.derivative_filter"
-FILTER_TOLERANCE = 0.01
-"""Share of a change by which two filters may let a different one through."""
-
-
-def rules_of(line: Change) -> tuple[Smoothing, Smoothing]:
-    """The rules of source and target, of which a line of the report tells."""
-    before, after = (next(rule for rule in Smoothing if rule.text == text) for text in (line.source, line.target))
-    return before, after
-
-
-def equivalent_time(line: Change, other: Loop) -> Decimal:
-    """The time constant with which the source's filter lets as much through as the target's."""
-    before, after = rules_of(line)
-    return before.time(after.share(other.tuning.derivative_filter, other.sample_time), other.sample_time)
-
-
-def lets_through_the_same(line: Change, loop: Loop, other: Loop) -> bool:
-    """Whether both filters let as much of a change through in a sample."""
-    shares = [
-        rule.share(one.tuning.derivative_filter, one.sample_time)
-        for rule, one in zip(rules_of(line), (loop, other), strict=True)
-    ]
-    return abs(float(shares[0] - shares[1])) <= FILTER_TOLERANCE
-
-
-def difference_of_rules(line: Change, loop: Loop) -> float:
-    """How much more of a change one of both rules lets through in a sample, with the time constant of a loop."""
-    one, two = (rule.share(loop.tuning.derivative_filter, loop.sample_time) for rule in rules_of(line))
-    return abs(float(one - two))
-
-
 # --- Two trials of one stage held against each other, signal by signal, sample by sample ------------------------------
 
 State = str | bool
@@ -156,6 +116,9 @@ EITHER_SAMPLE = (0, -1, 1)
 """By which PV and output may, from one act to the next: it may act with the sample or with the next one."""
 REST_SAMPLES = 4
 """Samples without a move after which an output stands still."""
+FLIP_SAMPLES, FEW_FLIPS = 2, 4
+"""Samples in which a PV that is rounded up on one side and down on the other moves the output, and of how many such
+PVs in a stage this may be so."""
 LIMIT_DISTANCE = 1e-3
 """How near to its end an output is at it: a share of its range."""
 
@@ -303,7 +266,8 @@ class _Comparison:
             samples = [k for part in self._parts(len(a)) for k in _shifted(a, b, part, allowed, self.tolerance.shifts)]
         if signal == "output":
             samples += self._by_hand(samples)
-            samples = [k for k in samples if not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
+            flips = self._flips()
+            samples = [k for k in samples if k not in flips and not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
         held = self._other_limits() if signal == "output" else frozenset()
         if samples or held:
             where = tuple(sorted({*samples, *held}))
@@ -335,6 +299,14 @@ class _Comparison:
         begins = {round(act.at / self.bench.sample) for act in self.stage.acts}
         ends = [self.first, *sorted(k for k in begins if self.first < k < count), count]
         return (range(one, two) for one, two in pairwise(ends))
+
+    def _flips(self) -> frozenset[int]:
+        """Where a PV that lies between two counts is rounded up on one side alone: a derivative makes much of that."""
+        if not self.stage.swept:
+            return frozenset()
+        half = self.tolerance.alone.pv / COUNT_TOLERANCE / 2
+        flips = [k for k in range(self.first, len(self.one.pv)) if abs(self.one.pv[k] - self.two.pv[k]) > half]
+        return frozenset(k + n for k in flips for n in range(FLIP_SAMPLES)) if len(flips) <= FEW_FLIPS else frozenset()
 
     def _at_edge(self, k: int, further: float) -> bool:
         """Whether a derivative may kick, an error being at the edge of the dead band and inside on one side only."""
@@ -433,9 +405,11 @@ D306 = Decision(
     306,
     "two sides are alike when they agree within the response and the counts of the coarser one",
     "A PLC and its stand-in (D927) agree within 0.3 % of what a stage moves them by and two counts, where the PV "
-    "follows the output within eight, and what these make of each other; a sample is a sample. Two files of different "
-    "vendors, of which no report says what differs, agree within 1 % and two counts of the coarser side, at least of "
-    "12 bits, and one side may be a sample late from one act to the next. Outputs that are held by their limits "
+    "follows the output within eight, and what these make of each other; a sample is a sample. Where a PV that goes "
+    "its own way lies between two counts and is rounded up on one side alone, up to four times in a stage, the output "
+    "of that sample and of the next is left out. Two files of different vendors, of which no report says what differs, "
+    "agree within 1 % and two counts of the coarser side, at least of 12 bits, and one side may be a sample late from "
+    "one act to the next. Outputs that are held by their limits "
     "agree within two counts, set points within two counts, modes and alarms within 2 samples; alarms are compared "
     "where the PV goes its own way.",
     "A stand-in rounds where its PLC rounds: over 300 wild loops of five vendors what was left between both was "

@@ -207,8 +207,9 @@ def begin_control(config: Config, state: State, proportional_term: float, deriva
         elif operation.without_integral is WithoutIntegral.TAKEN_OVER:
             state.integral = state.out
         return False
-    if operation.transfer is Transfer.ON_TOP:
-        state.integral = state.out
+    rounds = config.square_root and config.rules.setpoint_count > 0.0 and config.sp_follows_pv
+    if operation.transfer is Transfer.ON_TOP or (rounds and operation.windup is not Windup.NONE):
+        state.integral = state.out  # a set point that is the root of the PV in whole counts leaves an error
         return False
     if not operation.follows_output:
         state.integral = state.out - proportional_term - derivative_term

@@ -291,7 +291,7 @@ class Trial:
     period: float
     """Between two calculations of the loop, in s."""
     cascades: bool
-    """Whether the PLC has a mode for cascade; where it has none, a loop that follows another one is in Auto."""
+    """Whether the loop has a master and the PLC a mode for cascade; else Cascade is Auto with another set point."""
     alarms: Mapping[str, Sequence[bool]]
     """By the name that all sides have for them."""
 
@@ -384,7 +384,7 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
         [(value - bottom) / (top - bottom) for value in output],
         _modes(report.loops[name], count, bench.sample),
         plc.configs[i].period / TICKS,
-        "cascade" in plc.modes,
+        "cascade" in plc.modes and names.master is not None,
         {
             SAME_ALARM.get(alarm.removeprefix("pv_"), alarm.removeprefix("pv_")): _alarm(
                 report.loops[name], alarm, count, bench.sample

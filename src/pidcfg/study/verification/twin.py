@@ -15,6 +15,7 @@ from pidcfg.conversion.ledger import LOSSES, ConvertError, number_of, overlap
 from pidcfg.conversion.operation import PREFIX, Answer, WithoutIntegral, first_output
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.contract import encoder_of
+from pidcfg.encoders.image import default_of
 from pidcfg.schemas.generic import Loop
 from pidcfg.study.verification.comparison import (
     ACTION,
@@ -58,6 +59,8 @@ DETAILS = (
     "slowest_integral",
 )
 """What is so with a PLC, whatever a file says, and too little for a line of a report."""
+ENDS = ("0", "1")
+"""Last steps of the paths of a range or of limits."""
 
 
 @frozen
@@ -142,7 +145,7 @@ def _is_said(path: str, before: Any, after: Any, own: Any, row: Change) -> bool:
     if not isinstance(after, bool | str) and two is not None and one is not None:
         most = (LINE_TOLERANCE * Decimal(row.error_percent) + LEAST_ERROR) / 100
         near = abs(two - one) <= most * max(abs(one), abs(two))
-        return near or said or (row.kind == "dropped" and is_default(path, after))
+        return near or said or (row.kind == "dropped" and _is_as_not_given(path, after))
     if two is None or one is None:
         return said if two else row.kind == "dropped"
     return row.kind in LOSSES
@@ -154,17 +157,9 @@ def _is_target(value: Decimal | None, row: Change) -> bool:
     return held is not None and value is not None and abs(held - value) <= SAID * max(abs(held), abs(value))
 
 
-def is_default(path: str, value: Any) -> bool:
+def _is_as_not_given(path: str, value: Any) -> bool:
     """Whether a neutral value is what a loop has that does not give it."""
-    if path == FOLLOWS:
-        return not value
-    item: Any = Loop
-    for key in path.split("."):
-        fields = getattr(item, "model_fields", {})
-        if key not in fields:
-            return False
-        default, item = fields[key].default, fields[key].annotation
-    return bool(default == value)
+    return not value if path == FOLLOWS else bool(value == default_of(Loop, path))
 
 
 def with_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
@@ -174,19 +169,17 @@ def with_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
     data = loop.model_dump(exclude_none=True)
     for path, value in values.items():
         *above, last = path.split(".")
-        here: Any = data
-        for key in above:
-            if key == "limits" and here.get("limits") is None:
-                here["limits"] = here.get("range") or data["pv"]["range"]
-            here = here.setdefault(key, {})
-            if isinstance(here, tuple):
-                break
-        if isinstance(here, tuple):
-            section = data[above[0]]
-            ends = list(section[above[1]])
+        if last in ENDS:
+            section, pair = above
+            given = data[section]
+            ends = list(given.get(pair) or given.get("range") or data["pv"]["range"])
             ends[int(last)] = value
-            section[above[1]] = tuple(ends)
-        elif value is None:
+            given[pair] = tuple(ends)
+            continue
+        here = data
+        for key in above:
+            here = here.setdefault(key, {})
+        if value is None:
             here.pop(last, None)
         else:
             here[last] = value
