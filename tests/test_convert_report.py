@@ -831,3 +831,44 @@ def test_nothing_is_lost_where_nothing_is(target):
     assert {row.field for loop in result.loops for row in loop.changes if row.loss} <= windup
     alarmed = api.convert(FREQUENCY.replace("hysteresis: 0.1", "hysteresis: 0.1, pv: {high: 8}"), "ezlogix")
     assert "alarms.hysteresis" in {row.field for loop in alarmed.loops for row in loop.changes if row.loss}
+
+
+# --- Words that hold the same number, and are less than a count apart -------------------------------------------------
+
+COUNTED = """
+pidcfg: 1
+vendor: dl06
+plc: {{loop_table: V2000}}
+loops:
+  - {{name: T, sample_rate: 1 s, action: reverse, tuning: {{gain: 2, reset: 60, rate: 0}},
+     pv: {{range: [0, 200], unit: degC}}, setpoint: {{value: {value}}}, output: {{range: [0, 100], limits: [10, 90]}}}}
+"""
+FULL = 4095
+
+
+def nearest_share(value, full, width):
+    """What counts make of a number, as a share of its scale."""
+    return Decimal(round(Decimal(value) * full / width)) / full
+
+
+@pytest.mark.parametrize("value", ["0", "41", "66.6", "99.4", "123.4", "200"])
+@pytest.mark.parametrize(("target", "options", "counts"), [
+    ("click", {}, None), ("nextopid", {}, None), ("dpide", {}, None), ("generic", {}, None), ("ezlogix", {}, FULL),
+    ("ezlogix", {"pv_counts": "0-1000"}, 1000),
+])  # fmt: skip
+def test_an_exact_line_says_how_many_counts_the_words_are_apart(value, target, options, counts):
+    result = api.convert(COUNTED.format(value=value), target, options=options)
+    (row,) = [row for row in result.loops[0].changes if row.field == "setpoint.value"]
+    one = nearest_share(value, FULL, 200)
+    two = Decimal(value) / 200 if counts is None else nearest_share(value, counts, 200)
+    assert (row.kind, row.counts_apart) == ("exact", pytest.approx(float(abs(one - two) * (counts or FULL)), abs=6e-4))
+    shown = result.to_json()["loops"][0]["changes"]
+    assert row.counts_apart in [line["counts_apart"] for line in shown if line["field"] == "setpoint.value"]
+
+
+def test_the_ends_of_limits_are_apart_each_by_its_own_count():
+    result = api.convert(COUNTED.format(value=0), "click")
+    ends = {row.target_field: row.counts_apart for row in result.loops[0].changes if row.field == "output.limits"}
+    assert ends == {"output.limits.0": 0.5, "output.limits.1": 0.5}
+    text = formats.conversion_text(result).splitlines()[2]
+    assert text.endswith("(2 of the exact ones up to 0.5 counts apart)")

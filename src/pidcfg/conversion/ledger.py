@@ -122,6 +122,8 @@ class Change:
     """The same in neutral terms, for a number that is not exact."""
     target_field: str = ""
     """Its key in the target; empty where it has none there."""
+    counts_apart: float = 0.0
+    """Of an exact number: how far the words of both sides are apart, in counts of the coarser one."""
 
 
 @frozen

@@ -25,7 +25,14 @@ from pidcfg.conversion.ledger import (
     overlap,
 )
 from pidcfg.conversion.operation import differing_rules, first_output
-from pidcfg.conversion.settle import correct_lines, path_in_file, settle_values, validate_data
+from pidcfg.conversion.settle import (
+    correct_lines,
+    counts_apart,
+    path_in_file,
+    rests_of,
+    settle_values,
+    validate_data,
+)
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import GenericFile, Loop
@@ -103,6 +110,9 @@ def merge_own_lines(rows: Sequence[Change], kept: Sequence[Change], of_file: Col
         yield row if line is None else replace(line, neutral=row.neutral)
     yield from own.values()
 
+
+ENDS = ("0", "1")
+"""Last steps of the neutral names of a range's ends, for which some vendors have one field."""
 
 # --- Fields that a file gives and no line of the report speaks of: a line for each, so that none is lost silently -----
 #
@@ -370,6 +380,7 @@ class _Conversion:
             generic.loops, before, source_of(self.target).to_neutral(model), source_of(self.target).operations(model)
         )
         reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.source_places)}
+        reports = self._with_counts(reports, model)
         reports |= {self.source_places[j]: list(map(_as_begun, reports[self.source_places[j]])) for j in first}
         reported = [row for rows in reports.values() for row in rows]
         reports[self.source_places[0]] += items_beside_loops(self.config, reported, self._reasons())
@@ -391,6 +402,22 @@ class _Conversion:
             for j, output in outputs.items()
             if first_output(rules, _with_output(loops[j], output)) != first_output(rules, loops[j])
         }
+
+    def _with_counts(self, reports: Mapping[int, Sequence[Change]], model: Any) -> dict[int, list[Change]]:
+        """The lines of all loops; an exact one says how far the words are apart where one side rounds to counts."""
+        one = rests_of(self.config, encoder_of(self.source).encode(self.config))
+        two = rests_of(model, encoder_of(self.target).encode(model))
+
+        def line(row: Change, i: int, j: int) -> Change:
+            if row.kind != "exact" or not row.target_field:
+                return row
+            ends = ["", *(f".{name[-1]}" for name in row.neutral if name[-1] in ENDS)]
+            first = next((one[path] for end in ends if (path := path_in_file(i, row.field + end)) in one), None)
+            apart = counts_apart(first, two.get(path_in_file(j, row.target_field)))
+            return replace(row, counts_apart=apart) if apart else row
+
+        places = {i: j for j, i in enumerate(self.source_places)}
+        return {i: [line(row, i, places[i]) for row in rows] for i, rows in reports.items()}
 
     def _reasons(self) -> dict[str, str]:
         """Why nothing is lost of what stands beside the loops."""

@@ -13,17 +13,21 @@ from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless, make_
 from pidcfg.conversion.ledger import QUANTITY_OF_FIELD, ConvertError, Missing, Stored, Terms, number_of
 from pidcfg.encoders.codecs import Distance, Position
 from pidcfg.encoders.contract import encoder_of
+from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, is_given, put, steps, value_at
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.conversion.builder import Flat
     from pidcfg.conversion.ledger import Change, TargetFile
+    from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.parameters import AnyEncoding
+    from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.generic import Loop
     from pidcfg.text.paths import Path
     from pidcfg.vendors import Vendor
@@ -139,14 +143,19 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
     return outside
 
 
-def _widths(encoding: AnyEncoding) -> Iterator[tuple[Path, Decimal]]:
-    """The positions of a file by place, each with the width of its scale."""
+def _scaled_words(encoding: AnyEncoding) -> Iterator[tuple[Path, Word, Scale, int]]:
+    """The words of a file on a scale in engineering units: place, word, scale and content."""
     for block in encoding.blocks:
         for word in block.table.words:
-            if isinstance(word.codec, Position) and word.path is not None:
+            if isinstance(word.codec, SCALED) and word.path is not None:
                 scale = block.scales[word.codec.scale]
                 if scale.range is not None:
-                    yield (*block.place, *steps(word.path)), scale.width
+                    yield (*block.place, *steps(word.path)), word, scale, block.encoded.words[word.offset]
+
+
+def _widths(encoding: AnyEncoding) -> Iterator[tuple[Path, Decimal]]:
+    """The positions of a file by place, each with the width of its scale."""
+    return ((path, scale.width) for path, word, scale, _ in _scaled_words(encoding) if isinstance(word.codec, Position))
 
 
 def _of_register(
@@ -209,6 +218,48 @@ def _reader(model: type[BaseModel], key: str) -> TypeAdapter[Any]:
     field = model.model_fields[key]
     kind: Any = field.annotation
     return TypeAdapter(Annotated[kind, *field.metadata] if field.metadata else kind)
+
+
+# --- Words that are less than a count apart ---------------------------------------------------------------------------
+
+D929 = Decision(
+    929,
+    "a value is exact when both sides have the count that is nearest to it",
+    "A line stays exact where a word in counts lies beside the number of the file and the other side has that number, "
+    "or other counts; it says how many counts of the coarser side the words are apart.",
+    "41 degC on 0 to 200 degC are 839 counts of 4095, which is 40.98 degC: a PLC with REAL numbers that gets 41 is "
+    "0.48 counts apart from it. Each module rounds so, and nobody can write it nearer.",
+)
+COUNT_DIGITS = 3
+"""Of a count, to which two words are told apart."""
+
+
+@frozen
+class Rest:
+    """What rounding to counts leaves of a value, as a share of its scale, and the counts of that."""
+
+    share: Decimal
+    counts: Decimal
+
+
+def rests_of(config: Any, encoding: AnyEncoding) -> dict[Path, Rest]:
+    """What rounding leaves of the values of a file, by their places."""
+    rests = {}
+    for path, word, scale, held in _scaled_words(encoding):
+        value = value_at(config, path)
+        if isinstance(value, Quantity) and isinstance(word.codec, SCALED):
+            rests[path] = Rest(quotient(word.codec.rest(value, held, scale), scale.full), scale.full)
+    return rests
+
+
+def counts_apart(one: Rest | None, two: Rest | None) -> float:
+    """How far two words for the same number are apart, in counts of the coarser one; 0: neither rounds it."""
+    rests = [rest for rest in (one, two) if rest is not None]
+    if not rests:
+        return 0.0
+    shares = [Decimal(0) if rest is None else rest.share for rest in (one, two)]
+    apart = abs(shares[0] - shares[1]) * min(rest.counts for rest in rests)
+    return round(float(apart), COUNT_DIGITS)
 
 
 # --- Lines of a report held against what the target's file says in neutral terms, so that no line claims too much -----

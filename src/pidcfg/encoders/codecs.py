@@ -498,6 +498,10 @@ class Position:
         meant = scale.meaning(scale.format.codec.decode(word))
         return meant if abs(meant - value.value) > POSITION_SHARE * scale.width else None
 
+    def rest(self, value: Quantity, word: int, scale: Scale) -> Decimal:
+        """Counts by which a word is beyond its value."""
+        return EXACT_CONTEXT.subtract(Decimal(scale.format.codec.decode(word)), scale.position(value))
+
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to the word of its format."""
         counts = whole(scale.position(value), raw=is_raw(value, scale))
@@ -533,6 +537,10 @@ class Distance:
             return None
         meant = scale.meaning(word, distance=True)
         return meant if abs(meant - value.value) > BAND_SHARE * abs(value.value) else None
+
+    def rest(self, value: Quantity, word: int, scale: Scale) -> Decimal:
+        """Counts by which a word is beyond its value."""
+        return EXACT_CONTEXT.subtract(Decimal(word), scale.distance(value))
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to an unsigned word."""

@@ -152,6 +152,7 @@ def _change(change: Change) -> Data:
         "from": json_value(change.source),
         "to": json_value(change.target),
         "error_percent": round(change.error_percent, 6),
+        "counts_apart": change.counts_apart,
         "loss": change.loss,
         "neutral": None if change.terms is None else _terms(change.terms),
         "note": change.note,

@@ -335,6 +335,7 @@ def change() -> Schema:
         from_=anything("The value before."),
         to=anything("The value after."),
         error_percent=number("How far the value that acts is off."),
+        counts_apart=number("Of an exact number: how far the words of both sides are apart, in the coarser counts."),
         loss=switch("Whether it needs leave: dropped, clamped, or rounded beyond --max-loss."),
         neutral=or_null(
             record(

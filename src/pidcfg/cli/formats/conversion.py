@@ -180,6 +180,8 @@ def _counted(loop: LoopReport) -> str:
     changes = [change for change in loop.changes if not _is_unneeded(change)]
     count = Counter(change.kind for change in changes)
     text = ", ".join(f"{count[kind]} {kind}" for kind in KINDS_BY_HARM if count[kind]) or "nothing to convert"
+    if apart := [change.counts_apart for change in changes if change.counts_apart]:
+        text += f" ({len(apart)} of the exact ones up to {max(apart):.2g} counts apart)"
     lost = sum(change.loss for change in changes)
     return f"{text}; {lost} lost" if lost else text
 
