@@ -94,7 +94,7 @@ def test_what_is_not_proven_is_proven_as_it_was_accepted():
     found = verdict(result, "not-settled")
     assert (found.verdict, found.word) == ("proven", "accepted")
     assert found.text.startswith("as accepted in good.json: settled for ")
-    text = render_runs("text", [result.outcome])
+    text = render_runs("text", [result.outcome], tables=True)
     assert "  accepted  TANK not-settled  as accepted in good.json: settled for " in text
     assert verdict(result, KIND).text == "as accepted in good.json"
 

@@ -696,7 +696,7 @@ def test_convert_reports_to_files_also_when_nothing_is_written(pair):
     assert result.exit_code == 1
     assert not (pair / "click.yaml").exists()
     markdown = (pair / "markdown.out").read_text("utf-8")
-    assert markdown.startswith("### PID loops: dl06 to click\n\n**FIC-301**: 24 exact, 7 assumed, 4 dropped; 4 lost\n")
+    assert markdown.startswith("### PID loops: dl06 to click\n\n**FIC-301**: 24 exact, 7 assumed, 4 dropped (")
     assert "| dropped | pv.square_root | true | - | take the root in the program" in markdown
     rows = markdown.splitlines()[6:]
     kinds = [row.split(" | ")[0].removeprefix("| ") for row in rows[: rows.index("")]]

@@ -85,10 +85,15 @@ def test_the_reactor_meets_its_expectations(folder):
     assert result.returncode == 0, text
     assert text.splitlines()[0] == "A step of the temperature set point, a disturbance of the level"
     assert "reactor.scenario.yaml runs reactor.yaml" in text
-    assert "V7642 = 0x0000" in text
-    assert "120 s  TIC-101  event: set setpoint to 95" in text
+    assert "  TIC-101  proven  overshoot 4.39 %; settles in 190 s; ends 0.1465 degC from its set point" in text
     assert text.rstrip().endswith("passed: 4 of 4 expectations, 31 of 31 standing ones")
     assert "\x1b" not in text
+    full = run("simulate", "reactor.scenario.yaml", "-v", cwd=folder).stdout.decode()
+    assert "V7642 = 0x0000" in full
+    assert "120 s  TIC-101  event: set setpoint to 95" in full
+    head = "  1800 s in steps of 0.2 s, after 960 s to the steady state"
+    assert full.replace("; engine: python\n  V7642 = 0x0000", "").startswith(text), "the same, and tables behind it"
+    assert (head in text, len(text.splitlines())) == (True, 8)
 
 
 def test_the_json_report_has_the_published_layout(folder):
@@ -472,7 +477,7 @@ def test_with_a_scan_time_the_report_estimates_the_scan_with_loops(folder):
     change(folder, "reactor.scenario.yaml", "seed: 7\n", "seed: 7\nplc: {scan_time: 50 ms}\n")
     data, _ = report(folder)
     assert data["scan_time"] == {"minimum": 0.05004875, "typical": 0.05008125, "maximum": 0.05011375}
-    text = run("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
+    text = run("simulate", "reactor.scenario.yaml", "-v", cwd=folder).stdout.decode()
     assert "scan time with these loops: 50.081 ms (50.049 to 50.114 ms)" in text
     assert "1800 s in steps of 0.05 s" in text
 
@@ -560,4 +565,4 @@ def test_ramp_soak_and_auto_tune_speak_in_notes_not_in_modes(folder):
     assert notes == [(2.0, "TIC-101")], "with the next sample"
     assert not any("ramp/soak" in (m["reason"] or "") for loop in data["loops"].values() for m in loop["modes"])
     text = run("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
-    assert "note: ramp/soak refused" in text
+    assert "  note  TIC-101 at 2 s  ramp/soak refused" in text

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pidcfg.api import encode, simulate
-from pidcfg.cli.formats.runs import render_runs
+from pidcfg.cli.formats.runs import number_text, render_runs
 from pidcfg.cli.formats.runs import run_verdict_line as verdict_line
 from pidcfg.schemas.scenario import Allowance, StandingKind
 from pidcfg.sim.judgement.meters import (
@@ -1131,3 +1131,12 @@ def test_a_run_without_a_loop_in_control_says_so():
     assert result.report.passed
     assert "nothing was controlled" in verdict_line(result.outcome, result.report)
     assert "nothing was controlled" not in verdict_line(outcome("dl06").outcome, outcome("dl06").report)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(2.6842e06, 4, "2684000"), (1.2345e-5, 4, "0.00001234"), (0.0, 4, "0"), (-3.5, 4, "-3.5"),
+     (5.57682e8, 6, "557682000"), (96.63, 4, "96.63"), (4096, 4, "4096"), (12345.6, 4, "12350")],
+)  # fmt: skip
+def test_numbers_are_written_without_an_exponent(value, digits, text):
+    assert number_text(value, digits) == text

@@ -917,7 +917,7 @@ def test_a_stage_as_one_side_goes_through_it():
     """Dead time 1 s, time constant 20 s; the PV is shown as the loop's own filter of 2 s gives it."""
     one, stages = alone(), battery()
     manual = run_stage(one, 1, stages["manual"], BENCH, before_root=False)
-    assert (len(manual.pv), manual.period, manual.cascades, {*manual.modes}) == (37, 1.0, True, {"manual"})
+    assert (len(manual.pv), manual.period, manual.cascades, {*manual.modes}) == (37, 1.0, False, {"manual"})
     ends = course((0, 0.5), (6, 0.42), (16, 0.58), count=37)
     assert manual.output == [pytest.approx(share) for share in ends]
     assert manual.setpoint == course((0, 90.0), (1, 100.0), count=37)

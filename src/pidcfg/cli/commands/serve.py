@@ -94,7 +94,7 @@ def command(
     if fmt == "json":
         echo_json(json_text(result.to_json()))
     else:
-        show(simulations_text([result.outcome]))
+        show(simulations_text([result.outcome], tables=True))
 
 
 def _who(place: str) -> str:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml",
+    "pidcfg simulate reactor.scenario.yaml -v",
     "pidcfg simulate reactor.scenario.yaml --trend trend.csv --every 5",
     "pidcfg simulate reactor.scenario.yaml --plot trend.svg --plot -",
     "pidcfg simulate scenarios/ --format json",
@@ -94,7 +95,12 @@ DRAFTED = (
 @options.EXCLUDE
 @options.STDIN_FILENAME
 @watch.OPTION
-@options.VERBOSE
+@click.option(
+    "-v",
+    "--verbose",
+    is_flag=True,
+    help="Print what happened, metrics, signals and flags, too, and say on standard error what is read.",
+)
 @options.QUIET
 @options.LIMITS
 def command(
@@ -121,7 +127,7 @@ def command(
 
     A configuration in its place runs with the scenario that 'pidcfg init --scenario' writes for it.
 
-    Each loop that is meant to control ends proven, failed or not proven; only proven is green.
+    Each loop that is meant to control ends proven, failed or not proven; the last two fail.
 
     Exit codes: 0 all hold, 1 something failed or is not proven (or a configuration with errors of which nothing is
     expected), 2 a scenario that cannot run.
@@ -153,7 +159,7 @@ def command(
         charts = plots.charts_of_runs(outcomes, plot_loops) if plot else []
         files |= plots.draw_files(plot, charts, *plots.heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
-        report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, WORST[strict]))
+        report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, WORST[strict], tables=verbose))
         if plots.TERMINAL in plot:
             plots.show(charts)
         files |= accepted_file(accept, outcomes, force=force)

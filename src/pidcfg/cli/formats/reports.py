@@ -30,7 +30,7 @@ def findings_text(findings: Findings) -> str:
 
 
 def runs_text(outcomes: Sequence[Outcome], fails: Severity) -> str:
-    """What happened, metrics and expectations."""
+    """A line a loop, what failed, and the verdict of each run."""
     from pidcfg.cli.formats.runs import simulations_text
 
     del fails

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from decimal import Decimal
 from math import floor
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
@@ -23,7 +24,7 @@ from pidcfg.validate.catalog import rule_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.sim.judgement.report import Report, Standing, Verdict
+    from pidcfg.sim.judgement.report import LoopReport, Report, Standing, Verdict
     from pidcfg.study.certification.certify import BatchOutcome, Certification, Share
     from pidcfg.study.outcome import Outcome
     from pidcfg.text.document import Document
@@ -33,51 +34,102 @@ if TYPE_CHECKING:
 
 MAX_EVENTS = 60
 """Lines of the list of happenings; JSON has all of them."""
-FAILED, NOT_PROVEN = "FAILED", "NOT PROVEN"
+MAX_NOTES = 5
+"""Of them in the short form."""
+FAILED, NOT_PROVEN, ERROR = "FAILED", "NOT PROVEN", "ERROR"
+WORDS = {"proven": "proven", "failed": FAILED, "not-proven": NOT_PROVEN, "not-judged": "not judged"}
+"""How a loop's verdict is written."""
 METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
 
 
-def simulations_text(outcomes: Sequence[Outcome]) -> str:
-    """One section a scenario."""
-    return "\n".join(_run_section(outcome) for outcome in outcomes)
+def simulations_text(outcomes: Sequence[Outcome], *, tables: bool = False) -> str:
+    """One section a scenario: a line a loop, what failed and the verdict; with ``tables`` all that happened, too."""
+    return "\n".join(_run_section(outcome, tables=tables) for outcome in outcomes)
 
 
-def _run_section(outcome: Outcome) -> str:
+def _run_section(outcome: Outcome, *, tables: bool) -> str:
     report = outcome.report
     findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
     if report is None:
         return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
-    parts = [
-        _head(outcome, report),
-        findings and f"{findings}\n",
-        _happenings(report),
-        _tables(report),
-        _flags(report),
-        _verdicts(outcome, report),
-    ]
+    parts = [_head(outcome, report, tables=tables), findings and f"{findings}\n", _verdicts(outcome, report)]
+    if tables:
+        parts += [_judged(report), _happenings(report), _tables(report), _flags(report)]
     return "\n".join(part for part in parts if part)
 
 
-def _head(outcome: Outcome, report: Report) -> str:
+def _head(outcome: Outcome, report: Report, *, tables: bool) -> str:
     steady = "" if report.settled is None else f", after {report.settled:g} s to the steady state"
-    words = ", ".join(f"{name} = {word}" for name, word in report.plc_flags.items())
-    words += "" if report.running else ": the loop task is off, no loop is calculated"
-    timing = report.scan_time
-    scan = (
-        ""
-        if timing is None
-        else (
-            f"  scan time with these loops: {timing.typical * 1e3:.3f} ms "
-            f"({timing.minimum * 1e3:.3f} to {timing.maximum * 1e3:.3f} ms)\n"
+    engine = f"; engine: {report.engine}" if tables else ""
+    words = [f"{name} = {word}" for name, word in report.plc_flags.items() if tables or int(word, 0)]
+    if not report.running:
+        words.append("the loop task is off, no loop is calculated")
+    lines = [
+        one_line(report.scenario),
+        f"  {one_line(f'{outcome.file} runs {outcome.config}')}",
+        f"  {report.duration:g} s in steps of {report.step:g} s{steady}{engine}",
+        *([f"  {', '.join(words)}"] if words else []),
+    ]
+    if report.scan_time is not None and tables:
+        typical, least, most = (
+            f"{time * 1e3:.3f}"
+            for time in (report.scan_time.typical, report.scan_time.minimum, report.scan_time.maximum)
         )
-    )
-    return (
-        f"{one_line(report.scenario)}\n"
-        f"  {one_line(f'{outcome.file} runs {outcome.config}')}\n"
-        f"  {report.duration:g} s in steps of {report.step:g} s{steady}; engine: {report.engine}\n"
-        + (f"  {words}\n" if words else "")
-        + scan
-    )
+        lines.append(f"  scan time with these loops: {typical} ms ({least} to {most} ms)")
+    return "\n".join(lines) + "\n"
+
+
+def number_text(value: float, digits: int = 6) -> str:
+    """A number without an exponent."""
+    return f"{Decimal(f'{value:.{digits}g}'):f}"
+
+
+def figure_text(value: float | None) -> str:
+    """A number in four digits."""
+    return number_text(value or 0.0, 4)
+
+
+def _loops(report: Report) -> str:
+    """A line a loop: its verdict, how it answered, and what alarms are on at the end."""
+    reasons: dict[str, dict[str, None]] = {}
+    for v in report.standing:
+        if v.allowed is not None:
+            reasons.setdefault(v.loop, {})[f"allowed: {v.allowed}"] = None
+    rows = [
+        (name, WORDS[loop.verdict], "; ".join(_answer(loop, "; ".join(reasons.get(name, ())) or loop.missing)))
+        for name, loop in report.loops.items()
+        if report.standing
+    ]
+    return table(rows) if rows else ""
+
+
+def _answer(loop: LoopReport, reason: str) -> Iterator[str]:
+    """What a loop did, as far as it was measured; ``reason``: why it is not judged."""
+    if loop.verdict == "not-judged":
+        yield reason
+    metrics, unit = loop.metrics, f" {loop.unit}" if loop.unit else ""
+    if metrics.get("overshoot") is not None:
+        yield f"overshoot {figure_text(metrics['overshoot'])} %"
+    if metrics.get("settling_time") is not None:
+        yield f"settles in {figure_text(metrics['settling_time'])} s"
+    if metrics.get("oscillation_amplitude") is not None:
+        yield f"swings by {figure_text(metrics['oscillation_amplitude'])}{unit}"
+    if metrics.get("final_error") is not None:
+        off = abs(metrics["final_error"] or 0)
+        yield f"ends {figure_text(off)}{unit} from its set point" if off else "ends at its set point"
+    elif loop.verdict != "not-judged":
+        yield f"ends in {loop.modes[-1].mode if loop.modes else loop.first_mode}"
+    on = [alarm.alarm for alarm in loop.alarms if alarm.cleared is None]
+    if on:
+        yield f"{' and '.join(dict.fromkeys(on))} on at the end"
+    if loop.autotune is not None:
+        yield autotune_text(loop.autotune)
+
+
+def autotune_text(found: Mapping[str, Any]) -> str:
+    """How an auto-tune ended, and with what."""
+    results = ", ".join(f"{key} {number_text(value)}" for key, value in found["results"].items())
+    return f"autotune {found['status']}{': ' if results else ''}{results}"
 
 
 def _happenings(report: Report) -> str:
@@ -111,8 +163,8 @@ def _tables(report: Report) -> str:
         for name, loop in report.loops.items()
         if 0 < loop.time_in_control < report.duration
     ]
-    signals = [("", "min", "max", "final")]
-    signals += [(name, f"{s.low:g}", f"{s.high:g}", f"{s.final:g}") for name, s in report.signals.items()]
+    signals: list[tuple[str, ...]] = [("", "min", "max", "final")]
+    signals += [(name, *map(number_text, (s.low, s.high, s.final))) for name, s in report.signals.items()]
     return "Metrics\n" + table(metrics, left=1) + "".join(parts) + "\nSignals\n" + table(signals, left=1)
 
 
@@ -122,7 +174,7 @@ def _measured(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
 
 
 def _number(value: float | None, unit: str) -> str:
-    return "-" if value is None else f"{value:g}{unit}"
+    return "-" if value is None else f"{number_text(value)}{unit}"
 
 
 def _flags(report: Report) -> str:
@@ -132,8 +184,7 @@ def _flags(report: Report) -> str:
         if on:
             rows.append((name, ", ".join(on)))
         if loop.autotune is not None:
-            results = ", ".join(f"{key} {value:g}" for key, value in loop.autotune["results"].items())
-            rows.append((name, f"autotune {loop.autotune['status']}{': ' if results else ''}{results}"))
+            rows.append((name, autotune_text(loop.autotune)))
     return "Flags\n" + table(rows) if rows else ""
 
 
@@ -150,13 +201,26 @@ def _expected(report: Report) -> list[tuple[str, str]]:
 
 
 def _verdicts(outcome: Outcome, report: Report) -> str:
-    rows = _expected(report)
-    standing = in_brief(report.standing)
-    return (
-        ("Expectations\n" + table(rows) if rows else "")
-        + ("Standing expectations\n" + table(standing) if standing else "")
-        + run_verdict_line(outcome, report)
-        + "\n"
+    """A line a loop, what needs saying, what failed, and the verdict of the run."""
+    return _loops(report) + _notes(report) + failures(report) + run_verdict_line(outcome, report) + "\n"
+
+
+def _notes(report: Report) -> str:
+    """What happened and needs saying, errors first, as far as a screen has room for it."""
+    notes = sorted(report.notes, key=lambda note: not note.error)
+    rows = [
+        (ERROR if note.error else "note", f"{note.loop or 'PLC'} at {note.at:g} s", note.text)
+        for note in notes[:MAX_NOTES]
+    ]
+    more = f"  … and {len(notes) - MAX_NOTES} more; -v lists them\n" if len(notes) > MAX_NOTES else ""
+    return table(rows) + more if rows else ""
+
+
+def _judged(report: Report) -> str:
+    """Every expectation, and the standing ones that are not simply met."""
+    rows, standing = _expected(report), in_brief(report.standing)
+    return ("Expectations\n" + table(rows) if rows else "") + (
+        "Standing expectations\n" + table(standing) if standing else ""
     )
 
 
@@ -208,7 +272,7 @@ def value_text(value: Any) -> str:
     if isinstance(value, list):
         return " to ".join(value_text(v) for v in value)
     if isinstance(value, float):
-        return f"{value:g}"
+        return number_text(value)
     return "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -357,8 +421,12 @@ def batch_verdict_line(outcome: BatchOutcome, found: Certification) -> str:
 # --- Runs as findings, for formats of CI systems: every expectation that failed is a finding at its line --------------
 
 
-def render_runs(name: str, outcomes: Sequence[Outcome], fails: Severity = Severity.ERROR) -> str:
-    """The runs in one of the formats; findings from ``fails`` on fail a run."""
+def render_runs(
+    name: str, outcomes: Sequence[Outcome], fails: Severity = Severity.ERROR, *, tables: bool = False
+) -> str:
+    """The runs in one of the formats; findings from ``fails`` on fail a run. ``tables``: text has all that happened."""
+    if tables and name == "text":
+        return simulations_text(outcomes, tables=True)
     write = load(name).runs
     if write is not None:
         return write(outcomes, fails)

@@ -527,6 +527,7 @@ class Run:
         evidence.reasons = {i: reason for i, reason in said if reason}
         verdicts = standing(evidence) if self.settings.judged else []
         for name, report in zip(self.plc.loops, self.journal.loops, strict=True):
+            report.unit = self.plc.units.get(name, "")
             report.verdict, report.missing = loop_verdict([v for v in verdicts if v.loop == name])
         self.problems += unused_allowances(evidence, verdicts)
         invalid = faults(self.scenario, self.plc, self.net, self.step, self.zero)

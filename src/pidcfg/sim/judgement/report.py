@@ -220,6 +220,8 @@ class LoopReport:
     modes: list[ModeChange] = field(default_factory=list)
     first_mode: str = ""
     """The mode before the first change."""
+    unit: str = ""
+    """Of its PV; empty where it is not known."""
     steps: list[Period] = field(default_factory=list)
     """Steps of a ramp/soak profile, in order."""
     conditions: list[Period] = field(default_factory=list)

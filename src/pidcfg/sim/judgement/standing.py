@@ -385,8 +385,15 @@ def loop_verdict(verdicts: Sequence[Standing]) -> tuple[VerdictWord, str]:
     found = ("failed", failed), ("not-proven", missing), ("not-judged", left)
     for word, ones in found:
         if ones:
-            return word, "; ".join(dict.fromkeys(v.why for v in ones))
+            return word, "; ".join(f"{texts}{reason}" for reason, texts in _by_reason(ones))
     return ("proven", "") if verdicts else ("not-judged", "nothing is judged")
+
+
+def _by_reason(verdicts: Sequence[Standing]) -> Iterator[tuple[str, str]]:
+    """What is said of a loop, each reason for which some of it is allowed once."""
+    for reason in dict.fromkeys(v.allowed for v in verdicts):
+        texts = dict.fromkeys(v.text for v in verdicts if v.allowed == reason)
+        yield "" if reason is None else f" (allowed: {reason})", "; ".join(texts)
 
 
 def _with_allowance(e: Evidence, verdict: Standing) -> Standing:
