@@ -183,7 +183,7 @@ def judge(score, path, before, after, result, rng):
     both = (f"a.{name}", f"b.{name}")
     written_in_part(score, before, after, name, olds, news)
     is_beside = not any(overlap(d.key, key) and d.address for loop in result.loops for d in loop.differences)
-    if is_beside and not before.vendor.load("formats")[name].carries_comments:
+    if is_beside and b'"loop": ' not in news[name]:
         score.apart[f"{name}: {key} has no place in this format"] += 1
         return
     see(score, f"file/{name}", key, pidcfg.diff(before.document, news[name], names=(None, both[1])))

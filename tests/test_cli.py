@@ -372,6 +372,33 @@ def test_encode_json_has_the_published_layout(reactor):
     assert addresses == sorted(addresses)
 
 
+@pytest.mark.parametrize("kind", ["text", "csv", "modbus", "ihex"])
+def test_the_checklist_is_one_line_beside_the_listing_and_whole_when_asked_for(reactor, kind):
+    short = run("encode", str(reactor), "--format", kind)
+    whole = run("encode", str(reactor), "--format", kind, "--checklist")
+    items = [row for row in whole.stderr.decode().splitlines() if row.startswith("check after the download: ")]
+    assert len(items) > 1
+    assert short.stderr.decode() == f"{len(items)} things to check after the download: see --checklist\n"
+    assert short.stdout == whole.stdout
+    assert b"check after" not in short.stdout
+
+
+def test_words_that_differ_come_without_a_checklist(reactor, tmp_path):
+    before = tmp_path / "before.csv"
+    assert run("encode", str(reactor), "--format", "csv", "-o", str(before)).returncode == 0
+    changed(reactor, "gain: 0.80", "gain: 0.81")
+    result = run("encode", str(reactor), "--changed-from", str(before))
+    assert result.returncode == 0
+    assert b"check after" not in result.stderr
+    assert b"V2010" in result.stdout
+
+
+def test_a_format_that_carries_the_checklist_needs_no_line_beside_it(reactor):
+    result = run("encode", str(reactor), "--format", "json")
+    assert result.stderr == b""
+    assert len(json.loads(result.stdout)["checklist"]) > 1
+
+
 def test_encode_refuses_errors_and_writes_nothing(reactor, tmp_path):
     changed(reactor, "V2000", "V1177")
     out = tmp_path / "image.txt"

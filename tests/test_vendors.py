@@ -101,7 +101,7 @@ def test_the_starter_comes_back_from_every_listing(vendor, name):
     back = api.decode(there.text, vendor.key)
     assert back.ok, back.findings
     again = api.encode(back.text, name)
-    if there.kind.carries_comments:
+    if '"loop": ' in there.text:  # with what no register holds
         assert memory(again) == memory(there)
         assert without_checks(again.text) == without_checks(there.text)
     else:

@@ -93,11 +93,9 @@ class Listing:
         self.settings, self.plc = (*self.settings, *other.settings), {**self.plc, **other.plc}
 
 
-def comments(image: AnyImage, checklist: tuple[str, ...]) -> list[str]:
-    """The comment lines above the words: the checklist for people, the settings for the way back."""
-    lines = [f"# check after the download: {item}" for item in checklist]
-    lines.append(PLC + json_line(dict(image.plc)))
-    return lines + [LOOP + json_line(dict(entry)) for entry in image.settings]
+def comments(image: AnyImage) -> list[str]:
+    """The comment lines above the words: the settings for the way back."""
+    return [PLC + json_line(dict(image.plc)), *(LOOP + json_line(dict(entry)) for entry in image.settings)]
 
 
 def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]], above: Iterable[str]) -> str:
@@ -307,7 +305,8 @@ HEX = re.compile(r"[0-9A-Fa-f]{1,8}")
 
 def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """One word a line: address, hexadecimal (a BCD word reads as its digits), decimal, loop, register."""
-    lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *comments(image, checklist)]
+    del checklist
+    lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *comments(image)]
     wide = max((c.kind.digits for c in image.cells), default=1)
     long = max((5, *(len(c.text) for c in image.cells)))
     width = max((width_of(c.loop or "-") for c in image.cells), default=1)
@@ -342,8 +341,9 @@ def read_text(text: str, space: Space) -> Listing:
 
 def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """Columns address, hex, value, loop, field; names are safe for spreadsheets by the schema's rule for names."""
+    del checklist
     rows = ((c.address, c.hex, c.text, c.loop or "", c.field) for c in image.cells)
-    return csv_text(COLUMNS, rows, comments(image, checklist))
+    return csv_text(COLUMNS, rows, comments(image))
 
 
 def read_csv(text: str, space: Space) -> Listing:
@@ -481,10 +481,11 @@ def rows(cell: Cell, place: Place) -> Iterator[tuple[int, int, str]]:
 
 def write_modbus(image: Image, checklist: tuple[str, ...], numbering: Numbering) -> str:
     """Coils and registers in the order of the image."""
-    return modbus_csv(image, checklist, ((cell, numbering.place(cell.number)) for cell in image.cells))
+    del checklist
+    return modbus_csv(image, ((cell, numbering.place(cell.number)) for cell in image.cells))
 
 
-def modbus_csv(image: AnyImage, checklist: tuple[str, ...], cells: Iterable[tuple[Cell, Place]]) -> str:
+def modbus_csv(image: AnyImage, cells: Iterable[tuple[Cell, Place]]) -> str:
     """Coils and registers, each with its value; of a switch in a register the bit stands behind a point."""
     table: list[tuple[object, ...]] = []
     for c, place in cells:
@@ -493,7 +494,7 @@ def modbus_csv(image: AnyImage, checklist: tuple[str, ...], cells: Iterable[tupl
         for register, content, part in rows(c, place):
             where = (place.table, f"{register}{bit}", f"{reference(place.table, register)}{bit}", c.address)
             table.append((*where, content, f"{content:0{digits}X}", c.access, c.loop or "", c.field + part))
-    return csv_text(MODBUS_COLUMNS, table, comments(image, checklist))
+    return csv_text(MODBUS_COLUMNS, table, comments(image))
 
 
 def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
@@ -559,7 +560,7 @@ class FileKind:
     """How the image goes into a file that is the user's (``--into``)."""
     needs_into: bool = False
     """The format makes no sense but inside a file that is the user's."""
-    carries_comments: bool = True
+    carries_checklist: bool = False
     """Whether the checklist stands in the file itself."""
     whole: bool = True
     """Whether every register has its value in it."""
@@ -602,6 +603,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             write_json,
             partial(read_json, space=space),
             lambda text: text.lstrip().startswith("{"),
+            carries_checklist=True,
             partial=True,
         ),
     ]
@@ -631,7 +633,7 @@ def named_modbus_kind(cells: Callable[[Program], Iterable[tuple[Cell, Place]]]) 
     return FileKind(
         "modbus",
         "Modbus map (CSV)",
-        lambda image, checklist: modbus_csv(image, checklist, cells(image)),
+        lambda image, _checklist: modbus_csv(image, cells(image)),
         read,
         lambda _text: False,
         partial=True,

@@ -56,7 +56,8 @@ def _type_of(raw: Content | Wire) -> IecType:
 
 def write_text(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """One parameter a line: name, type, content."""
-    lines = [f"# {image.vendor} parameters: name, type, value", *comments(image, checklist)]
+    del checklist
+    lines = [f"# {image.vendor} parameters: name, type, value", *comments(image)]
     wide = max((width_of(bare(c.address)) for c in image.cells), default=1)
     for cell in image.cells:
         content = f"{WIRED} {cell.raw.text}" if isinstance(cell.raw, Wire) else content_text(cell.type, cell.raw)
@@ -109,7 +110,8 @@ def content_of(text: str, kind: IecType, name: str, line: int) -> Content:
 
 def write_csv(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """A row a parameter."""
-    return csv_text(COLUMNS, map(csv_row, image.cells), comments(image, checklist))
+    del checklist
+    return csv_text(COLUMNS, map(csv_row, image.cells), comments(image))
 
 
 def csv_row(cell: Entry) -> tuple[object, ...]:
@@ -184,6 +186,7 @@ def parameter_listings(title: str) -> dict[str, FileKind]:
             write_json,
             read_json,
             lambda text: text.lstrip().startswith("{"),
+            carries_checklist=True,
             partial=True,
         ),
     )

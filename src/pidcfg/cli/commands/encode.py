@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 EPILOG = options.examples(
     "pidcfg encode reactor.yaml",
-    "pidcfg encode reactor.yaml --format ihex -o reactor.hex",
+    "pidcfg encode reactor.yaml --format ihex -o reactor.hex --checklist",
     "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
     "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
     "pidcfg encode reactor.yaml --format modbus --changed-from upload.csv -o changes.csv",
@@ -52,6 +52,9 @@ PRINTERS = {"json": echo_json, "plcopen": echo_xml}
     metavar="LISTING",
     help="Write only what differs from this listing, such as an upload, without what the PLC or the process writes.",
 )
+@click.option(
+    "--checklist", "whole_checklist", is_flag=True, help="List what a person checks after the download, on stderr."
+)
 @click.option("--live", is_flag=True, help="With --changed-from: also words that the PLC or the process writes.")
 @options.MAP
 @options.STDIN_FILENAME
@@ -65,6 +68,7 @@ def command(
     allow_errors: bool,
     into: str | None,
     changed_from: str | None,
+    whole_checklist: bool,
     live: bool,
     stated: str | None,
     quiet: bool,
@@ -109,8 +113,10 @@ def command(
     conflicts = [line for line in result.merged if line.startswith(CONFLICT)]
     for line in conflicts if quiet else result.merged:
         note(line)
+    beside = changed_from is None and (out is not None or not result.kind.carries_checklist)
+    tell_checklist(result.checklist, whole=whole_checklist, mention=beside and not quiet)
     if not quiet:
-        tell(result.kind, names, result.checklist, len(result.image.cells), out)
+        tell(result.kind, names, len(result.image.cells))
     if conflicts:
         click.get_current_context().exit(Exit.FINDINGS)
 
@@ -151,11 +157,18 @@ def _problem(entry: Input) -> str | None:
     return entry.problem
 
 
-def tell(kind: FileKind, names: list[str], checklist: tuple[str, ...], values: int, out: str | None) -> None:
-    """What is to be checked by eye, and what was written."""
-    if out is not None or not kind.carries_comments:
-        for item in checklist:
+def tell_checklist(checklist: Sequence[str], *, whole: bool, mention: bool) -> None:
+    """What a person has to check after the download; ``mention``: how much that is, in one line."""
+    if whole:
+        for item in checklist or ("nothing",):
             remark(f"check after the download: {item}")
+    elif mention and checklist:
+        some = "1 thing" if len(checklist) == 1 else f"{len(checklist)} things"
+        remark(f"{some} to check after the download: see --checklist")
+
+
+def tell(kind: FileKind, names: list[str], values: int) -> None:
+    """What was written."""
     if names:
         count = f"{values} values" if kind.whole else kind.title
         remark(f"{', '.join(names)}: {count}")

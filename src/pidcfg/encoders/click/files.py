@@ -413,7 +413,6 @@ FORMATS = listings(SPACE, "register listing", NUMBERING) | {
         read_nicknames,
         lambda text: {name.lower() for name in HEADER} <= set(columns(text)),
         merge=merge_nicknames,
-        carries_comments=False,
         whole=False,
     ),
     "cdv": FileKind(
@@ -424,7 +423,6 @@ FORMATS = listings(SPACE, "register listing", NUMBERING) | {
         lambda text: re.fullmatch(r"(-1|0),[0-9]+,[0-9]+", first_line(text)) is not None,
         encoding="utf-16-le",
         partial=True,
-        carries_comments=False,
         whole=False,
     ),
     "data-dump": FileKind(
@@ -435,7 +433,6 @@ FORMATS = listings(SPACE, "register listing", NUMBERING) | {
         lambda text: re.fullmatch(r"<[A-Z]{1,3}=START>", first_line(text)) is not None,
         merge=merge_dump,
         needs_into=True,
-        carries_comments=False,
         whole=False,
     ),
 }

@@ -145,7 +145,6 @@ FORMATS = listings(SPACE, "V-memory listing", NUMBERING) | {
         write_ihex,
         read_ihex,
         lambda text: text.startswith(":"),
-        carries_comments=False,
         partial=True,
     ),
 }

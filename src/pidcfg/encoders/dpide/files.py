@@ -56,7 +56,7 @@ FORMATS = {
         read=read_json_devices,
         looks_like=lambda text: PLAIN["json"].looks_like(text) and not looks_like_st(text),
     ),
-    "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st),
+    "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st, carries_checklist=True),
     "operands": FileKind(
         "operands",
         "operand table (CSV)",
@@ -72,7 +72,6 @@ FORMATS = {
         lambda text: {name.lower() for name in COLUMNS[:3]} <= set(columns(text)),
         encoding=ENCODING,
         merge=merge_symbols,
-        carries_comments=False,
         whole=False,
     ),
     "modbus-map": map_kind(lambda image: symbol_rows(points(image), OFFERED)),

@@ -43,12 +43,13 @@ SAME_TYPE = {"DINT": "DWORD"}
 
 
 def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
-    """All operands of every loop, also those without a value, with the checklist above them."""
+    """All operands of every loop, also those without a value."""
+    del checklist
     rows: list[tuple[str, ...]] = []
     for settings in image.settings:
         entries = {cell.field: cell for cell in image.cells if cell.loop == settings["loop"]}
         rows += (_row(row, entries, settings) for row in DPIDE_TABLE.rows)
-    return csv_text(OPERAND_COLUMNS, rows, comments(image, checklist))
+    return csv_text(OPERAND_COLUMNS, rows, comments(image))
 
 
 def _row(row: Parameter, entries: Mapping[str, Entry], settings: Mapping[str, Any]) -> tuple[str, ...]:

@@ -120,9 +120,10 @@ def _comment(word: Word) -> str:
 
 
 def write_tags(image: Image, checklist: tuple[str, ...] = ()) -> str:
-    """The whole list, with the checklist and what no register holds above it."""
+    """The whole list, with what no register holds above it."""
+    del checklist
     rows = tags(image)
-    return csv_text(COLUMNS, rows, comments(image, checklist))
+    return csv_text(COLUMNS, rows, comments(image))
 
 
 def read_tags(text: str) -> Listing:
@@ -224,7 +225,7 @@ def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
 def _missing_comments(image: Image, listing: Listing) -> Iterator[str]:
     """The comment lines of loops that the list does not know yet."""
     loops = [entry.get("loop") for entry in listing.settings]
-    lines = [line for line in comments(image, ()) if line.startswith((PLC, LOOP))]
+    lines = [line for line in comments(image) if line.startswith((PLC, LOOP))]
     if not listing.plc:
         yield lines[0]
     for entry, line in zip(image.settings, lines[1:], strict=True):

@@ -53,9 +53,21 @@ FORMATS = {
     "json": replace(
         LISTINGS["json"], looks_like=lambda text: text.lstrip().startswith("{") and not looks_like_st(text)
     ),
-    "st": FileKind("st", "program in Structured Text", write_st, lambda text: with_zeros(read_st(text)), looks_like_st),
+    "st": FileKind(
+        "st",
+        "program in Structured Text",
+        write_st,
+        lambda text: with_zeros(read_st(text)),
+        looks_like_st,
+        carries_checklist=True,
+    ),
     "plcopen": FileKind(
-        "plcopen", "program in PLCopen XML", write_plcopen, lambda text: with_zeros(read_plcopen(text)), looks_like_xml
+        "plcopen",
+        "program in PLCopen XML",
+        write_plcopen,
+        lambda text: with_zeros(read_plcopen(text)),
+        looks_like_xml,
+        carries_checklist=True,
     ),
     "modbus-map": map_kind(lambda image: symbol_rows(points(image), OFFERED, f"{_program(image)}.")),
 }
