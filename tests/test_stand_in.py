@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import fields, replace
 from decimal import Decimal
 from typing import get_type_hints
@@ -17,7 +18,15 @@ from pidcfg.study.verification.comparison import CountSizes
 from pidcfg.study.verification.comparison import differences as compared
 from pidcfg.study.verification.stand_in import Rules, stand_in
 from pidcfg.study.verification.twin import _answer, _is_said, with_fields, with_rules, without_losses
-from pidcfg.study.verification.verify import Battery, hidden_fields, make_reference, make_side, tolerance_of
+from pidcfg.study.verification.verify import (
+    Battery,
+    hidden_fields,
+    make_reference,
+    make_side,
+    tolerance_of,
+    unsaid_numbers,
+)
+from pidcfg.text.paths import put
 from test_verify import BENCH, FEW, SWEPT, side
 from verify_measure import PLCS, ROOT, Conversion, checked, of_vendor, spoils, verdict, wild_loop, wild_source
 
@@ -288,3 +297,47 @@ def test_a_pv_that_is_rounded_the_other_way_moves_the_output_of_its_sample_and_t
         two.output[k] += 0.01
     found = [difference for difference in compared(SWEPT, one, two, BENCH, FINE) if difference.signal == "output"]
     assert [list(difference.samples) for difference in found] == ([wanted] if wanted else [])
+
+
+RANGED = """
+pidcfg: 1
+vendor: click
+loops:
+  - {name: L1, bits: C1, integers: DS1, floats: DF1, mode: manual, action: reverse, sample_rate: 100 ms, bumpless: 1,
+     tuning: {proportional_gain: 1.658, reset_time: 7}, pv: {range: [-50, 150], unit: degC}, setpoint: {value: 99},
+     output: {limits: [20, 80]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "number"),
+    [
+        (("pv", "range", 1), 160, "pv.range.1"),
+        (("pv", "range", 0), -40, "pv.range.0"),
+        (("output", "range", 1), 105, "output.limits.1"),
+        (("output", "range", 0), -5, "output.limits.0"),
+        (("tuning", "proportional_gain"), 3.4, "tuning.gain"),
+        (("tuning", "integral_time"), 7.2, "tuning.integral_time"),
+        (("sample_rate",), 0.2, "sample_time"),
+        (("deadband",), 9, "deadband"),
+    ],
+)
+def test_a_number_that_no_line_makes_another_one_is_told_whatever_the_stages_show(path, value, number):
+    one = Conversion.of(check_text(RANGED), "ezlogix", "ranged")
+    sides = one.sides(one.result)
+    assert list(unsaid_numbers(sides.twin.loops[0], sides.target.loops[0])) == []
+    data = deepcopy(one.outcome.data)
+    put(data, ("loops", 0, *path), value)
+    sides = one.sides(checked(data))
+    found = [row.signal for row in unsaid_numbers(sides.twin.loops[0], sides.target.loops[0])]
+    assert number in found
+
+
+def test_an_output_that_the_target_cannot_hold_begins_as_the_target_does():
+    """NextoPID begins at 0 of its unit, an EZLogix at 0 % of the range, and has no register for an output by hand."""
+    source = check_text(
+        HELD.replace("range: [0, 100]}}", "range: [-100, 100]}, ManualMV: -30}").replace("MinMV: 12.5", "MinMV: -40")
+    )
+    result = convert(source.document.text, "ezlogix", verify=True)
+    assert [row.kind for row in result.loops[0].changes if row.field == "ManualMV"] == ["dropped"]
+    assert result.alike

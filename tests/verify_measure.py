@@ -25,7 +25,14 @@ from pidcfg.schemas.generic import GenericFile
 from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import loops_of, neutral_of
 from pidcfg.study.verification.trial import root_step
-from pidcfg.study.verification.verify import Battery, _sides, hidden_fields, make_reference, tolerance_of
+from pidcfg.study.verification.verify import (
+    Battery,
+    _sides,
+    hidden_fields,
+    make_reference,
+    tolerance_of,
+    unsaid_numbers,
+)
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
@@ -279,7 +286,9 @@ class Conversion:
         step = max(root_step(sides.source, i), root_step(sides.target, j))
         reference = make_reference(sides.twin, i, sides.target.loops[j], step)
         tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
-        found = next(Battery(reference, sides.target, j, tolerance).differences(), None)
+        found = next(unsaid_numbers(sides.twin.loops[i], sides.target.loops[j]), None)
+        if found is None:
+            found = next(Battery(reference, sides.target, j, tolerance).differences(), None)
         if found is None and source:
             mirror = make_reference(sides.mirror, i, sides.target.loops[j], step)
             tolerance = tolerance_of(sides.mirror, i, sides.reduced, i, mirror.bench)
@@ -439,7 +448,8 @@ def reason(conversion: Conversion, i: int, j: int, path, result) -> str:
     sides = conversion.sides(conversion.result)
     reference = make_reference(sides.twin, i, sides.target.loops[j])
     hidden = list(hidden_fields(reference, sides.twin, i))
-    entries = neutral_of(result.config, result.vendor)[1][j].fields
+    both = [neutral_of(one.config, one.vendor)[1][j].fields for one in (conversion.result, result)]
+    entries = [entry for fields in both for entry in fields]
     fields = [to for entry in entries if overlap(dotted(path), entry.path) for to in entry.to]
     if any(overlap(field, other) for field in fields for other in hidden):
         return "the verdict lists it as not shown"
@@ -470,7 +480,8 @@ class Figures:
         difference = verdict(one, one.result, i, j, source=True)
         if difference is not None:
             self.failed.append((one.label, j, difference))
-            self.say(f"FAILED {one.label} loop {j}: {difference}")
+            what = difference if isinstance(difference, str) else f"{difference.stage} {difference.signal}"
+            self.say(f"FAILED {one.label} loop {j}: {what}")
         return difference is None
 
     def spoil(self, one: Conversion, i: int, j: int, rng: random.Random, most: int) -> None:

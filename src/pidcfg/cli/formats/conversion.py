@@ -63,6 +63,8 @@ def difference_text(one: SignalDifference) -> str:
     signal = UNITS.get(one.signal, f"alarm {one.signal}")
     if one.signal == "run":
         return f"{one.stage}: {one.after}"
+    if one.stage == "numbers":
+        return f"{one.signal} is {one.before:.5g} in the source and {one.after:.5g} in the result, and no line says so"
     most = "" if one.worst is None else f", at most {100 * one.worst:.3g} % of the range apart"
     return f"{one.stage}: {signal} {_shown(one, one.before)} against {_shown(one, one.after)} at {one.at:.4g} s{most}"
 

@@ -106,7 +106,7 @@ def _fields(difference: SignalDifference, loop: Loop, other: Loop, told: Sequenc
     fields = [
         field
         for field in differing(one, two)
-        if field not in elsewhere and _is_material(field, one, two) and not any(overlap(field, name) for name in told)
+        if field not in elsewhere and is_material(field, one, two) and not any(overlap(field, name) for name in told)
     ]
     kinds = (*_first_kinds(difference, fields, loop, other), *_kinds(difference, loop))
     yield from (field for kind in kinds for field in fields if field.startswith(kind))
@@ -160,7 +160,7 @@ def _is_limit(loop: Loop, share: float) -> bool:
     return any(abs(float((limit - low) / (high - low)) - share) < NEAR_LIMIT for limit in loop.output.limits or ())
 
 
-def _is_material(field: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
+def is_material(field: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
     """Whether a field differs by more than the rounding of a file."""
     a, b = number_of(one.get(field)), number_of(two.get(field))
     if a is None or b is None or isinstance(one.get(field), bool):

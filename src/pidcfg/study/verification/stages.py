@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import ceil, expm1
 from typing import TYPE_CHECKING, Literal
 
+from pidcfg.sim.controllers.kernels import clamp
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
@@ -464,8 +465,7 @@ def _deadband(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
         hold = min(max(ceil(DRIFT_SHARE / each), SHORTEST), LONGEST // 4) * b.sample
         acts = tuple(Act(k * hold, moved=by * band) for k, by in enumerate(BAND_SHARES))
         name = f"dead band {i + 1}" if i else "dead band"
-        title = "the PV within the dead band and beyond"
-        yield _sweep(b, name, title, acts, hold * len(BAND_SHARES), CLOSED)
+        yield _sweep(b, name, "the PV within the dead band and beyond", acts, hold * len(BAND_SHARES), CLOSED)
 
 
 def _transfers(b: Bench, loop: Loop, other: Loop) -> Stage:
@@ -480,7 +480,7 @@ def _transfers(b: Bench, loop: Loop, other: Loop) -> Stage:
     acts = (
         Act(0.0, moved=by),
         Act(hold, mode="manual"),
-        Act(hold + MANUAL_SAMPLES * b.sample, output=b.middle - up * MANUAL_SHARE * room),
+        Act(hold + MANUAL_SAMPLES * b.sample, output=clamp(b.middle - up * MANUAL_SHARE * room, *b.limits)),
         Act(2 * hold, mode="auto"),
         Act(2 * hold + b.sample, setpoint=b.start),
         Act(3 * hold, moved=_within_range(b, by + further)),

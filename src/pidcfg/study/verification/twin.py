@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 # excuses no other gain. A rule is another one only where a line says so, and is the rule that the line names, whatever
 # the target does. The action is never another one.
 
+BY_HAND = "output.manual"
 SAID = Decimal("1e-4")
 """Share by which a number may differ from the one that its line says."""
 LINE_TOLERANCE = Decimal(5)
@@ -59,6 +60,10 @@ DETAILS = (
     "slowest_integral",
 )
 """What is so with a PLC, whatever a file says, and too little for a line of a report."""
+NONE = Decimal(0)
+PERCENT = (Decimal(0), Decimal(100))
+POSITIONS = {"output.limits": "output", "output.bias": "output", "setpoint.": "pv", "alarms.pv.": "pv"}
+"""Neutral fields that are positions on a range."""
 ENDS = ("0", "1")
 """Last steps of the paths of a range or of limits."""
 
@@ -100,9 +105,11 @@ def reported_loops(
         changes = report[i].changes
         places = {entry.path: entry.to for entry in fields[j].fields}
         told = dict(_told(loop, other, changes, places))
-        begun = {} if loop.mode != "manual" else {"output.manual": first_output(operations[i], loop)}
+        begun = {} if loop.mode != "manual" else {BY_HAND: first_output(operations[i], loop)}
         twin.loops[i] = with_fields(loop, begun | {path: value for path, (value, _) in told.items()})
         twin.rules[i] = with_rules(operations[i], changes, other_rules[j], integral=bool(loop.tuning.integral_time))
+        if told.get(BY_HAND, (0, None))[0] is None:
+            twin.rules[i] = replace(twin.rules[i], zero=other_rules[j].zero)  # it begins as the target does without
         twin.lines[i] = [ReportLine(path, row) for path, (_, row) in told.items()]
         twin.lines[i] += [ReportLine(row.field, row) for row in changes if row.field.startswith(PREFIX)]
         twin.lines[i] += [ReportLine("", row) for row in changes if _is_beyond_neutral(row)]
@@ -114,18 +121,21 @@ def _told(
 ) -> Iterator[tuple[str, tuple[Any, Change]]]:
     """The neutral fields in which the target differs as a line says: its value, and the line.
 
-    ``places``: the neutral fields of the target's keys.
+    ``places``: the neutral fields of the target's keys. A line may say an output in the target's own unit where that is
+    per cent, which no file need say; any other scale is one that a file says, and must have the source's ends.
     """
     one, two = neutral_values(loop, other)
-    own = flatten(other)
+    own = flatten(other) if other.output.range == PERCENT else two
     for path in differing(one, two):
         if path == ACTION or path in LABELS:
             continue
         rows = [row for row in changes if row.kind != "exact" and _is_about(row, path, places)]
         section = "pv" if path.startswith("setpoint") else "output"
         whole = "limits" in path and two.get(path) in {one.get(f"{section}.range.0"), one.get(f"{section}.range.1")}
+        width = _width(path, one)
         row = next(
-            (row for row in rows if whole or _is_said(path, one.get(path), two.get(path), own.get(path), row)), None
+            (row for row in rows if whole or _is_said(path, one.get(path), two.get(path), own.get(path), row, width)),
+            None,
         )
         if row is not None:
             yield path, (two.get(path), row)
@@ -136,19 +146,30 @@ def _is_about(row: Change, path: str, places: Mapping[str, Sequence[str]]) -> bo
     return not row.field.startswith(PREFIX) and any(overlap(path, name) for name in names)
 
 
-def _is_said(path: str, before: Any, after: Any, own: Any, row: Change) -> bool:
-    """Whether a target's value is the one that a line of the report says; ``own``: on the target's scale."""
+def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: Decimal = NONE) -> bool:
+    """Whether a target's value is the one that a line of the report says.
+
+    ``own``: on the target's scale, which a line about a rounded number never excuses; ``width``: of the scale that a
+    position is on.
+    """
     one, two = number_of(before), number_of(after)
     if row.terms is not None and row.terms.field == path:
         return two is not None and abs(two - row.terms.held) <= SAID * max(abs(two), abs(row.terms.held))
-    said = any(_is_target(value, row) for value in (two, number_of(own)))
+    said = _is_target(two, row) or (row.kind != "rounded" and _is_target(number_of(own), row))
     if not isinstance(after, bool | str) and two is not None and one is not None:
         most = (LINE_TOLERANCE * Decimal(row.error_percent) + LEAST_ERROR) / 100
-        near = abs(two - one) <= most * max(abs(one), abs(two))
+        near = abs(two - one) <= most * max(abs(one), abs(two), width)
         return near or said or (row.kind == "dropped" and _is_as_not_given(path, after))
     if two is None or one is None:
         return said if two else row.kind == "dropped"
     return row.kind in LOSSES
+
+
+def _width(path: str, values: Mapping[str, Any]) -> Decimal:
+    """The width of the range that a position is on; 0 for what is no position."""
+    section = next((name for kind, name in POSITIONS.items() if path.startswith(kind)), None)
+    ends = [number_of(values.get(f"{section}.range.{end}")) for end in ENDS]
+    return abs(ends[1] - ends[0]) if ends[0] is not None and ends[1] is not None else NONE
 
 
 def _is_target(value: Decimal | None, row: Change) -> bool:

@@ -27,10 +27,12 @@ from pidcfg.study.verification.comparison import (
     SignalDifference,
     Tolerance,
     differences,
+    differing,
     loops_of,
+    neutral_values,
     refused_mode,
 )
-from pidcfg.study.verification.lines import field_of, key_of
+from pidcfg.study.verification.lines import field_of, is_material, key_of
 from pidcfg.study.verification.stages import bench_of, nearest_step, round_setpoints, stages_of
 from pidcfg.study.verification.stand_in import Rules, StandIn, stand_in
 from pidcfg.study.verification.trial import Side, companions, finest_counts, new_plc, resolution, root_step, run_stage
@@ -66,6 +68,8 @@ SINGLE = 1.2e-7
 ALONE_STAGES = ("cascade", "manual", "set point limits")
 """What a loop of a cascade goes through besides the stages in which its PV goes its own way: in the others each PLC
 lets outer and inner loops act on each other in another way."""
+NUMBERS = "numbers"
+"""The stage of a difference that the files show."""
 RUN_SIGNAL = "run"
 """The signal of a difference that is none: one side cannot go through a stage."""
 
@@ -454,6 +458,8 @@ def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
     if not isinstance(held, StandIn):
         return result
     switched = tuple(line.change for line in lines)
+    unsaid = tuple(Failure(one) for one in unsaid_numbers(held.loop(i), other))
+    result = replace(result, failures=(*result.failures, *unsaid))
     return replace(result, switched=switched, hidden=tuple(hidden_fields(reference, held, i)))
 
 
@@ -493,6 +499,25 @@ def spoiled_fields(loop: Loop) -> Iterator[tuple[str, Decimal]]:
     if not loop.tuning.integral_time:
         low, high = loop.output.range
         yield "output.bias", loop.output.bias + SPOILED_POSITION * (high - low)
+
+
+CONTROLLING = (*SPOILED_NUMBERS, "sample_time", "pv.range", "output.limits", "setpoint.limits")
+"""Neutral numbers that are another one only where a line of the report says so."""
+
+
+def unsaid_numbers(loop: Loop, other: Loop) -> Iterator[SignalDifference]:
+    """The numbers of a result that no line of the report makes another one; ``loop``: as the report has the source.
+
+    They are told whatever the stages show: a gain that drives the output from limit to limit hides in all of them, and
+    a range that is not the transmitter's acts on the plant alone.
+    """
+    one, two = neutral_values(loop, other)
+    for path in differing(one, two):
+        before, after = one.get(path), two.get(path)
+        if before is None or after is None or not path.startswith(CONTROLLING):
+            continue
+        if is_material(path, one, two):
+            yield SignalDifference(NUMBERS, path, 0.0, float(before), float(after), ())
 
 
 RULE_STAGES: Mapping[str, Sequence[str]] = {
