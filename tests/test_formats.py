@@ -6,6 +6,7 @@ import io
 import json
 import os
 import re
+import shutil
 import sys
 from functools import cache
 from pathlib import Path, PureWindowsPath
@@ -27,6 +28,7 @@ from pidcfg.sim.judgement.report import STANDING_KINDS, Note, Report
 from pidcfg.study.outcome import Outcome
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node
+from verdict_formats import disagreements, shortened
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
@@ -786,3 +788,11 @@ def test_the_page_names_every_format_and_schema():
 )
 def test_a_word_is_left_out_where_it_stands_alone(text, word, left):
     assert without_word(text, word) == left == re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "", text)
+
+
+@pytest.mark.parametrize("name", ["dl06/extruder", "click/booster", "dpide/dyeing"])
+@pytest.mark.parametrize("share", [1, 3])
+def test_all_formats_say_the_same_of_a_run(tmp_path, name, share):
+    shutil.copytree((ROOT / "examples" / name).parent, tmp_path / "runs")
+    scenario = shortened(tmp_path / "runs" / f"{Path(name).name}.scenario.yaml", share)
+    assert disagreements(scenario.parent, scenario.name, report=share > 1) in ([], None)

@@ -25,6 +25,7 @@ from pidcfg.study.verification.verify import (
     make_side,
     tolerance_of,
     unsaid_numbers,
+    unsaid_rules,
 )
 from pidcfg.text.paths import put
 from test_verify import BENCH, FEW, SWEPT, side
@@ -320,6 +321,7 @@ loops:
         (("tuning", "integral_time"), 7.2, "tuning.integral_time"),
         (("sample_rate",), 0.2, "sample_time"),
         (("deadband",), 9, "deadband"),
+        (("setpoint", "value"), 90, "setpoint.value"),
     ],
 )
 def test_a_number_that_no_line_makes_another_one_is_told_whatever_the_stages_show(path, value, number):
@@ -331,6 +333,23 @@ def test_a_number_that_no_line_makes_another_one_is_told_whatever_the_stages_sho
     sides = one.sides(checked(data))
     found = [row.signal for row in unsaid_numbers(sides.twin.loops[0], sides.target.loops[0])]
     assert number in found
+
+
+@pytest.mark.parametrize(
+    ("target", "path", "value", "rule"),
+    [
+        ("ezlogix", ("anti_windup",), False, "operation.windup"),
+        ("dl06", ("bumpless",), "I", ""),
+        ("nextopid", ("Kp",), 3, ""),
+    ],
+)
+def test_a_rule_that_no_line_names_is_told(target, path, value, rule):
+    one = Conversion.of(check_text(RANGED), target, "ranged")
+    assert list(unsaid_rules(one.sides(one.result), 0, 0)) == []
+    data = deepcopy(one.outcome.data)
+    put(data, ("loops", 0, *path), value)
+    found = [row.signal for row in unsaid_rules(one.sides(checked(data)), 0, 0)]
+    assert found == ([rule] if rule else [])
 
 
 def test_an_output_that_the_target_cannot_hold_begins_as_the_target_does():

@@ -32,6 +32,7 @@ from pidcfg.study.verification.verify import (
     make_reference,
     tolerance_of,
     unsaid_numbers,
+    unsaid_rules,
 )
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
@@ -287,6 +288,7 @@ class Conversion:
         reference = make_reference(sides.twin, i, sides.target.loops[j], step)
         tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
         found = next(unsaid_numbers(sides.twin.loops[i], sides.target.loops[j]), None)
+        found = found or next(unsaid_rules(sides, i, j), None)
         if found is None:
             found = next(Battery(reference, sides.target, j, tolerance).differences(), None)
         if found is None and source:

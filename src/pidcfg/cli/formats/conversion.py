@@ -64,7 +64,8 @@ def difference_text(one: SignalDifference) -> str:
     if one.signal == "run":
         return f"{one.stage}: {one.after}"
     if one.stage == "numbers":
-        return f"{one.signal} is {one.before:.5g} in the source and {one.after:.5g} in the result, and no line says so"
+        before, after = (f"{value:.5g}" if isinstance(value, float) else value for value in (one.before, one.after))
+        return f"{one.signal} is {before} in the source and {after} in the result, and no line says so"
     most = "" if one.worst is None else f", at most {100 * one.worst:.3g} % of the range apart"
     return f"{one.stage}: {signal} {_shown(one, one.before)} against {_shown(one, one.after)} at {one.at:.4g} s{most}"
 

@@ -55,7 +55,7 @@ D927 = Decision(
     "filters are worked out, and what is counted. With the rules of the source it must do what the source does, with "
     "those of the target what the target does. A number is another one only where a line of the report says which, "
     "and then the target must have that one; a rule only where a line names it, and then it is that rule. The action "
-    "never is. A number that is another one without a line fails whatever the stages show, ranges too. What a line "
+    "never is. A number or a rule that is another one without a line fails whatever the stages show. What a line "
     "says is lost and no neutral loop has is left out of the source. Numbers that are moved by "
     "10 % (limits by 2 % of the range) without being seen in any stage are listed as not shown.",
     "A sentence that explained a stage explained everything in it: an action that was turned round drove the output to "

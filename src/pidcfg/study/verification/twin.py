@@ -62,6 +62,8 @@ DETAILS = (
 """What is so with a PLC, whatever a file says, and too little for a line of a report."""
 NONE = Decimal(0)
 PERCENT = (Decimal(0), Decimal(100))
+ALARMS = "alarms."
+"""Points that a PLC with one switch for a whole group has, too, where they do least."""
 POSITIONS = {"output.limits": "output", "output.bias": "output", "setpoint.": "pv", "alarms.pv.": "pv"}
 """Neutral fields that are positions on a range."""
 ENDS = ("0", "1")
@@ -159,7 +161,8 @@ def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: D
     if not isinstance(after, bool | str) and two is not None and one is not None:
         most = (LINE_TOLERANCE * Decimal(row.error_percent) + LEAST_ERROR) / 100
         near = abs(two - one) <= most * max(abs(one), abs(two), width)
-        return near or said or (row.kind == "dropped" and _is_as_not_given(path, after))
+        gone = row.kind == "dropped" and (path.startswith(ALARMS) or _is_as_not_given(path, after))
+        return near or said or gone
     if two is None or one is None:
         return said if two else row.kind == "dropped"
     return row.kind in LOSSES

@@ -9,10 +9,10 @@ from math import expm1
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.builder import flatten
+from pidcfg.conversion.builder import flatten, has_alarms
 from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import overlap
-from pidcfg.conversion.operation import PREFIX
+from pidcfg.conversion.operation import PREFIX, differing_rules
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.pictures.chart import Chart, Line, Mark, Panel
 from pidcfg.sim.engine.run import UnusableError
@@ -20,6 +20,7 @@ from pidcfg.study.verification.comparison import (
     ACTION,
     COUNT_TOLERANCE,
     EITHER_SAMPLE,
+    LABELS,
     LIMIT_DISTANCE,
     MEAN_SAMPLES,
     RESPONSE_TOLERANCE,
@@ -36,7 +37,7 @@ from pidcfg.study.verification.lines import field_of, is_material, key_of
 from pidcfg.study.verification.stages import bench_of, nearest_step, round_setpoints, stages_of
 from pidcfg.study.verification.stand_in import Rules, StandIn, stand_in
 from pidcfg.study.verification.trial import Side, companions, finest_counts, new_plc, resolution, root_step, run_stage
-from pidcfg.study.verification.twin import reported_loops, with_fields, without_losses
+from pidcfg.study.verification.twin import ALARMS, reported_loops, with_fields, without_losses
 from pidcfg.text.frozen import frozen
 from pidcfg.text.processes import Crew
 
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.comparison import NeutralSide
     from pidcfg.conversion.ledger import Change
+    from pidcfg.conversion.operation import Operation
     from pidcfg.conversion.pipeline import LoopReport
     from pidcfg.pictures.chart import Role
     from pidcfg.schemas.generic import Loop
@@ -458,7 +460,7 @@ def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
     if not isinstance(held, StandIn):
         return result
     switched = tuple(line.change for line in lines)
-    unsaid = tuple(Failure(one) for one in unsaid_numbers(held.loop(i), other))
+    unsaid = map(Failure, chain(unsaid_numbers(held.loop(i), other), unsaid_rules(sides, i, j)))
     result = replace(result, failures=(*result.failures, *unsaid))
     return replace(result, switched=switched, hidden=tuple(hidden_fields(reference, held, i)))
 
@@ -501,23 +503,58 @@ def spoiled_fields(loop: Loop) -> Iterator[tuple[str, Decimal]]:
         yield "output.bias", loop.output.bias + SPOILED_POSITION * (high - low)
 
 
-CONTROLLING = (*SPOILED_NUMBERS, "sample_time", "pv.range", "output.limits", "setpoint.limits")
-"""Neutral numbers that are another one only where a line of the report says so."""
+SHOWN_AS_RULES = ("anti_windup", "mode", "setpoint.source", "output.manual", "output.bias")
+"""Neutral fields that another PLC has in another form: rules, links and what a loop begins with, which stages show."""
 
 
 def unsaid_numbers(loop: Loop, other: Loop) -> Iterator[SignalDifference]:
-    """The numbers of a result that no line of the report makes another one; ``loop``: as the report has the source.
+    """The numbers and choices of a result that no line makes other ones; ``loop``: the source as the report has it.
 
     They are told whatever the stages show: a gain that drives the output from limit to limit hides in all of them, and
     a range that is not the transmitter's acts on the plant alone.
     """
     one, two = neutral_values(loop, other)
+    idle = {*LABELS, *SHOWN_AS_RULES, *_without_effect(loop, other)}
     for path in differing(one, two):
         before, after = one.get(path), two.get(path)
-        if before is None or after is None or not path.startswith(CONTROLLING):
+        is_lost = after is None and path.startswith(ALARMS)
+        if before is None or path in idle or (after is None and not is_lost):
             continue
-        if is_material(path, one, two):
-            yield SignalDifference(NUMBERS, path, 0.0, float(before), float(after), ())
+        if is_lost or is_material(path, one, two):
+            yield SignalDifference(NUMBERS, path, 0.0, _plain(before), _plain(after), ())
+
+
+def unsaid_rules(sides: Sides, i: int, j: int) -> Iterator[SignalDifference]:
+    """The rules of a result that no line names; the integral that a report has as lost has none of its own."""
+    if not isinstance(sides.twin, StandIn):
+        return
+    target, twin = sides.target, sides.twin
+    other: Operation = source_of(target.vendor).operations(target.config)[j]
+    lost = bool(sides.source.loop(i).tuning.integral_time) and not twin.loop(i).tuning.integral_time
+    for row in differing_rules(twin.rules[i].operation, other, twin.loop(i), is_master=False):
+        if lost and row.field == f"{PREFIX}transfer":
+            continue
+        yield SignalDifference(NUMBERS, row.field, 0.0, str(row.source), str(row.target), ())
+
+
+def _plain(value: Any) -> float | str | bool:
+    return (
+        "nothing"
+        if value is None
+        else float(value)
+        if isinstance(value, Decimal)
+        else value
+        if isinstance(value, bool)
+        else str(value)
+    )
+
+
+def _without_effect(loop: Loop, other: Loop) -> Iterator[str]:
+    """Fields that do nothing on a loop."""
+    if not (loop.tuning.derivative_time and other.tuning.derivative_time):
+        yield "tuning.derivative_on"
+    if not has_alarms(loop):
+        yield "alarms.hysteresis"
 
 
 RULE_STAGES: Mapping[str, Sequence[str]] = {
