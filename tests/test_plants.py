@@ -37,6 +37,7 @@ from pidcfg.sim.judgement.meters import (
     Meter,
     begin,
     begin_step,
+    end_step,
     loop_metrics,
     measure_loop,
     overshoot,
@@ -285,14 +286,19 @@ def test_one_number_that_is_off_by_its_last_bit_is_seen_and_python_draws(wrong):
 # --- The metrics of a loop, worked out sample by sample by hand: each at its limits -----------------------------------
 
 
-def measured(pvs, *, before=0.0, after=10.0, event=2, period=0, share=0.1, control=1, set_points=None):
-    """A meter and a band after such PVs, 0 up to the event and from there on one a base step; the set point steps."""
+def measured(pvs, *, before=0.0, after=10.0, event=2, period=0, share=0.1, control=1, set_points=None, until=None):
+    """A meter and a band after such PVs, 0 up to the event and from there on one a base step; the set point steps.
+
+    Something else moves the loop at base step ``until``.
+    """
     m, band = Meter(0, 1, 2, control=control), Band(0, share)
     begin(m, [before, before, 0.0])
     for k, pv in enumerate([before] * event + pvs):
         sp = before if k < event else set_points[k - event] if set_points else after
         if k == event:
             begin_step(m, k, before, period, [before, before, 0.0])
+        if k == until:
+            end_step(m, k)
         signal_values = [pv, sp, 0.0]
         measure_loop(k, m, signal_values)
         watch_bands(k, [band], [m], signal_values)
@@ -357,8 +363,36 @@ def test_an_earlier_step_and_a_loop_that_left_auto_settle_nothing():
 )
 @pytest.mark.parametrize("sign", [1, -1])
 def test_overshoot_is_a_share_of_the_step(pvs, past, sign):
-    m, _ = measured([20 + sign * pv for pv in pvs], before=20.0, after=20.0 + sign * 10)
-    assert overshoot(m) == pytest.approx(past)
+    m, band = measured([20 + sign * pv for pv in pvs], before=20.0, after=20.0 + sign * 10, share=9.0)
+    assert overshoot(m, band) == pytest.approx(past)
+
+
+@pytest.mark.parametrize(
+    ("until", "past", "rise", "settled"),
+    [
+        (1, 50.0, 3.0, 5.0),  # before the step, and with it: no end
+        (2, 50.0, 3.0, 5.0),
+        (3, None, None, None),
+        (4, None, None, None),
+        (5, None, None, None),
+        (6, 0.0, 3.0, 3.0),
+        (7, None, 3.0, None),
+        (8, 50.0, 3.0, 5.0),
+        (9, 50.0, 3.0, 5.0),
+    ],
+)
+def test_a_step_is_measured_up_to_the_next_event(until, past, rise, settled):
+    m, band = measured([1.0, 5.0, 8.0, 9.0, 15.0, 10.0, 10.0, *[20.0, 0.0] * (until == 9)], until=until)
+    assert (overshoot(m, band), rise_time(m, 1.0), settling_time(m, band, 99, 1.0)) == (past, rise, settled)
+
+
+def test_of_two_events_the_first_ends_a_step_and_a_new_step_begins_anew():
+    m, _ = measured([1.0, 9.0])
+    end_step(m, 5)
+    end_step(m, 7)
+    assert m.until == 5
+    begin_step(m, 8, 0.0, 0, [0.0, 0.0, 0.0])
+    assert m.until == NEVER
 
 
 @pytest.mark.parametrize(("period", "after"), [(1, 8.0), (2, 9.0), (3, 9.0)])
@@ -370,7 +404,7 @@ def test_a_set_point_that_is_limited_a_sample_later_is_the_one_that_is_stepped_t
 def test_nothing_is_a_step_where_the_set_point_stays_or_the_loop_is_not_in_control():
     for given in ({"after": 0.0}, {"control": 0}):
         m, band = measured([0.0, 5.0], **given)
-        assert (overshoot(m), rise_time(m, 1.0), settling_time(m, band, 3, 1.0)) == (None, None, None)
+        assert (overshoot(m, band), rise_time(m, 1.0), settling_time(m, band, 3, 1.0)) == (None, None, None)
 
 
 def test_the_integrals_count_base_steps_in_control_and_time_in_s():
@@ -418,7 +452,7 @@ def test_nothing_is_known_of_a_loop_before_its_first_base_step():
     meter = Meter(0, 0, 0)
     known = {name: value for name in Meter.__slots__ if (value := getattr(meter, name)) != 0}
     not_yet = ("status", "aux_status", "event", "rise_from", "rise_to", "left", "missed", "blind_from", "cut_from")
-    later = ("watched", "window", "middle", "late", "swung")
+    later = ("until", "watched", "window", "middle", "late", "swung")
     assert known == {
         **dict.fromkeys((*not_yet, "extreme_at", "outside", "reached"), -1),
         **dict.fromkeys(later, NEVER),

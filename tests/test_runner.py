@@ -52,29 +52,89 @@ def test_the_trend_has_every_step_from_zero_to_the_end_with_exact_times():
 FOLLOW = "signals: {x: 0, ramp: 0}\nconnect: {A.PV: x, B.PV: 50}\n"
 
 
-def test_overshoot_settling_and_rise_time_count_from_the_set_point_event():
-    events = "".join(
-        f"  - {{at: {at}, set: {{x: {x}}}}}\n"
-        for at, x in [(0, 50), (3, 51.5), (4, 54), (5, 58.8), (6, 59.5), (8, 62), (9, 59), (10, 60.4), (11, 60)]
+SWING = "plants:\n  A: {model: first_order, gain: 1, time_constant: 1, load: LOAD, initial: 50}\n" + QUIET[8:]
+"""Loop A, a sample a second: swings to its set point of 60 with a factor of -0.9 a sample, where the load is 60."""
+
+
+def swing(at=2, to=60, load=60, **events):
+    """A step of loop A's set point, and other events."""
+    more = "".join(f"  - {event}\n" for event in events.values())
+    return f"{SWING}events:\n  - {{at: {at}, loop: A, set: {{setpoint: {to}}}}}\n{more}".replace("LOAD", str(load))
+
+
+def of_trend(trend, at, before, after, band=0.05, until=None):
+    """Overshoot, settling time and rise time of a step by the rows of the trend."""
+    pv = rows(trend)["A.PV"][at:until]
+    shares = [(value - before) / (after - before) for value in pv]
+    outside = max((k for k, share in enumerate(shares) if abs(share - 1) > band), default=-1)
+    rise = next(k for k, share in enumerate(shares) if share >= 0.9) - next(
+        k for k, share in enumerate(shares) if share >= 0.1
     )
-    report, _ = run(
-        FOLLOW + "events:\n" + events + "  - {at: 2, loop: A, set: {setpoint: 60}}\nexpect:\n"
-        "  - {loop: A, metric: settling_time, band: 12 %, max: 6}\n"
-        "  - {loop: A, metric: settling_time, band: 3 %, min: 9, max: 9}\n",
-        duration=20,
+    return max(0.0, max(shares) - 1) * 100, float(outside + 1), float(rise)
+
+
+@pytest.mark.parametrize("to", [60, 40])
+def test_overshoot_settling_and_rise_time_count_from_the_set_point_event(to):
+    expect = "expect:\n" + "".join(
+        f"  - {{loop: A, metric: settling_time, band: {band} %, max: 1000}}\n" for band in (12, 3)
     )
+    report, trend = run(swing(to=to, load=to) + expect, duration=60)
     metrics = report.loops["A"].metrics
-    assert metrics["overshoot"] == 20.0
-    assert metrics["rise_time"] == 3.0, "10 % at 3 s, 90 % at 6 s"
-    assert metrics["settling_time"] == 8.0, "within 0.5 of 60 from 10 s on"
-    assert [(v.passed, v.value) for v in report.expectations] == [(False, 7.0), (True, 9.0)]
+    found = metrics["overshoot"], metrics["settling_time"], metrics["rise_time"]
+    assert found == pytest.approx(of_trend(trend, 2, 50, to))
+    assert report.loops["A"].until is None
+    assert found[1] > 10
+    bands = [of_trend(trend, 2, 50, to, band)[1] for band in (0.12, 0.03)]
+    assert [v.value for v in report.expectations] == bands
+    assert bands[0] < found[1] < bands[1]
 
 
-def test_a_step_downwards_is_measured_in_its_own_direction():
-    events = "".join(f"  - {{at: {at}, set: {{x: {x}}}}}\n" for at, x in [(0, 50), (3, 45), (4, 39), (5, 40)])
-    report, _ = run(FOLLOW + "events:\n" + events + "  - {at: 2, loop: A, set: {setpoint: 40}}\n")
-    assert report.loops["A"].metrics["overshoot"] == 10.0
-    assert report.loops["A"].metrics["settling_time"] == 3.0
+MOVES = {
+    "its plant": "{at: 40, plant: A, disturb: {load: 90}}",
+    "a signal": "{at: 40, set: {x: 30}}",
+    "the loop itself": "{at: 40, loop: A, set: {gain: 1.5}}",
+    "its mode": "{at: 40, loop: A, mode: manual}",
+    "its sensor": "{at: 40, loop: A, pv: 7, for: 3}",
+    "another loop": "{at: 40, loop: B, set: {setpoint: 81}}",
+    "the CPU": "{at: 40, plc: program}",
+}
+STAYS = {
+    "a loop without a path": "{at: 40, loop: B, set: {setpoint: 80}}",
+    "a signal without a path": "{at: 40, set: {y: 30}}",
+    "a plant without a path": "{at: 40, plant: B, disturb: {load: 9}}",
+    "nothing new": "{at: 40, set: {x: 0}}",
+    "the start of a sensor's fault long after": "{at: 70, loop: A, pv: 7}",
+}
+LINKED = "signals: {x: 0, y: 0}\n"
+
+
+@pytest.mark.parametrize(
+    ("event", "moves"), [*((e, True) for e in MOVES.values()), *((e, False) for e in STAYS.values())]
+)
+def test_a_step_is_measured_up_to_the_next_event_that_moves_the_loop(event, moves):
+    text = LINKED + swing(load=60, other=event).replace("  A: {model", "  A: {input: A.OUT + x + LINK * B.OUT, model")
+    text = text.replace("LINK", "1" if event == MOVES["another loop"] else "0")
+    alone, trend = run(text.replace(event, "{at: 90, set: {y: 1}}"), duration=60)
+    report, moved = run(text, duration=60)
+    metrics, before = report.loops["A"].metrics, alone.loops["A"].metrics
+    for name in ("overshoot", "settling_time", "rise_time"):
+        assert metrics[name] == before[name] is not None
+    assert before["settling_time"] == of_trend(trend, 2, 50, 60)[1] < 38
+    assert report.loops["A"].until == (40 if moves else None)
+    assert (moved != trend) or not moves or "mode" in event or "plc" in event
+
+
+@pytest.mark.parametrize(("at", "settled"), [(3, None), (20, None), (29, None), (30, 27.0), (31, 27.0), (45, 27.0)])
+def test_a_step_that_had_not_settled_when_the_next_event_came_has_no_settling_time(at, settled):
+    expect = "expect:\n" + "".join(f"  - {{loop: A, metric: {m}, max: 1000}}\n" for m in ("settling_time", "overshoot"))
+    report, _ = run(swing(other=f"{{at: {at}, plant: A, disturb: {{load: 300}}}}") + expect, duration=60)
+    loop = report.loops["A"]
+    assert loop.metrics["settling_time"] == settled
+    assert (loop.metrics["overshoot"] is None) == (settled is None)
+    assert loop.until == at
+    assert [v.passed for v in report.expectations] == [settled is not None] * 2
+    why = f" (not settled at {at} s, when an event moved it)" if settled is None else ""
+    assert report.expectations[0].text == f"A settling_time at most 1000 s{why}"
 
 
 def test_metrics_of_a_step_are_null_without_a_step_and_when_it_was_never_reached():
@@ -89,22 +149,18 @@ def test_metrics_of_a_step_are_null_without_a_step_and_when_it_was_never_reached
 
 
 def test_the_last_set_point_event_counts():
-    report, _ = run(
-        FOLLOW + "events:\n  - {at: 0, set: {x: 50}}\n  - {at: 1, loop: A, set: {setpoint: 60}}\n"
-        "  - {at: 2, set: {x: 90}}\n  - {at: 4, set: {x: 60}}\n  - {at: 6, loop: A, set: {setpoint: 61}}\n"
-        "  - {at: 7, set: {x: 61}}\n"
+    again = "{at: 40, loop: A, set: {setpoint: 59}}"
+    report, trend = run(swing(other="{at: 20, plant: A, disturb: {load: 59}}", last=again), duration=90)
+    metrics = report.loops["A"].metrics
+    assert (metrics["overshoot"], metrics["settling_time"], metrics["rise_time"]) == pytest.approx(
+        of_trend(trend, 40, 60, 59)
     )
-    assert report.loops["A"].metrics["overshoot"] == 0.0
-    assert report.loops["A"].metrics["settling_time"] == 1.0
 
 
 def test_a_step_is_measured_to_where_the_controller_limits_the_set_point():
-    report, _ = run(
-        FOLLOW + "events:\n  - {at: 0, set: {x: 50}}\n  - {at: 0.5, loop: A, set: {setpoint: 400}}\n"
-        "  - {at: 3, set: {x: 110}}\n",
-        step=0.5,
-    )
-    assert report.loops["A"].metrics["overshoot"] == 20.0, "10 beyond 100, of a step of 50"
+    report, trend = run(swing(to=400, load=100), duration=60)
+    assert report.loops["A"].metrics["overshoot"] == pytest.approx(of_trend(trend, 2, 50, 100)[0])
+    assert report.loops["A"].metrics["overshoot"] > 10
 
 
 def test_total_variation_is_the_way_the_output_went():

@@ -468,10 +468,11 @@ def loop_of_run() -> Schema:
     measured = "In s, % of the step or the PV's unit; null where there is none."
     return record(
         "What became of a loop.",
-        ("autotune",),
+        ("autotune", "until"),
         verdict=text("Whether the run proves that the loop controls.", *VERDICTS),
         missing=or_null(text("What keeps it from being proven.")),
         metrics=record("How well it did.", **{name: or_null(number(measured)) for name in METRICS}),
+        until=number("When an event ended overshoot, settling and rise time of the last step, in s, if one did."),
         time_in_control=number("How long it was in Auto or Cascade, in s."),
         alarms=listing("In order of time.", alarm()),
         modes=listing("Modes reached, and requests refused.", mode()),

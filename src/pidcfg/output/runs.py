@@ -125,6 +125,7 @@ def _loop(loop: LoopReport) -> Data:
         "verdict": loop.verdict,
         "missing": loop.missing or None,
         "metrics": {name: loop.metrics.get(name) for name in METRICS},
+        **({} if loop.until is None else {"until": loop.until}),
         "time_in_control": loop.time_in_control,
         "alarms": [{"alarm": a.alarm, "at": a.at, "cleared": a.cleared} for a in loop.alarms],
         "modes": [{"at": m.at, "requested": m.requested, "mode": m.mode, "reason": m.reason} for m in loop.modes],

@@ -112,6 +112,8 @@ def _answer(loop: LoopReport, reason: str) -> Iterator[str]:
         yield f"overshoot {figure_text(metrics['overshoot'])} %"
     if metrics.get("settling_time") is not None:
         yield f"settles in {figure_text(metrics['settling_time'])} s"
+    elif loop.until is not None:
+        yield f"has not settled at {figure_text(loop.until)} s, when an event moves it"
     if metrics.get("oscillation_amplitude") is not None:
         yield f"swings by {figure_text(metrics['oscillation_amplitude'])}{unit}"
     if metrics.get("final_error") is not None:

@@ -13,7 +13,7 @@ from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.controllers.plc import IN_CONTROL, SETPOINT, TICKS, Plc, steps_until
 from pidcfg.sim.engine.kernel import LOG_COLUMNS
 from pidcfg.sim.engine.plants import numbers_of, set_parameters
-from pidcfg.sim.judgement.meters import begin_step, break_sensor, cut_off, repair_sensor, want_mode
+from pidcfg.sim.judgement.meters import begin_step, break_sensor, cut_off, end_step, repair_sensor, want_mode
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange, Note, Period, ten_digits
 from pidcfg.text.paths import dotted, leaves
 
@@ -310,6 +310,7 @@ class Agenda:
     def happen(self, event: Event, number: int, k: int) -> Note | None:
         """Carries out an event."""
         before = list(self.net.signal_values)
+        self.end_steps(k, event)
         note = self.act(event, number, k)
         self.machine.hold(before)
         return note
@@ -330,6 +331,12 @@ class Agenda:
         else:
             self.operate(k, self.plc.loops.index(event.loop), event, number)
         return None
+
+    def end_steps(self, k: int, event: Event) -> None:
+        """No answer to an earlier step is measured any longer where an event moves a loop."""
+        for i, meter in enumerate(self.machine.meters):
+            if self.influence.concerns(event, i):
+                end_step(meter, k)
 
     def set_signals(self, k: int, event: Event) -> None:
         """Values from outside; they may be a loop's set point, or what chooses its mode."""
@@ -427,6 +434,7 @@ class Agenda:
     def repair(self, event: Event, number: int, k: int) -> None:
         """The end of a fault, unless a later one has taken its place."""
         if event.loop is not None and self.broken.get(event.loop) == number:
+            self.end_steps(k, event)
             self.net.channels[self.net.faults[event.loop]].broken = 0
             repair_sensor(self.machine.meters[self.plc.loops.index(event.loop)], k)
 

@@ -153,6 +153,15 @@ RUN = (
         "A set point beyond its limits is never reached; a time that is not known must not pass.",
     ),
     Decision(
+        935,
+        "a step is measured up to the next event that moves the loop",
+        "Overshoot, settling time and rise time end before the next event from which a path leads to the loop's PV or "
+        "set point: of the loop itself, its cascade, a plant, a signal or the CPU, or the end of a sensor's fault. A "
+        "PV outside the band by then has neither overshoot nor settling time, `until` says when that was, and an "
+        "expectation of them fails. Events at the base step of the step itself belong to it.",
+        "What a later disturbance makes of the PV is no answer to the step.",
+    ),
+    Decision(
         82,
         "an event takes effect at the first base step that is not before it",
         "At that step events come first, in the order of the file; then the plants, with new signals and the outputs "

@@ -24,7 +24,7 @@ from pidcfg.sim.engine.plants import Noise
 from pidcfg.sim.engine.reference import HeldNetwork
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
 from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, place_verdict, verdict, watches_of
-from pidcfg.sim.judgement.meters import DEFAULT_BAND, Band, Gauge, Onset, begin, loop_metrics, time_in_control
+from pidcfg.sim.judgement.meters import DEFAULT_BAND, NEVER, Band, Gauge, Onset, begin, loop_metrics, time_in_control
 from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, ten_digits
 from pidcfg.sim.judgement.standing import LoopWatch, loop_verdict, standing, unused_allowances
 from pidcfg.text.frozen import frozen
@@ -514,6 +514,7 @@ class Run:
         for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
             values = loop_metrics(meter, machine.bands[i], self.last, self.dt, self.net.signal_values)
             report.metrics = {name: None if v is None else ten_digits(v) for name, v in values.items()}
+            report.until = ten_digits(meter.until * self.dt) if meter.stepped and meter.until < NEVER else None
             report.time_in_control = ten_digits(time_in_control(meter, self.last) * self.dt)
         metrics = [report.metrics for report in self.journal.loops]
         signals = self._signals()

@@ -213,7 +213,7 @@ def _late(e: Evidence, i: int) -> str:
     if m.moved > m.locked or abs(m.after - m.before) <= e.bands[i]:
         return ""
     needed = pace.dead + SLOWEST * pace.lags + SMOOTHING * e.plc.configs[i].period / TICKS
-    end = e.last if m.control else m.control_since
+    end = min(e.last if m.control else m.control_since, m.until)
     took = e.seconds((m.reached if m.reached >= 0 else end) - m.event)
     if took <= needed:
         return ""

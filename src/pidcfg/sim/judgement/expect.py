@@ -121,18 +121,18 @@ def _metric(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
         time = settling_time(out.meters[loop], watch, out.last, out.dt)
         value, band = None if time is None else ten_digits(time), f" (band {wanted.band:f} %)"
     text = f"{wanted.loop} {name}{band} {_bounds(wanted.min, wanted.max, UNITS.get(name, ''))}"
-    nothing = _nothing_measured(name, value, out.meters[loop])
-    text += f" (nothing was measured: {nothing})" if nothing else ""
+    nothing = _nothing_measured(name, value, out.meters[loop], out.dt)
+    text += f" ({nothing})" if nothing else ""
     return Verdict(text, _inside(value, wanted.min, wanted.max), value)
 
 
-def _nothing_measured(name: str, value: float | None, m: Meter) -> str:
-    """Why a metric has no value, where there was nothing to measure; a step that never settled was measured."""
+def _nothing_measured(name: str, value: float | None, m: Meter, dt: float) -> str:
+    """Why a metric has no value; empty: it has one, or is of a step that had not settled at the end."""
     if value is not None:
         return ""
-    if name in OF_A_STEP:
-        return NO_STEP if m.event < 0 or not m.stepped else ""
-    return NO_SWINGS if name in OF_SWINGS else NO_CONTROL
+    if name in OF_A_STEP and m.event >= 0 and m.stepped:
+        return "" if m.until == NEVER else f"not settled at {m.until * dt:g} s, when an event moved it"
+    return f"nothing was measured: {NO_STEP if name in OF_A_STEP else NO_SWINGS if name in OF_SWINGS else NO_CONTROL}"
 
 
 def _signal(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:

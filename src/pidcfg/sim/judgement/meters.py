@@ -44,6 +44,8 @@ class Meter:
     out_low: float = 0.0
     out_high: float = 0.0
     event: int = -1
+    until: int = NEVER
+    """The next event that moves the loop, up to which the answer to its step is measured."""
     before: float = 0.0
     after: float = 0.0
     stepped: int = 0
@@ -436,8 +438,8 @@ def begin_calm(m: Meter) -> None:
 # --- How well a loop did, worked out on the way: memory does not grow with the length of a run ------------------------
 #
 # Integrals run over the time in Auto or Cascade; overshoot, settling time and rise time count from the last event
-# that changed the set point while the loop was there, and are None when there was none (or when the loop never got
-# there).
+# that changed the set point while the loop was there, up to the next one that moves the loop, and are None when there
+# was none (or when the loop never got there).
 
 DEFAULT_BAND = 0.05
 """Share of the set-point step within which a loop counts as settled, unless an expectation says otherwise."""
@@ -474,7 +476,7 @@ def measure_loop(k: int, m: Meter, signals: Sequence[float]) -> None:
             m.itae += e * k
             if e > m.band:
                 m.outside = k
-        if m.event >= 0:
+        if m.event >= 0 and k < m.until:
             if pv > m.peak_high:
                 m.peak_high = pv
             elif pv < m.peak_low:
@@ -527,7 +529,7 @@ def watch_bands(k: int, bands: Sequence[Band], meters: Sequence[Meter], signals:
     for i in range(len(bands)):
         b = bands[i]
         m = meters[b.loop]
-        if m.event >= 0 and m.control == 1:
+        if m.event >= 0 and m.control == 1 and k < m.until:
             after = m.after
             if m.stepped == 0 or abs(signals[m.pv] - after) > b.share * abs(after - m.before):
                 b.outside = k
@@ -573,14 +575,20 @@ def begin(meter: Meter, signals: Sequence[float]) -> None:
 
 def begin_step(meter: Meter, k: int, before: float, period: int, signals: Sequence[float]) -> None:
     """A set-point event at base step ``k``, ``before`` it and a sample ``period`` (in base steps) after it."""
-    meter.event, meter.before, meter.stepped, meter.locked = k, before, 0, k + period
+    meter.event, meter.before, meter.stepped, meter.locked, meter.until = k, before, 0, k + period, NEVER
     meter.peak_low = meter.peak_high = signals[meter.pv]
     meter.rise_from = meter.rise_to = meter.reached = -1
 
 
-def overshoot(m: Meter) -> float | None:
-    """How far the PV went past the new set point, in % of the step."""
-    if not m.stepped:
+def end_step(m: Meter, k: int) -> None:
+    """Something else moves the loop at base step ``k``: what comes then is no answer to its step."""
+    if 0 <= m.event < k:
+        m.until = min(m.until, k)
+
+
+def overshoot(m: Meter, band: Band) -> float | None:
+    """How far the PV went past the new set point, in % of the step; None where an event came before it had settled."""
+    if not m.stepped or band.outside == m.until - 1:
         return None
     size = m.after - m.before
     past = m.peak_high - m.after if size > 0 else m.after - m.peak_low
@@ -595,9 +603,9 @@ def rise_time(m: Meter, dt: float) -> float | None:
 def settling_time(m: Meter, band: Band, last: int, dt: float) -> float | None:
     """The time from the event until the PV stayed inside the band, in s.
 
-    None when it was outside when the run ended, or when the loop left Auto and Cascade.
+    None when it was outside when the run ended, when the loop left Auto and Cascade, or when the next event came.
     """
-    end = last if m.control else m.control_since - 1
+    end = min(last if m.control else m.control_since - 1, m.until - 1)
     if not m.stepped or band.outside == end:
         return None
     return max(0, band.outside + 1 - m.event) * dt
@@ -608,7 +616,7 @@ def loop_metrics(m: Meter, band: Band, last: int, dt: float, signals: Sequence[f
     controlled = time_in_control(m, last) > 0
     swings = oscillation(m, last)
     return {
-        "overshoot": overshoot(m),
+        "overshoot": overshoot(m, band),
         "settling_time": settling_time(m, band, last, dt),
         "rise_time": rise_time(m, dt),
         "iae": m.iae * dt if controlled else None,

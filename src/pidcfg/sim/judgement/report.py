@@ -214,6 +214,8 @@ class LoopReport:
     missing: str = ""
     """What keeps it from being proven."""
     metrics: Mapping[str, float | None] = field(default_factory=dict)
+    until: float | None = None
+    """When the next event ended the metrics of the last step of the set point, in s; None: they go on to the end."""
     time_in_control: float = 0.0
     """How long the loop was in Auto or Cascade, in s."""
     alarms: list[Alarm] = field(default_factory=list)
