@@ -80,6 +80,63 @@ def test_reduced_processes_that_are_printed(text, first, second):
     assert (two.gain, two.time_constant, two.second_time_constant, two.dead_time) == pytest.approx(second)
 
 
+EXAMPLES = {
+    # transfer function: PI and PID as printed in the table of settings; None: there is no second lag
+    "E1": ("1/((s+1)(0.2s+1))", (5.5, 0.8, 0), None),
+    "E2": (HALF_RULE, (0.85, 2.5, 0), (1.30, 2, 1.2)),
+    "E3": ("2(15s+1)/((20s+1)(s+1)(0.1s+1)^2)", (2.33, 1.05, 0), (6.67, 0.4, 0.15)),
+    "E4": ("1/(s+1)^4", (0.3, 1.5, 0), (0.5, 1.5, 1)),
+    "E5": ("1/((s+1)(0.2s+1)(0.04s+1)(0.008s+1))", (3.72, 1.1, 0), (17.9, 0.224, 0.22)),
+    "E6": ("(0.17s+1)^2/(s(s+1)^2(0.028s+1))", (0.296, 13.5, 0), (1.40, 2.86, 1.33)),
+    "E7": ("(-2s+1)/(s+1)^3", (0.214, 1.5, 0), (0.3, 1.5, 1)),
+    "E8": ("1/(s(s+1)^2)", (0.333, 12, 0), (1, 4, 1.5)),
+    "E9": ("exp(-s)/(s+1)^2", (0.5, 1.5, 0), (0.5, 1, 1)),
+    "E10": ("exp(-s)/((20s+1)(2s+1))", (5.25, 16, 0), (10, 8, 2)),
+    "E11": ("(-s+1)exp(-s)/((6s+1)(2s+1)^2)", (0.7, 7, 0), (1, 6, 3)),
+    "E12": ("(6s+1)(3s+1)exp(-0.3s)/((10s+1)(8s+1)(s+1))", (7.41, 1, 0), None),
+    "E13": ("(2s+1)exp(-s)/((10s+1)(0.5s+1))", (2.88, 4.5, 0), None),
+    "E14": ("(-s+1)/s", (0.5, 8, 0), None),
+    "E15": ("(-s+1)/(s+1)", (0.5, 1, 0), None),
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_fifteen_examples_as_they_are_printed(name):
+    """Skogestad 2003, c = L, PID in series; E1's PID has no dead time, and its own c."""
+    text, *wanted = EXAMPLES[name]
+    for order, printed in enumerate(wanted, start=1):
+        if printed is None:
+            continue
+        process = reduce_by_half_rule(read_transfer(text), order)
+        gain, integral, derivative = printed
+        wide = 1 + derivative / integral  # of the series form in the dependent one
+        found = gains("simc", "PI" if order == 1 else "PID", process)
+        assert found == pytest.approx((gain * wide, integral * wide, derivative / wide), rel=0.006)
+
+
+@pytest.mark.parametrize("form", ["PI", "PID"])
+def test_e6_has_the_lags_and_the_dead_time_that_are_printed(form):
+    process = reduce_by_half_rule(read_transfer(EXAMPLES["E6"][0]), 1 if form == "PI" else 2)
+    wanted = {"PI": (1, 0, 1.688), "PID": (1, 1.33, 0.358)}[form]
+    assert (process.gain, process.second_time_constant, process.dead_time) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "numbers"),
+    [
+        ("zn-open", "PID", {"gain": 1, "time_constant": 10, "dead_time": 1}),
+        ("cohen-coon", "PID", {"gain": 1, "time_constant": 10, "dead_time": 1}),
+        ("zn-closed", "P", {"gain": 2, "ultimate_gain": 3, "ultimate_period": 4}),
+        ("robust", "PI", {"gain": 1, "time_constant": 10, "dead_time": 1, "ms": 2.8}),
+    ],
+)
+def test_an_ms_above_the_limit_is_a_warning_of_every_method(name, form, numbers):
+    found = pidcfg.tune(name, form, **numbers)
+    ms = found.robust.found.result.ms if found.robust else found.judgement.margins.ms
+    assert any("swings when the process changes" in text for text in found.warnings) == (ms > 2.5)
+    assert ms > 2.5 or name == "zn-closed"
+
+
 @pytest.mark.parametrize(
     ("name", "form", "process", "wanted"),
     [

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.process import KnownProcess, gains_as_held, model_of, process_of, reduce_transfer, refuse_missing
 from pidcfg.text.frozen import frozen
-from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors
+from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors, warnings_of_sensitivity
 from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Model, Process, TuningError
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ def _of_search(method: Method, known: KnownProcess, found: Searched) -> TuneResu
     """The result of a search, beside its judgement by the continuous loop on the process itself."""
     gains = found.robust.found.result.gains
     judgement = judge_gains(method, found.form, gains, found.process)
-    notes = tuple(warnings_of_authors(found.process))
+    notes = (*warnings_of_authors(found.process), *warnings_of_sensitivity(found.robust.found.result.ms))
     return TuneResult(method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust)
 
 

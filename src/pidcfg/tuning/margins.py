@@ -375,9 +375,9 @@ class Judgement:
         """What an engineer has to know before the gains are used."""
         if not self.valid:
             yield f"outside the rule's range, which is {self.reason}"
-        if self.margins is not None and self.margins.ms > LIVELIEST:
-            yield f"Ms is {self.margins.ms:.3g}: up to 2 is robust, this loop swings when the process changes a little"
-        elif self.known and self.margins is None:
+        if self.margins is not None:
+            yield from warnings_of_sensitivity(self.margins.ms)
+        elif self.known:
             yield "with these gains the loop is unstable"
 
 
@@ -412,6 +412,12 @@ def warnings_of_authors(process: Process) -> Iterator[str]:
         yield "the dead time is longer than the time constant: hard to control, whatever the gains"
     if process.sample_time and process.sample_time * SAMPLE_SHARE >= process.time_constant:
         yield "the sample time is not below a tenth of the time constant"
+
+
+def warnings_of_sensitivity(ms: float) -> Iterator[str]:
+    """What an Ms that is too large means."""
+    if ms > LIVELIEST:
+        yield f"Ms is {ms:.3g}: up to 2 is robust, this loop swings when the process changes a little"
 
 
 def finite(value: float) -> float | None:

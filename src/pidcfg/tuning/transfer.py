@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
-from math import isclose, sqrt
+from math import atan, isclose, pi, radians, sqrt
 from typing import NoReturn
 
 from pidcfg.text.frozen import frozen
@@ -22,6 +22,16 @@ D707 = Decision(
     "next larger lag, or against the next smaller one where that is within a factor of 1.6 and nearer, by Skogestad's "
     "rules T1 to T3 with the dead time as closed-loop time constant.",
     "Skogestad, J. Process Control 13 (2003) 291, sections 2 and 4.",
+)
+D936 = Decision(
+    936,
+    "the dead time that the half rule's bounds are of is the one that it leads to",
+    "Rules T1 to T3 ask how a lead compares with the dead time that is their result. Several may bear themselves out: "
+    "the one that begins at the real dead time is taken, unless the phase of its process is more than 20 degrees off "
+    "at 1/(2 L), where a loop of SIMC crosses over; then the one that begins at the dead time without the leads. Of a "
+    "process that integrates and keeps no lag, the largest lag counts whole where there are leads, half where not.",
+    "So all examples E1 to E15 come out as they are printed: E12 only from below, E6 only from above, and E6 with 1.69 "
+    "of lags 1, 0.66 and 0.028 beside E8 with 1.5 of lags 1 and 1.",
 )
 
 CLOSE = 1.6
@@ -52,11 +62,20 @@ FACTOR = 5
 """Times the closed-loop time constant: what is slower than that looks like an integrator."""
 ROUNDS, ENOUGH = 30, 1e-12
 """The dead time is a result, and a bound of the rules that lead to it."""
+FARTHEST = radians(20)
+"""By how much the phase of what the rules lead to may be off where a loop of its dead time crosses over (D936)."""
 
 
 def reduce_by_half_rule(transfer: Transfer, order: int) -> Process:
     """The process of one or two lags that is nearest by the half rule; raises `TuningError` where none is."""
-    dead = transfer.dead_time
+    least = _settle(transfer, order, transfer.dead_time)
+    if all(zero < 0 for zero in transfer.zeros) or _is_near(least, transfer):
+        return least
+    return _settle(transfer, order, _by_halves(replace(transfer, zeros=()), order).dead_time)
+
+
+def _settle(transfer: Transfer, order: int, dead: float) -> Process:
+    """The process whose own dead time bounds the rules that lead to it, from a first guess on."""
     for _ in range(ROUNDS):
         gain, lags = _without_leads(transfer, dead)
         process = _by_halves(replace(transfer, gain=gain, poles=lags), order)
@@ -66,14 +85,31 @@ def reduce_by_half_rule(transfer: Transfer, order: int) -> Process:
     return process
 
 
+def _is_near(process: Process, transfer: Transfer) -> bool:
+    """Whether a process has about the phase of the transfer function where a loop of its dead time crosses over."""
+    if not process.dead_time:
+        return False
+    reduced, w = transfer_of(process), 1 / (2 * process.dead_time)
+    return abs(phase_at(reduced, w) - phase_at(transfer, w)) <= FARTHEST
+
+
+def phase_at(transfer: Transfer, w: float) -> float:
+    """The phase at a frequency in rad/s, counted on from 0, of a positive gain."""
+    leads, lags = sum(atan(w * zero) for zero in transfer.zeros), sum(atan(w * pole) for pole in transfer.poles)
+    return leads - lags - transfer.integrators * pi / 2 - w * transfer.dead_time
+
+
 def _by_halves(transfer: Transfer, order: int) -> Process:
     """The largest lags, half of the next one, and the dead time that all others make."""
     kept = order - transfer.integrators
     lags = sorted(transfer.poles, reverse=True)
-    whole, half = lags[:kept], sum(lags[kept : kept + 1]) / 2
-    dead = transfer.dead_time + half + sum(lags[kept + 1 :]) - sum(zero for zero in transfer.zeros if zero < 0)
+    leads = any(zero > 0 for zero in transfer.zeros)
+    # Nothing that stays takes the other half: with leads the whole counts, as E6 is printed, without them half, as E8.
+    share = 1.0 if leads and not kept else 0.5
+    whole, part = lags[:kept], sum(lags[kept : kept + 1])
+    dead = transfer.dead_time + part * share + sum(lags[kept + 1 :]) - sum(zero for zero in transfer.zeros if zero < 0)
     if whole:
-        whole[-1] += half
+        whole[-1] += part / 2
         whole.sort(reverse=True)
     if transfer.integrators:
         return Process(transfer.gain, 1.0, dead, second_time_constant=whole[0] if whole else 0.0, integrating=True)
