@@ -75,7 +75,8 @@ def test_editors_of_an_older_draft_read_the_schemas(path):
 
 
 def test_the_readme_shows_outputs():
-    assert sum(bool(step.shown) for step in SESSIONS["README.md"]) >= 7
+    assert sum(bool(step.shown) for step in SESSIONS["README.md"]) >= 5
+    assert len(TEXTS["README.md"].splitlines()) <= 150
 
 
 @pytest.mark.parametrize(
@@ -139,7 +140,8 @@ def test_links_lead_somewhere(page):
 def test_commands_of_the_table_exist():
     from pidcfg.cli.main import COMMANDS
 
-    named = set(re.findall(r"^\| `pidcfg (\w+)", TEXTS["README.md"], re.MULTILINE))
+    table = [row for row in TEXTS["README.md"].splitlines() if row.startswith("| `pidcfg ")]
+    named = {name for row in table for name in re.findall(r"`pidcfg (\w+)", row)}
     assert named == set(COMMANDS)
 
 

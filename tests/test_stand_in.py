@@ -360,3 +360,22 @@ def test_an_output_that_the_target_cannot_hold_begins_as_the_target_does():
     result = convert(source.document.text, "ezlogix", verify=True)
     assert [row.kind for row in result.loops[0].changes if row.field == "ManualMV"] == ["dropped"]
     assert result.alike
+
+
+@pytest.mark.parametrize(
+    ("changes", "wanted"),
+    [
+        ({15: 0.019}, []),
+        ({15: 0.021}, [15]),
+        ({15: 0.019, 17: 0.019}, []),
+        ({15: 0.019, 16: 0.019}, [15, 16]),
+    ],
+)
+def test_a_single_sample_at_the_edge_of_a_limit_is_no_difference(changes, wanted):
+    """An output may be 0.01 apart here."""
+    one, two = side(), side()
+    for k, by in changes.items():
+        two.output[k] += by
+    fine = replace(FEW, closed=CountSizes(1.0, 0.01), shifts=(0,))
+    found = [row for row in compared(replace(SWEPT, swept=False), one, two, BENCH, fine) if row.signal == "output"]
+    assert [list(row.samples) for row in found] == ([wanted] if wanted else [])

@@ -15,7 +15,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.schemas.generic import Loop
@@ -264,6 +264,9 @@ class _Comparison:
             samples = [k for k in range(first, len(a)) if not distance_at(a, b, k, window) <= allowed]
         else:
             samples = [k for part in self._parts(len(a)) for k in _shifted(a, b, part, allowed, self.tolerance.shifts)]
+        if not self.stage.swept and self.tolerance.share:
+            known = set(samples)
+            samples = [k for k in samples if not _is_alone(k, known, abs(a[k] - b[k]) - allowed, allowed)]
         if signal == "output":
             samples += self._by_hand(samples)
             flips = self._flips()
@@ -385,6 +388,11 @@ def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float
     return max(map(apart_by, shifts), key=lambda ks: (ks[0] if ks else len(a), -len(ks)))
 
 
+def _is_alone(k: int, samples: Collection[int], further: float, allowed: float) -> bool:
+    """Whether a difference of less than twice what is allowed lasts for one sample: a count at the edge of a limit."""
+    return further <= allowed and k - 1 not in samples and k + 1 not in samples
+
+
 def _rests(output: Sequence[float], k: int) -> bool:
     """Whether an output has not moved for some samples."""
     near = output[k - REST_SAMPLES : k + 1]
@@ -407,7 +415,8 @@ D306 = Decision(
     "A PLC and its stand-in (D927) agree within 0.3 % of what a stage moves them by and two counts, where the PV "
     "follows the output within eight, and what these make of each other; a sample is a sample. Where a PV that goes "
     "its own way lies between two counts and is rounded up on one side alone, up to four times in a stage, the output "
-    "of that sample and of the next is left out. Two files of different vendors, of which no report says what differs, "
+    "of that sample and of the next is left out; where the PV follows the output, so is a single sample that is less "
+    "than twice as far apart. Two files of different vendors, of which no report says what differs, "
     "agree within 1 % and two counts of the coarser side, at least of 12 bits, and one side may be a sample late from "
     "one act to the next. Outputs that are held by their limits "
     "agree within two counts, set points within two counts, modes and alarms within 2 samples; alarms are compared "
