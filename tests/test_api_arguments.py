@@ -174,3 +174,14 @@ def test_a_bit_is_a_bit_after_the_way():
 def test_a_result_without_an_image_survives_too():
     result = pidcfg.encode("pidcfg: 1\n")
     assert pickle.loads(pickle.dumps(result)).to_json() == result.to_json()  # noqa: S301 - as above
+
+
+def test_results_are_short_in_a_notebook():
+    text = starter(VENDORS["dl06"])
+    tuned = pidcfg.tune(method="simc", form="PI", gain=1, time_constant=10, dead_time=1, sample_time=0.1)
+    results = (pidcfg.check(text), pidcfg.load(text), pidcfg.encode(text), pidcfg.convert(text, "click"), tuned)
+    results += (pidcfg.diff(text, text), pidcfg.explain("V7642"), pidcfg.check("loops: ["))
+    for result in results:
+        assert repr(result).startswith(f"<{type(result).__name__}: ")
+        assert len(repr(result)) < 100
+    assert repr(results[-1]) == "<CheckResult: not ok, <text>, 1 finding>"

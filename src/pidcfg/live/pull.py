@@ -17,7 +17,7 @@ from pidcfg.live.link import Link, run
 from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents
 from pidcfg.output.arguments import ArgumentError, refuse_unknown, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
-from pidcfg.output.findings import errors_in, findings_data
+from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.frozen import frozen
@@ -106,6 +106,8 @@ class Source:
 @frozen
 class PullResult:
     """What a PLC holds: its words, and the text of a configuration or a listing."""
+
+    __repr__ = short_repr
 
     plc: str
     """The PLC, as ``10.0.0.5:502``."""
@@ -202,6 +204,8 @@ TROUBLE_CURE = "look what the PLC reports, `pidcfg explain` says what it means"
 @frozen
 class CompareResult:
     """What differs between a configuration and the PLC."""
+
+    __repr__ = short_repr
 
     plc: str
     """The PLC, as ``10.0.0.5:502``."""

@@ -12,7 +12,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.live.link import PARITIES, TERMINAL_ERRORS, Address, PlcError, endpoint, run, serial_reason
-from pidcfg.output.findings import errors_in, findings_data
+from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.sim.controllers.settings import NO_REGISTER, RegisterError
 from pidcfg.sim.engine.run import Settings, UnusableError, begin_run
 from pidcfg.sim.judgement.report import Note, ten_digits
@@ -321,6 +321,8 @@ async def _move(plc: VirtualPlc, speed: float, tell: Callable[[str], None]) -> N
 @frozen
 class ServeResult:
     """What happened while the PLC was served."""
+
+    __repr__ = short_repr
 
     outcome: Outcome
     """The run's findings, and its report with every write in its events."""

@@ -18,7 +18,7 @@ from pidcfg.encoders.modbus_map import NamedNumbering
 from pidcfg.encoders.parameters import register_content
 from pidcfg.live.link import Link, run
 from pidcfg.live.reading import register_encoder_of
-from pidcfg.output.findings import errors_in, findings_data
+from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
@@ -64,6 +64,8 @@ class Channel(NamedTuple):
 @frozen
 class TrendResult:
     """What was recorded."""
+
+    __repr__ = short_repr
 
     plc: str
     """The PLC, as ``10.0.0.5:502``."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.ledger import DEFAULT_MAX_LOSS, ConvertError, MaxLossError, json_value, parse_max_loss
 from pidcfg.conversion.pipeline import comments, convert, with_comments
 from pidcfg.output.arguments import ArgumentError, vendor_options
-from pidcfg.output.findings import Data, errors_in, finding_data, findings_data
+from pidcfg.output.findings import Data, errors_in, finding_data, findings_data, short_repr
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.source import read_document
@@ -77,6 +77,8 @@ def _shown(value: State) -> State:
 @frozen
 class ConvertResult:
     """A configuration for another vendor, what became of every field, and how both sides compare."""
+
+    __repr__ = short_repr
 
     document: Document
     """The source."""

@@ -26,7 +26,7 @@ from pidcfg.encoders.decoding import read_listing, reading_of
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.conversion import verified_data
-from pidcfg.output.findings import Data, errors_in, findings_data
+from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
 from pidcfg.output.words import listing_fault
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
@@ -164,6 +164,8 @@ Configuration = tuple[Any, "Vendor"]
 @frozen
 class DiffResult:
     """What differs between two configurations, loop by loop, ranked by what can go wrong."""
+
+    __repr__ = short_repr
 
     before: str
     after: str

@@ -74,9 +74,22 @@ def errors_in(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(d for d in findings if d.severity is Severity.ERROR)
 
 
+def short_repr(result: Any) -> str:
+    """What a notebook or a debugger shows of a result: how it went, of what, and how many findings there are."""
+    parts = ["ok" if getattr(result, "ok", True) else "not ok"]
+    document = getattr(result, "document", None)
+    if document is not None:
+        parts.append(document.file)
+    if findings := getattr(result, "findings", ()):
+        parts.append(f"{len(findings)} finding{'s' * (len(findings) > 1)}")
+    return f"<{type(result).__name__}: {', '.join(parts)}>"
+
+
 @frozen
 class LoadResult:
     """A file as data: what it is, what it says, and what is wrong with its text and its keys."""
+
+    __repr__ = short_repr
 
     document: Document
     """The text, the data as written (scalars are text: the field decides what one means), and where each stands."""
@@ -109,6 +122,8 @@ class LoadResult:
 @frozen
 class CheckResult:
     """All findings of a configuration, or of a scenario."""
+
+    __repr__ = short_repr
 
     document: Document
     findings: tuple[Diagnostic, ...]

@@ -7,6 +7,7 @@ from math import isinf
 from typing import TYPE_CHECKING
 
 from pidcfg.output.arguments import ArgumentError
+from pidcfg.output.findings import short_repr
 from pidcfg.output.process import KnownProcess, gains_as_held, model_of, process_of, reduce_transfer, refuse_missing
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors, warnings_of_sensitivity
@@ -34,6 +35,8 @@ FORMS: tuple[Form, ...] = ("PID", "PI", "P")
 @frozen
 class TuneResult:
     """Gains in output units per PV unit and times in s, and the inputs that they follow from."""
+
+    __repr__ = short_repr
 
     method: Method
     form: Form

@@ -5,7 +5,7 @@ from __future__ import annotations
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.output.findings import Data, finding_data, one_or_several
+from pidcfg.output.findings import Data, finding_data, one_or_several, short_repr
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.text.frozen import frozen
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 @frozen
 class SimulateResult:
     """One scenario: its findings, and its report when it could run."""
+
+    __repr__ = short_repr
 
     outcome: Outcome
 
@@ -144,6 +146,8 @@ def _loop(loop: LoopReport) -> Data:
 @frozen
 class CertifyResult:
     """One scenario: its findings, and what its samples show when they could run."""
+
+    __repr__ = short_repr
 
     outcome: BatchOutcome
 

@@ -13,7 +13,7 @@ from pidcfg.encoders.contract import formats_of
 from pidcfg.encoders.decoding import annotate_listing, decode_listing, exact_text, read_listing, refuse_large, together
 from pidcfg.encoders.listing import ListingError
 from pidcfg.output.arguments import ArgumentError, vendor_options
-from pidcfg.output.findings import Data, errors_in, findings_data
+from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span
 from pidcfg.text.frozen import frozen
 from pidcfg.text.writer import yaml_text
@@ -38,6 +38,8 @@ File = tuple[bytes, str]
 @frozen
 class EncodeResult:
     """The memory of a configuration, and the files of one format."""
+
+    __repr__ = short_repr
 
     document: Document
     findings: tuple[Diagnostic, ...]
@@ -187,6 +189,8 @@ def listing_fault(error: ListingError, name: str, cure: str | None = None) -> Di
 @frozen
 class DecodeResult:
     """The configuration of a memory listing, or the listing with a meaning beside every word."""
+
+    __repr__ = short_repr
 
     findings: tuple[Diagnostic, ...] = ()
     data: Data | None = None

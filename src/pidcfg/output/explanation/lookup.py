@@ -15,7 +15,7 @@ from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.page import ADDRESS, Configured, Page, Question, QuestionError, Value
 from pidcfg.output.explanation.registers import Registers
-from pidcfg.output.findings import Data, errors_in, findings_data
+from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.validate.catalog import CODE, as_data, page, rules, suggestion
@@ -475,6 +475,8 @@ Example = tuple[str, str, str]
 @frozen
 class ExplainResult:
     """Explanations, one for each reading of each thing; or, where no thing was named, examples of what can be."""
+
+    __repr__ = short_repr
 
     pages: tuple[Page, ...] = ()
     examples: tuple[Example, ...] = ()
