@@ -303,7 +303,7 @@ def test_every_format_names_the_difference_at_the_line_that_names_the_file(named
     file, line = ("tank.scenario.yaml", 4) if named else ("tank.yaml", 5)
     outcomes = [result.outcome]
     assert f"  FAILED  TANK {KIND}  " in render_runs("text", outcomes)
-    assert render_runs("text", outcomes).rstrip().endswith("FAILED: 1 of 12 standing ones")
+    assert render_runs("text", outcomes).rstrip().endswith("FAILED: 1 of 12 always checked")
     data = json.loads(render_runs("json", outcomes))
     assert [v["kind"] for v in data["standing"] if v["verdict"] == "failed"] == [KIND]
     assert data["passed"] is False
@@ -357,7 +357,7 @@ def spoil(folder, name="tank.yaml", old=FASTER[0], new=FASTER[1]):
 
 def test_a_run_is_accepted_and_held_against(folder):
     code, out, err = tank(folder, "--accept", GOOD)
-    assert (code, out.rstrip().splitlines()[-1]) == (0, "passed: 0 of 0 expectations, 12 of 12 standing ones")
+    assert (code, out.rstrip().splitlines()[-1]) == (0, "passed: 0 of 0 expectations, 12 of 12 always checked")
     assert "good.json: written; review it" in err
     text = (folder / GOOD).read_text("utf-8")
     assert text == accepted()

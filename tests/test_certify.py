@@ -23,6 +23,7 @@ from pidcfg.output.arguments import ArgumentError
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.certification import certify as certify_module
 from pidcfg.study.certification import samples as workers
+from pidcfg.study.certification.certify import lower_bound, samples_that_show
 from pidcfg.study.certification.samples import Batch, draw_number, hash_sources, run_sample, seed_of
 from pidcfg.study.certification.tally import json_of
 from pidcfg.text import processes
@@ -462,7 +463,7 @@ def test_text_says_shares_bounds_and_what_matters(folder):
     assert "200 samples of seed 3; each bound holds by itself, at 95 % confidence" in result.stdout
     assert re.search(r"passed  TIC-1\.PV at most 129\.9 +\d+(\.\d+)? % +9\d\.\d+ % +90 % +\d+ of 200", result.stdout)
     assert re.search(r"TIC-1 gain +±30 % +100 % +\d+", result.stdout)
-    assert "passed: 1 of 1 expectations shown" in result.stdout
+    assert "passed: 1 of 1 expectations, and all that is always checked" in result.stdout
     assert len(result.stdout.splitlines()) <= 40
 
 
@@ -470,12 +471,39 @@ def test_a_missed_share_ends_with_1(folder):
     (folder / "run.scenario.yaml").write_text(scenario(expect=PASSES.replace("129.9", "100")), "utf-8")
     result = command("--samples", "40", "--jobs", "1")
     assert result.returncode == 1
-    assert "FAILED: 1 of 1 expectations not shown" in result.stdout
+    assert "FAILED: 1 of 1 expectations failed" in result.stdout
+    assert "90 % are wanted, which no number of samples shows while so many fail\n" in result.stdout
     text = command("--samples", "40", "--jobs", "1", "--format", "junit").stdout
     xml = ET.fromstring(text)  # noqa: S314 - our own
     assert xml.get("failures") == "1"
     (failure,) = xml.iter("failure")
     assert "90 % are wanted" in failure.get("message")
+
+
+def test_a_share_that_so_few_samples_do_not_prove_says_how_many_would_do(folder):
+    text = scenario(expect=PASSES.replace("129.9", "128").replace("90 %", "94 %"))
+    (folder / "run.scenario.yaml").write_text(text, "utf-8")
+    result = command("--samples", "200", "--jobs", "1")
+    assert result.returncode == 1
+    found = re.search(
+        r"TIC-1\.PV at most 128: ([\d.]+) % of 200 samples, so at least ([\d.]+) %; 94 % are wanted, for which "
+        r"about ([\d,]+) samples with such a share would do",
+        result.stdout,
+    )
+    assert found, result.stdout
+    share, bound, enough = float(found[1]), float(found[2]), int(found[3].replace(",", ""))
+    assert bound < 94 < share
+    held = round(share * 2)
+    assert lower_bound(held, 200) == pytest.approx(bound / 100, abs=1e-4)
+    for samples, shown in ((enough, True), (enough - 1 - enough // 10, False)):
+        assert (lower_bound(samples * held // 200, samples) >= 0.94) is shown
+    assert re.search(r"NOT PROVEN +TIC-1\.PV at most 128", result.stdout)
+    assert "NOT PROVEN: 1 of 1 expectations not proven" in result.stdout
+
+
+@pytest.mark.parametrize("held", [190, 180, 0])
+def test_no_number_of_samples_shows_a_share_that_is_not_seen(held):
+    assert samples_that_show(0.95, held, 200) is None
 
 
 def test_too_few_samples_are_refused_before_they_run_with_the_number_needed(folder):

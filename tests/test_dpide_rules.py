@@ -262,8 +262,8 @@ def test_what_is_not_given_is_told_for_direction_and_form():
     ("forward", "name", "found"),
     [
         (True, "OVEN", []),
-        (False, "OVEN", ["DP782"]),
-        (True, "CHILLER", ["DP782"]),
+        (False, "OVEN", ["PID110"]),
+        (True, "CHILLER", ["PID110"]),
         (False, "CHILLER", []),
         (False, "LOOP", []),
         (True, "LOOP", []),
@@ -280,9 +280,9 @@ def test_the_direction_that_rules_call_heating_is_that_of_the_virtual_instructio
         other = next(
             d.message
             for d in findings({"name": "OVEN" if word == "heating" else "CHILLER", "PID_DIR": not forward})
-            if d.code == "DP782"
+            if d.code == "PID110"
         )
-        assert f"speaks of {word}, which needs {str(forward).upper()}" in other
+        assert f"({word}), which needs PID_DIR: {str(forward).lower()}" in other
 
 
 def test_an_interrupt_task_replaces_cycle_for_the_rules_too():

@@ -86,8 +86,8 @@ STEPS = [
     # code      what is changed                                          at the limit  one step beyond
     ("EZ401", ("registers",), "R65504", "R65505"),
     ("EZ401", ("discretes",), "S65528", "S65529"),
-    ("EZ415", ("action", {"description": "heater"}), "reverse", "direct"),
-    ("EZ415", ("action", {"description": "chiller"}), "direct", "reverse"),
+    ("PID110", ("action", {"description": "heater"}), "reverse", "direct"),
+    ("PID110", ("action", {"description": "chiller"}), "direct", "reverse"),
     ("EZ423", ("tuning.proportional_gain",), 0.01, 0),
     ("EZ424", ("tuning.proportional_gain", {"tuning.integral_time": 0}), 0.01, 0),
     ("EZ424", ("tuning.integral_time", {"tuning.proportional_gain": 0}), 0.1, 0),
@@ -342,13 +342,13 @@ def test_loops_are_numbered_from_1_in_the_tags_that_collide():
     ],
 )
 def test_words_of_heating_want_reverse(words):
-    assert serious(changed(description=words, action="direct")) == ["EZ415"]
+    assert serious(changed(description=words, action="direct")) == ["PID110"]
     assert serious(changed(description=words, action="reverse")) == []
 
 
 @pytest.mark.parametrize("words", ["cooling", "Cooler", "chilled water", "cold store", "freezer", "air-conditioning"])
 def test_words_of_cooling_want_direct(words):
-    assert serious(changed(description=words, action="reverse")) == ["EZ415"]
+    assert serious(changed(description=words, action="reverse")) == ["PID110"]
     assert serious(changed(description=words, action="direct")) == []
 
 
@@ -392,7 +392,7 @@ def test_other_words_tell_nothing_of_the_action(words, action):
 def test_only_temperatures_are_heated(unit, found):
     loop = changed(name="OVEN", action="direct", **({"pv.unit": unit} if unit else {}))
 
-    assert serious(loop) == (["EZ415"] if found else [])
+    assert serious(loop) == (["PID110"] if found else [])
 
 
 # --- terms and set point ---------------------------------------------------------------------------------------------
@@ -529,7 +529,7 @@ def test_an_oven_with_its_action_swapped_is_a_warning():
         (ROOT / "src/pidcfg/cli/starters/ezlogix.yaml").read_text("utf-8").replace("action: reverse", "action: direct")
     )
 
-    assert [d.code for d in check_document(read_document(text.encode(), "oven.yaml")).findings] == ["EZ415"]
+    assert [d.code for d in check_document(read_document(text.encode(), "oven.yaml")).findings] == ["PID110"]
 
 
 def test_decisions_of_rules_have_numbers_of_their_own():
@@ -539,7 +539,7 @@ def test_decisions_of_rules_have_numbers_of_their_own():
     own = sorted(decision.number for decision in decisions if decision.number >= 180)
     first = [number for number in own if number < 200]
 
-    assert first == list(range(180, 180 + len(first)))
+    assert first == [number for number in range(180, 181 + len(first)) if number != 183]
     assert own[len(first) :] == [621, 622]
 
 

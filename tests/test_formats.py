@@ -574,7 +574,7 @@ def test_failed_expectations_are_findings_at_their_lines(failing):
         "signal: FIC-301.PV",
         "flag: V7642",
     ]
-    assert result.stderr == "fails.scenario.yaml: FAILED: 3 of 4 expectations, 1 of 11 standing ones, 2 not proven\n"
+    assert result.stderr == "fails.scenario.yaml: FAILED: 3 of 4 expectations, 1 of 11 always checked, 2 not proven\n"
     assert run("simulate", failing.name, "--format", "github", "-q").stderr == ""
 
 
@@ -604,7 +604,7 @@ def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
         *((f"FIC-301 {kind}", kind not in {"saturated", "not-settled", "no-better"}) for kind in STANDING_KINDS),
     ]
     assert [case.result[0].type for case in cases if not case.is_passed][-3:] == ["failed", "not-proven", "not-proven"]
-    assert text["text"].endswith("FAILED: 3 of 4 expectations, 1 of 11 standing ones, 2 not proven\n")
+    assert text["text"].endswith("FAILED: 3 of 4 expectations, 1 of 11 always checked, 2 not proven\n")
 
 
 @pytest.mark.parametrize("fmt", MACHINE)

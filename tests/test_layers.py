@@ -182,7 +182,7 @@ LINES = {
     "decode --help":     4_350,
     "validate examples/dl06/reactor.yaml": 17_350,
     "encode examples/dl06/reactor.yaml": 22_650,
-    "simulate examples/dl06/reactor.scenario.yaml": 33_200,
+    "simulate examples/dl06/reactor.scenario.yaml": 33_400,
 }
 SERVE_ALL = ("text.frozen", "text.paths")
 

@@ -474,7 +474,7 @@ def test_a_standing_expectation_that_fails_is_on_the_cover_the_run_its_trend_and
     assert written == "  FAILED  FIC-301 settling_time (band 5 %) at most 20 s: none"
     assert standing.startswith("  FAILED      FIC-301 error-stands  ends inside its output limits with an error of")
     assert [line.split()[3] for line in unproven] == ["not-settled", "no-better"]
-    assert last.endswith("flow.scenario.yaml: FAILED: 1 of 2 expectations, 1 of 11 standing ones, 2 not proven")
+    assert last.endswith("flow.scenario.yaml: FAILED: 1 of 2 expectations, 1 of 11 always checked, 2 not proven")
     row, *others = standing_rows(tmp_path / "t").values()
     assert [other["Verdict"] for other in others] == ["NOT PROVEN", "NOT PROVEN"]
     assert (row["Loop"], row["Expectation"], row["Verdict"], row["Since, s"]) == (
@@ -484,7 +484,7 @@ def test_a_standing_expectation_that_fails_is_on_the_cover_the_run_its_trend_and
         "108",
     )
     text = (tmp_path / "r.html").read_text("utf-8")
-    assert '<li class="failed"><b>8 of 11</b> standing ones hold, 2 not proven</li>' in text
+    assert '<li class="failed"><b>8 of 11</b> always checked hold, 2 not proven</li>' in text
     assert '<code class="kind">error-stands</code></td><td dir="auto">ends inside its output limits' in text
     assert "at 108 s: failed: error-stands: ends inside its output limits with an error of" in text
 
@@ -504,7 +504,7 @@ def test_what_is_allowed_or_not_judged_is_told_with_its_reason_and_fails_nothing
     assert "(allowed: the recirculation stays shut" in rows["FIC-402", "saturated"]["Found"]
     assert rows["VENT", "saturated"]["Found"] == "HEAT has the PV, with the opposite effect"
     text = (tmp_path / "r.html").read_text("utf-8")
-    assert '<li class="passed"><b>36 of 39</b> standing ones hold, 3 allowed to fail</li>' in text
+    assert '<li class="passed"><b>36 of 39</b> always checked hold, 3 allowed to fail</li>' in text
     assert '<span class="quiet">3 kinds</span>' in text
 
 

@@ -86,7 +86,7 @@ def test_the_reactor_meets_its_expectations(folder):
     assert text.splitlines()[0] == "A step of the temperature set point, a disturbance of the level"
     assert "reactor.scenario.yaml runs reactor.yaml" in text
     assert "  TIC-101  proven  overshoot 4.39 %; settles in 190 s; ends 0.1465 degC from its set point" in text
-    assert text.rstrip().endswith("passed: 4 of 4 expectations, 31 of 31 standing ones")
+    assert text.rstrip().endswith("passed: 4 of 4 expectations, 31 of 31 always checked")
     assert "\x1b" not in text
     full = run("simulate", "reactor.scenario.yaml", "-v", cwd=folder).stdout.decode()
     assert "V7642 = 0x0000" in full

@@ -815,7 +815,7 @@ def test_what_is_allowed_is_shown_as_not_passed_and_does_not_fail_the_run():
     assert result.passed
     assert (found.passed, found.judged, found.allowed) == (False, True, "the heater is on loan")
     assert result.report.loops["TANK"].verdict == "not-judged"
-    line = "passed: 0 of 0 expectations, 8 of 11 standing ones, 3 allowed"
+    line = "passed: 0 of 0 expectations, 8 of 11 always checked, 3 allowed"
     assert verdict_line(result.outcome, result.report) == line
 
 
@@ -947,7 +947,7 @@ def test_every_format_names_what_fails():
     text = render_runs("text", outcomes)
     assert "  FAILED      TANK saturated    ends at its upper output limit" in text
     assert "  NOT PROVEN  TANK not-settled  is 15.02 away from its set point" in text
-    assert text.rstrip().endswith("FAILED: 1 of 11 standing ones, 2 not proven")
+    assert text.rstrip().endswith("FAILED: 1 of 11 always checked, 2 not proven")
     data = json.loads(render_runs("json", outcomes))
     assert data["passed"] is False
     assert [v["kind"] for v in data["standing"] if v["verdict"] == "not-proven"] == ["not-settled", "no-better"]

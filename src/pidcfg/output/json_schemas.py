@@ -521,12 +521,12 @@ def run_expectation() -> Schema:
 
 def run_standing() -> Schema:
     """A standing expectation and its verdict."""
-    from pidcfg.sim.judgement.report import ACCEPTED_KIND, STANDING_KINDS
+    from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED_KIND, STANDING_KINDS
     from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
 
     return record(
-        "A standing expectation.",
-        kind=text("What it is about.", *STANDING_KINDS, ACCEPTED_KIND),
+        "What is checked in every run.",
+        kind=text("What it is about.", *STANDING_KINDS, ACCEPTED_KIND, ASSUMED_KIND),
         loop=text("The loop; empty: the PLC."),
         passed=switch("Whether it holds; true where nothing is known."),
         judged=switch("Whether the loop is not exempt."),
@@ -610,12 +610,12 @@ def metric() -> Schema:
 
 
 def batch_standing() -> Schema:
-    """A standing expectation."""
-    from pidcfg.sim.judgement.report import STANDING_KINDS
+    """What is checked in every run."""
+    from pidcfg.sim.judgement.report import ASSUMED_KIND, STANDING_KINDS
 
     return record(
-        "One standing expectation.",
-        kind=text("Its kind.", *STANDING_KINDS),
+        "What is checked in every run.",
+        kind=text("Its kind.", *STANDING_KINDS, ASSUMED_KIND),
         loop=text("The loop; empty: the PLC."),
         failed=count("Samples that fail it, or do not prove it."),
         not_proven=count("Of these the ones that do not prove it."),
@@ -784,7 +784,7 @@ def certified() -> Schema:
         "By certify; null: not asked for, or nothing varies.",
         plc=text("The virtual PLC.", *VENDORS),
         samples=number("Samples that ran."),
-        held=number("Those with an IAE below the limit, and all standing expectations."),
+        held=number("Those with an IAE below the limit, and all that is always checked."),
         at_least_percent=number("What the share of all plants is at least, at 95 % confidence."),
         iae_limit=number("After the step of the load that was run, in PV units and s."),
         iae_max=or_null(number("The largest that was seen.")),

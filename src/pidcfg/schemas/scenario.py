@@ -497,7 +497,7 @@ class Expectation(Model):
 
 
 class Allowance(Model):
-    """A standing expectation that a loop may fail, since that is what the scenario shows."""
+    """A check of every run that a loop may fail, since that is what the scenario shows."""
 
     kind: Literal[StandingKind, "not-proven"]
     """What is allowed: its kind as the report names it; ``not-proven``: whatever the run does not show."""
@@ -543,10 +543,12 @@ class Scenario(Model):
     reference: Text | None = None
     """A run that was accepted (``simulate --accept``), relative to this file; what differs from it fails."""
     allow: tuple[Allowance, ...] = ()
-    """Standing expectations that a loop may fail."""
+    """What is always checked and a loop may fail."""
     tolerance: Annotated[dict[Name, AnyBound], Field(default_factory=dict)]
     """By loop how far from its set point the PV may come to rest, in its unit or in ``%`` of its span."""
+    assumed_signs: tuple[Name, ...] = ()
+    """Loops whose plant has its sign from their own action, as drafted: whether the action is right is not judged."""
     loops: tuple[Name, ...] | None = None
-    """The loops that the standing expectations judge; not given: all."""
+    """The loops that are judged by what is always checked; not given: all."""
 
     _whole = model_validator(mode="before")(whole)

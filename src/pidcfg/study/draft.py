@@ -19,9 +19,10 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import one_line
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
+from pidcfg.validate.purpose import ACTION, action_of, purpose_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from pidcfg.sim.judgement.report import Report, Standing, Verdict
     from pidcfg.study.draft_plan import DraftParts
@@ -75,8 +76,8 @@ HEAD = """\
 """
 
 
-def scenario_text(course: DraftParts, title: str, config: str) -> str:
-    """The scenario as YAML."""
+def scenario_text(course: DraftParts, title: str, config: str, action_key: str) -> str:
+    """The scenario as YAML; ``action_key``: what the vendor calls the action."""
     rows = ["pidcfg: 1", f"scenario: {_title(title)}", f"config: {scalar(config)}", _duration(course.duration)]
     if course.initial == "steady":
         rows.append("initial: steady                  # settled at the set points when time starts")
@@ -95,6 +96,9 @@ def scenario_text(course: DraftParts, title: str, config: str) -> str:
         rows += _aligned(
             [(f"  {scalar(line.key)}: {number_text(line.data['of'])}", line.comment) for line in course.tolerance]
         )
+    if course.assumed:
+        rows.append(f"# sign of the plant assumed from `{action_key}`: check, and take the loop off the list")
+        rows.append(f"assumed_signs: [{', '.join(map(scalar, course.assumed))}]")
     for part, lines in (("events", course.events), ("expect", course.expect), ("allow", course.allow)):
         if lines:
             rows.append(f"{part}:")
@@ -168,6 +172,7 @@ LENGTHS = (1, 3)
 MOST_NAMES = 3
 """Loops that a title names."""
 PROFILE = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
+CONTRADICTION = "fails: the {place} says {word!r} ({purpose}), and {here} is for the opposite"
 NOT_EXPECTED = "{text} is not expected: on this plant it is {value}"
 
 
@@ -197,12 +202,15 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
         raise NoDraftError(f"no scenario can name {config!r}: rename the file, without control characters")
     plc = vendor.module("controller").load(encoding.image)
     around = find_connections(checked.config, plc)
-    plans = make_plans(plc, loops_of(checked.config, vendor), around)
+    signs = _signs(checked, plc.rises)
+    plans = make_plans(plc, loops_of(checked.config, vendor), around, [sign.rises for sign in signs])
     if not plans:
         raise NoDraftError(f"{checked.document.file} has no loop that is calculated")
     units = PlanUnits(plc, {plan.i: plan for plan in plans}, around)
     names = ", ".join(plan.name for plan in plans) if len(plans) <= MOST_NAMES else f"{len(plans)} loops"
     title = title or f"Steps and disturbances of {names}"
+    wrong = {plan.name for plan in plans if signs[plan.i].contradiction}
+    assumed = tuple(plan.name for plan in plans if signs[plan.i].assumed)
     trials: list[_Trial] = []
     refused = ""
     for (size, steady), length in product(ATTEMPTS, LENGTHS):
@@ -211,27 +219,63 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
         if not size and any(trial.is_short for trial in trials):
             break  # without a step or a disturbance nothing would be proven at all
         course = make_draft(units, size, steady=steady, length=length)
-        course.expect = expected_behaviour(units, course)
+        course.expect, course.assumed = expected_behaviour(units, course), assumed
         outcome = _run(checked, course, title, config, most)
         if outcome.report is None:
             refused = refused or _reason(outcome)
             continue
-        trials.append(_trial(course, outcome.report))
+        trials.append(_trial(course, outcome.report, wrong))
         if not trials[-1].failing:
             break
     if not trials:
         raise NoDraftError(f"{checked.document.file}: no scenario runs with it{refused}; write one by hand")
-    best = min(trials, key=lambda trial: (not trial.is_short, len(trial.failing)))
+    course = _settled(min(trials, key=lambda trial: (not trial.is_short, len(trial.failing))), wrong)
+    course.remarks = [f"{plan.name} {text}" for plan in plans if (text := signs[plan.i].contradiction)] + course.remarks
+    course.remarks += [PROFILE.format(name=plan.name) for plan in plans if _has_profile(checked.config.loops[plan.i])]
+    key = next((sign.key for sign in signs if sign.assumed), "")
+    return Draft(scenario_text(course, title, config, key), tuple(course.remarks))
+
+
+def _settled(best: _Trial, wrong: Collection[str]) -> DraftParts:
+    """The course of a run with what it may fail by, and without what it does not show; ``wrong`` loops shall fail."""
     course = best.course
     course.allow += [_allowance(v) for v in best.failing]
-    course.expect = [line for line, verdict in best.verdicts if verdict.passed]
+    course.expect = [line for line, verdict in best.verdicts if verdict.passed or verdict.loop in wrong]
     course.remarks += [
         NOT_EXPECTED.format(text=verdict.text, value=_shown(verdict.value))
         for _, verdict in best.verdicts
-        if not verdict.passed
+        if not verdict.passed and verdict.loop not in wrong
     ]
-    course.remarks += [PROFILE.format(name=plan.name) for plan in plans if _has_profile(checked.config.loops[plan.i])]
-    return Draft(scenario_text(course, title, config), tuple(course.remarks))
+    return course
+
+
+@frozen
+class _Sign:
+    """Whether the PV of a loop's plant rises with the output, and how that is known."""
+
+    rises: bool
+    assumed: bool
+    """By the loop's own action alone."""
+    key: str = ACTION
+    """What says the action."""
+    contradiction: str = ""
+    """Why the loop fails: its action is the other one than its words want."""
+
+
+def _signs(checked: Checked, rises: Sequence[bool]) -> list[_Sign]:
+    """By the words of each loop; where they tell nothing, by its action."""
+    signs = []
+    for loop, by_action in zip(checked.config.loops, rises, strict=True):
+        purpose, action = purpose_of(loop), None if checked.vendor is None else action_of(checked.vendor, loop)
+        key = ACTION if action is None else action.key
+        if purpose is None:
+            signs.append(_Sign(by_action, assumed=True, key=key))
+            continue
+        here = key if action is None else action.here
+        text = CONTRADICTION.format(here=here, place=purpose.place, word=purpose.word, purpose=purpose.text)
+        right = purpose.heats is by_action
+        signs.append(_Sign(purpose.heats, assumed=False, key=key, contradiction="" if right else text))
+    return signs
 
 
 def _has_profile(loop: Any) -> bool:
@@ -253,8 +297,9 @@ class _Trial:
         return all(v.verdict == "not-proven" for v in self.failing)
 
 
-def _trial(course: DraftParts, report: Report) -> _Trial:
-    failing = [v for v in report.standing if v.fails]
+def _trial(course: DraftParts, report: Report, wrong: Collection[str]) -> _Trial:
+    """A run; loops that ``wrong`` names fail, as they should."""
+    failing = [v for v in report.standing if v.fails and v.loop not in wrong]
     return _Trial(course, failing, list(zip(course.expect, report.expectations, strict=True)))
 
 

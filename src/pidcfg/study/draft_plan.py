@@ -212,7 +212,7 @@ class LoopPlan:
     name: str
     sample: float
     gain: float
-    """PV for the whole output, with the sign of the action."""
+    """PV for the whole output, with its sign."""
     time: float
     length: float
     """How long a change is watched."""
@@ -242,8 +242,11 @@ class LoopPlan:
         return 1.0 if self.gain > 0 else -1.0
 
 
-def make_plans(plc: Plc, neutral: Sequence[Loop | None], around: Connections) -> list[LoopPlan]:
-    """The plan of each loop that is calculated; slaves first, since their masters wait for them."""
+def make_plans(plc: Plc, neutral: Sequence[Loop | None], around: Connections, rises: Sequence[bool]) -> list[LoopPlan]:
+    """The plan of each loop that is calculated; slaves first, since their masters wait for them.
+
+    ``rises``: by loop, whether its plant's PV rises with the output.
+    """
     plans: dict[int, LoopPlan] = {}
 
     def plan(i: int) -> None:
@@ -255,7 +258,7 @@ def make_plans(plc: Plc, neutral: Sequence[Loop | None], around: Connections) ->
                 waiting.add(j)
                 plan(j)
         inner = sum(INNER_LOOP_DELAY / plans[j].crossover for j in slaves[:1] if j in plans)
-        plans[i] = _plan(plc, i, neutral[i], around, inner)
+        plans[i] = _plan(plc, i, neutral[i], around, inner, 1.0 if rises[i] else -1.0)
 
     waiting: set[int] = set()
     for i in range(len(plc.loops)):
@@ -275,10 +278,9 @@ def _above(i: int, around: Connections) -> list[int]:
     return above
 
 
-def _plan(plc: Plc, i: int, loop: Loop | None, around: Connections, inner: float) -> LoopPlan:
-    """A loop by itself, ``inner`` s behind its slave."""
+def _plan(plc: Plc, i: int, loop: Loop | None, around: Connections, inner: float, sign: float) -> LoopPlan:
+    """A loop by itself, ``inner`` s behind its slave; ``sign`` of its plant."""
     sample = plc.configs[i].period / TICKS
-    sign = 1.0 if plc.rises[i] else -1.0
     name, selector = plc.loops[i], around.selectors.get(i)
     if plc.only_switches(i):
         time = SAMPLES_OF_SWITCHED * sample
@@ -417,6 +419,8 @@ class DraftParts:
     allow: list[Line] = field(default_factory=list)
     tolerance: list[Line] = field(default_factory=list)
     """How far from its set point a loop may come to rest by its own configuration."""
+    assumed: tuple[str, ...] = ()
+    """Loops whose plant has the sign of their own action."""
     remarks: list[str] = field(default_factory=list)
     """What there is to know about single loops."""
 
@@ -431,6 +435,8 @@ class DraftParts:
             data["plants"] = {line.key: line.data for line in self.plants}
         if self.tolerance:
             data["tolerance"] = {line.key: line.data["of"] for line in self.tolerance}
+        if self.assumed:
+            data["assumed_signs"] = list(self.assumed)
         for part in ("events", "expect", "allow"):
             lines: list[Line] = getattr(self, part)
             if lines:

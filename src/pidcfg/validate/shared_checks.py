@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping
 from decimal import Decimal
 from itertools import pairwise, permutations
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
 
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
@@ -360,29 +359,3 @@ def outside_limits(
     numbers = {"value": value, "low": limits[0], "high": limits[1]}
     texts = {key: shown(number) if key in units else number_text(Decimal(number)) for key, number in numbers.items()}
     yield view.at(*path, **{field: texts.pop("value")}, **texts, **values)
-
-
-# --- What a loop is for, as its name and description tell: heating or cooling -----------------------------------------
-#
-# Rules of several vendors hold the action of a loop against it; the words of it stand here once.
-
-HEATING = re.compile(r"\b(?:(?:re|pre)?heat(?:er|ers|ing)|ovens?|furnaces?|kilns?|boilers?|burners?)(?![a-z])")
-COOLING = re.compile(
-    r"\b(?:cool(?:er|ers|ing)?|cold|chill(?:er|ers|ed|ing)|fridges?|freez(?:er|ers|ing)|refrigerat\w*|"
-    r"air condition\w*)(?![a-z])"
-)
-AMBIGUOUS = re.compile(
-    r"\b(?:air to close|(?:normally|fails?) open|inver(?:ted|se)|reversed|"
-    r"exhaust|draft|draught|vent\w*|fans?|dampers?|quench\w*)(?![a-z])"
-)
-TEMPERATURE = re.compile(r"(?:deg|°|º)? ?[cfk]|(?:deg(?:rees?)?|°) ?\w*|℃|℉|celsius|fahrenheit|kelvin")
-WORD_BREAK = re.compile(r"[\W_]+")
-
-
-def heating_or_cooling(loop: Any) -> set[str]:
-    """What name and description say that a loop does: ``heating``, ``cooling``."""
-    text = WORD_BREAK.sub(" ", f"{loop.name} {loop.description or ''}".casefold())
-    unit = (loop.pv.unit or "degC").casefold()
-    if AMBIGUOUS.search(text) or not TEMPERATURE.fullmatch(unit):
-        return set()
-    return {word for word, pattern in (("heating", HEATING), ("cooling", COOLING)) if pattern.search(text)}

@@ -14,7 +14,7 @@ from pidcfg.cli.formats.findings import Findings, details, display_name
 from pidcfg.cli.formats.findings import text as findings_text
 from pidcfg.output.runs import batches_data, runs_data
 from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
-from pidcfg.sim.judgement.report import ACCEPTED_KIND, Tally, in_brief
+from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import CONTROL, one_line, pad_left, pad_right, width_of
@@ -204,7 +204,15 @@ def _expected(report: Report) -> list[tuple[str, str]]:
 
 def _verdicts(outcome: Outcome, report: Report) -> str:
     """A line a loop, what needs saying, what failed, and the verdict of the run."""
-    return _loops(report) + _notes(report) + failures(report) + run_verdict_line(outcome, report) + "\n"
+    return (
+        _loops(report) + _assumed(report) + _notes(report) + failures(report) + run_verdict_line(outcome, report) + "\n"
+    )
+
+
+def _assumed(report: Report) -> str:
+    """The loops whose action is not judged, in one line."""
+    names = ", ".join(v.loop for v in report.standing if v.kind == ASSUMED_KIND)
+    return table([(names, "not judged", f"whether the action is right: {ASSUMED}")]) if names else ""
 
 
 def _notes(report: Report) -> str:
@@ -221,9 +229,7 @@ def _notes(report: Report) -> str:
 def _judged(report: Report) -> str:
     """Every expectation, and the standing ones that are not simply met."""
     rows, standing = _expected(report), in_brief(report.standing)
-    return ("Expectations\n" + table(rows) if rows else "") + (
-        "Standing expectations\n" + table(standing) if standing else ""
-    )
+    return ("Expectations\n" + table(rows) if rows else "") + ("Always checked\n" + table(standing) if standing else "")
 
 
 def remarks(outcomes: Sequence[Outcome], fmt: str, trend: str | None) -> Iterator[str]:
@@ -256,11 +262,11 @@ def run_verdict_line(outcome: Outcome, report: Report) -> str:
         line += "; the PLC ends stopped"
     if failed or tally.failed:
         parts = [f"{failed} of {total} expectations"] * (failed > 0)
-        parts += [f"{tally.failed} of {tally.judged} standing ones"] * (tally.failed > 0)
+        parts += [f"{tally.failed} of {tally.judged} always checked"] * (tally.failed > 0)
         parts += [f"{tally.unproven} not proven"] * (tally.unproven > 0)
         line = f"{FAILED}: {', '.join(parts)}"
     elif tally.unproven and not errors:
-        line = f"{NOT_PROVEN}: {tally.unproven} of {tally.judged} standing ones"
+        line = f"{NOT_PROVEN}: {tally.unproven} of {tally.judged} always checked"
         line += f" ({total} of {total} expectations passed)" if total else ""
     elif errors:
         line = f"FAILED: an error in the run ({total} of {total} expectations passed)"
@@ -343,7 +349,7 @@ def figure(percent: float) -> str:
 
 def _row(one: Share) -> tuple[str, ...]:
     wanted = "all" if one.wanted is None else f"{one.wanted:g} %"
-    judged = "passed" if one.passed else FAILED
+    judged = "passed" if one.passed else FAILED if one.failed else NOT_PROVEN
     count = f"{one.held:,} of {one.samples:,}"
     return judged, one.text, f"{figure(one.share)} %", f"{figure(one.bound)} %", wanted, count
 
@@ -352,7 +358,16 @@ def _expectations(found: Certification) -> str:
     if not found.expectations:
         return ""
     rows = [("", "", "share", "at least", "wanted", "samples"), *map(_row, found.expectations)]
-    return "Expectations\n" + table(rows, left=2)
+    remarks = "".join(f"  {line}\n" for line in map(_lacks, found.expectations) if line)
+    return "Expectations\n" + table(rows, left=2) + remarks
+
+
+def _lacks(one: Share) -> str:
+    """What an expectation with a share lacks; nothing where it is proven."""
+    if one.passed or one.wanted is None:
+        return ""
+    share, bound = figure(one.share), figure(one.bound)
+    return one_line(f"{one.text}: {share} % of {one.samples:,} samples, so at least {bound} %; {one.wants}")
 
 
 def _standing(found: Certification) -> str:
@@ -366,7 +381,7 @@ def _standing(found: Certification) -> str:
         )
     unjudged = sum(one.passed and not one.judged for one in found.standing)
     remark = f"  {unjudged} more are judged in no sample\n" if unjudged else ""
-    return "Standing expectations\n" + (table(rows, left=2) if rows else "") + remark
+    return "Always checked\n" + (table(rows, left=2) if rows else "") + remark
 
 
 def _metrics(found: Certification) -> str:
@@ -408,16 +423,18 @@ def batch_verdict_line(outcome: BatchOutcome, found: Certification) -> str:
     """How a batch went, in one line."""
     if outcome.unjudged:
         return f"{FAILED}: the configuration has errors, and nothing is expected of the runs"
-    failed, total = sum(not one.passed for one in found.expectations), len(found.expectations)
-    broken = sum(one.samples - one.held > one.unproven for one in found.standing)
-    unproven = sum(0 < one.samples - one.held == one.unproven for one in found.standing)
-    parts = [f"{failed} of {total} expectations not shown"] * (failed > 0)
-    parts += [f"{broken} standing ones failed"] * (broken > 0)
-    parts += [f"{unproven} standing ones not proven"] * (unproven > 0)
+    failed, total = sum(one.failed for one in found.expectations), len(found.expectations)
+    open_ones, checked = sum(not one.passed for one in found.expectations) - failed, len(found.standing)
+    broken = sum(one.failed for one in found.standing)
+    unproven = sum(not one.passed for one in found.standing) - broken
+    parts = [f"{failed} of {total} expectations failed"] * (failed > 0)
+    parts += [f"{open_ones} of {total} expectations not proven"] * (open_ones > 0)
+    parts += [f"{broken} of {checked} always checked failed"] * (broken > 0)
+    parts += [f"{unproven} of {checked} always checked not proven"] * (unproven > 0)
     parts += [f"{found.failed_to_run:,} samples cannot run, {reason}" for reason in found.reasons[:1]]
     if parts:
-        return f"{FAILED}: {'; '.join(parts)}"
-    return f"passed: {total} of {total} expectations shown, and all standing ones, in {found.samples:,} samples"
+        return f"{FAILED if failed or broken or found.failed_to_run else NOT_PROVEN}: {'; '.join(parts)}"
+    return f"passed: {total} of {total} expectations, and all that is always checked, in {found.samples:,} samples"
 
 
 # --- Runs as findings, for formats of CI systems: every expectation that failed is a finding at its line --------------
@@ -682,5 +699,4 @@ def _batch_case(one: Share, found: Certification) -> Case:
         return Case(one.text, skipped="not judged in any sample")
     if one.passed:
         return Case(one.text, output=said)
-    wanted = "all samples are wanted" if one.wanted is None else f"{one.wanted:g} % are wanted"
-    return Case(one.text, (("error PID061", f"{said}; {wanted}", said),))
+    return Case(one.text, (("error PID061", f"{said}; {one.wants}", said),))

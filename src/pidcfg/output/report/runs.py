@@ -109,13 +109,13 @@ def verdict_of(run: Run, report: Report) -> str:
     tally = Tally.of(report.standing)
     if failed or tally.failed:
         written = f"{failed} of {total} expectations" if failed else ""
-        standing = f"{tally.failed} of {tally.judged} standing ones" if tally.failed else ""
+        standing = f"{tally.failed} of {tally.judged} always checked" if tally.failed else ""
         unproven = f"; {tally.unproven} not proven" if tally.unproven else ""
         return f"{', '.join(part for part in (written, standing) if part)} failed{unproven}."
     if run.unjudged:
         return "The configuration has errors, and nothing is expected of the run."
     if tally.unproven:
-        return f"{tally.unproven} of {tally.judged} standing ones are not proven."
+        return f"{tally.unproven} of {tally.judged} always checked not proven."
     if not run.passed:
         return f"There was an error in the run; {total} of {total} expectations passed."
     return f"{total} of {total} expectations, {tally.in_words()}."

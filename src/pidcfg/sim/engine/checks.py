@@ -203,9 +203,10 @@ def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
             cure = "write it in the PV's unit, or in % of its span"
             message = f"the tolerance of {name} is {tolerance.value:f}{tolerance.unit}; it must be above 0"
             yield Problem(("tolerance", name), message, "value", help=cure)
-    for i, name in enumerate(scenario.loops or ()):
-        if name not in plc.loops:
-            yield unknown_name(("loops", i), "loop", name, plc.loops)
+    for key in ("assumed_signs", "loops"):
+        for i, name in enumerate(getattr(scenario, key) or ()):
+            if name not in plc.loops:
+                yield unknown_name((key, i), "loop", name, plc.loops)
     if scenario.loops is not None and not scenario.loops:
         yield Problem(("loops",), "no loop is judged", "value", help="name the loops, or leave out the key")
     yield from _check_length(scenario, plc)

@@ -401,7 +401,7 @@ RUN = (
         560,
         "an event that changes nothing excuses nothing",
         "An event that sets a parameter, a signal or a plant's number to what it is, or the CPU to the mode that it is "
-        "in, is no event for the standing expectations. What the PLC writes itself (an output, a bias, and every "
+        "in, is no event for what is always checked. What the PLC writes itself (an output, a bias, and every "
         "parameter after an event of a mode, an auto-tune or a profile) is never taken for the same.",
         "It moves nothing, and would otherwise cut a run into parts that are each too short to be judged.",
     ),

@@ -80,6 +80,9 @@ STANDING_KINDS = (
 """What a standing expectation can find, in the order of the report."""
 ACCEPTED_KIND = "differs-from-accepted"
 """What is found beside that where a person has accepted a run."""
+ASSUMED_KIND = "wrong-action"
+"""What is left open beside that where the sign of a plant is taken from the loop's own action."""
+ASSUMED = "the sign of the plant is assumed from it"
 
 VerdictWord = Literal["proven", "failed", "not-proven", "not-judged"]
 WORDS_OF_VERDICTS: Mapping[VerdictWord, str] = {
@@ -302,9 +305,9 @@ class Tally:
         return self.held + self.failed + self.unproven + self.allowed
 
     def in_words(self) -> str:
-        """``20 of 21 standing ones, 1 allowed, 3 not judged``."""
+        """``20 of 21 always checked, 1 allowed, 3 not judged``."""
         rest = [f"{n} {what}" for n, what in ((self.allowed, "allowed"), (self.unjudged, "not judged")) if n]
-        return ", ".join([f"{self.held} of {self.judged} standing ones", *rest])
+        return ", ".join([f"{self.held} of {self.judged} always checked", *rest])
 
 
 def in_brief(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:

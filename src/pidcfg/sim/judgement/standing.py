@@ -37,7 +37,7 @@ from pidcfg.sim.judgement.evidence import (
 )
 from pidcfg.sim.judgement.lasting import judge_error, judge_saturation, look_at
 from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
-from pidcfg.sim.judgement.report import Standing, VerdictWord, ten_digits
+from pidcfg.sim.judgement.report import ASSUMED, ASSUMED_KIND, Standing, VerdictWord, ten_digits
 from pidcfg.text.paths import dotted, leaves
 
 if TYPE_CHECKING:
@@ -336,6 +336,8 @@ def standing(e: Evidence) -> list[Standing]:
         for kind, (judge, who) in KINDS.items():
             said = why or _kept(e, i, who)
             verdicts.append(_verdict(kind, name, unjudged_verdict(said) if said else judge(e, i)))
+        if name in e.scenario.assumed_signs:
+            verdicts.append(_verdict(ASSUMED_KIND, name, unjudged_verdict(f"whether its action is right: {ASSUMED}")))
     verdicts = [_with_allowance(e, verdict) for verdict in verdicts]
     covered = {v.loop: v.allowed for v in verdicts if v.allowed is not None and v.kind in COVERING}
     return [

@@ -81,6 +81,26 @@ def samples_needed(share: float) -> int:
     return needed
 
 
+MOST_SAMPLES = 10_000_000
+"""More than anybody runs."""
+
+
+def samples_that_show(wanted: float, held: int, samples: int) -> int | None:
+    """About how many samples show a share, if as many of them hold as of these; None where no number of them does."""
+    if held / samples <= wanted:
+        return None
+    few, many = samples, samples
+    while lower_bound(many * held // samples, many) < wanted:
+        few, many = many, 2 * many
+        if many > MOST_SAMPLES:
+            return None
+    while few + 1 < many:
+        middle = (few + many) // 2
+        shown = lower_bound(middle * held // samples, middle) >= wanted
+        few, many = (few, middle) if shown else (middle, many)
+    return many
+
+
 # ----------------------------------------------------------------------------------------------------------------------
 # The result of a batch as data: shares with their bounds, distributions, what mattered most, and the worst samples.
 
@@ -117,6 +137,21 @@ class Share:
             return self.held == self.samples
         return lower_bound(self.held, self.samples) >= self.wanted / PERCENT
 
+    @property
+    def failed(self) -> bool:
+        """Whether the samples themselves say no; else what has not passed is not proven by so few of them."""
+        return not self.passed and (self.wanted is None or PERCENT * self.held < self.wanted * self.samples)
+
+    @property
+    def wants(self) -> str:
+        """What is wanted, in words, and about how many samples would show it."""
+        if self.wanted is None:
+            return "all samples are wanted"
+        enough = samples_that_show(self.wanted / PERCENT, self.held, self.samples)
+        if enough is None:
+            return f"{self.wanted:g} % are wanted, which no number of samples shows while so many fail"
+        return f"{self.wanted:g} % are wanted, for which about {enough:,} samples with such a share would do"
+
 
 @frozen
 class StandingShare(Share):
@@ -126,6 +161,11 @@ class StandingShare(Share):
     loop: str = ""
     unproven: int = 0
     """Samples that do not show it, of those that do not keep it."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether any sample fails, and does not merely leave it open."""
+        return self.samples - self.held > self.unproven
 
 
 @frozen

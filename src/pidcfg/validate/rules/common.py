@@ -13,8 +13,10 @@ from pidcfg.schemas.limits import SIDES, Limits, unit_text, units_of
 from pidcfg.schemas.numbers import MAX_DIGITS, decimal_text
 from pidcfg.text.paths import value_at
 from pidcfg.text.references import Decision
+from pidcfg.validate.purpose import action_of, purpose_of
 from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
 from pidcfg.validate.shared_checks import list_names
+from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,6 +50,16 @@ D09 = Decision(
     "limits come from the manual",
     "Each parameter's limits are the manual's own; the message names the place.",
     "Values outside them have no documented effect.",
+)
+D945 = Decision(
+    945,
+    "words of heating and cooling tell the action that is meant",
+    "An action that does not fit a word of heating or cooling in the loop's name or description is a warning that "
+    "names both, for every vendor, in English and German. Words of both kinds, of an exhaust, or of an actuator that "
+    "works the other way round are none, nor is a PV whose unit, or without one whose name, is not of a temperature. "
+    "A drafted scenario takes the sign of its plant from the word; without a word from the action, and says so.",
+    "DL06 and CLICK name the process's action, EZLogix and NextoPID the controller's, and manuals do not agree on "
+    "forward: swapping it is the likeliest mistake, and a heater that runs away its result.",
 )
 
 ROUNDING_WARNING = Decimal("0.01")
@@ -255,6 +267,42 @@ def same_name_but_for_capitals(context: AnyContext) -> Findings:
             others = tuple(dict.fromkeys(other for _, other in loops if other != name))
             if others and ("loops", i, "name") not in context.explained:
                 yield finding("loops", i, "name", name=name, other=list_names(others)).shared_with(*others)
+
+
+@warning(
+    "PID110",
+    D945,
+    "{here} is for a PV that {way} when the output rises, but the {place} says {word!r} ({purpose}), which needs "
+    "{other}",
+)
+def action_against_words(context: AnyContext) -> Findings:
+    """The action is the other one than the loop's name or description suggests.
+
+    Why: the output would drive the PV away from the set point: a heater is switched on the further, the hotter it gets.
+    DL06 and CLICK name the process's action, EZLogix and NextoPID the controller's, which is the opposite word, and
+    manuals do not agree which is forward.
+
+    Fix: change the action. If it is right because the actuator works the other way round, say so in the description:
+    "air to close", "normally open", "fail open", "inverted".
+    """
+    vendor = VENDORS[context.config.vendor]
+    for i, loop in enumerate(context.config.loops):
+        purpose, action = purpose_of(loop), action_of(vendor, loop)
+        path = None if action is None else ("loops", i, action.key)
+        if purpose is None or action is None or action.raises_pv is purpose.heats or path in context.explained:
+            continue
+        way = "rises" if action.raises_pv else "falls"
+        yield finding(
+            "loops",
+            i,
+            action.key,
+            here=action.here,
+            way=way,
+            place=purpose.place,
+            word=purpose.word,
+            purpose=purpose.text,
+            other=action.other,
+        )
 
 
 def _text(value: Any) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.maps.dpide import LOOPS
@@ -11,6 +12,9 @@ from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.text.frozen import frozen
 from pidcfg.validate.shared_checks import Context, View, number_with_unit
+
+if TYPE_CHECKING:
+    from pidcfg.text.paths import Path
 
 
 @frozen
@@ -95,3 +99,8 @@ class DpideContext(Context[DpideFile, ProgramEncoding]):
     def loops(self) -> tuple[LoopView, ...]:
         """The loops in the order of the file."""
         return tuple(LoopView(i, loop, self.config.plc.interrupt_task) for i, loop in enumerate(self.config.loops))
+
+    @property
+    def explained(self) -> frozenset[Path]:
+        """Places that a rule of DPIDE's own explains better: a direction that is not given."""
+        return frozenset(("loops", view.index, "PID_DIR") for view in self.loops if not view.gives("PID_DIR"))

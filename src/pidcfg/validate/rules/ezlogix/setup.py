@@ -13,7 +13,7 @@ from pidcfg.text.references import EZLOGIX, Decision
 from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import PLACES, EzlogixContext, LoopView, register_number
-from pidcfg.validate.shared_checks import heating_or_cooling, report_at_both
+from pidcfg.validate.shared_checks import report_at_both
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -258,43 +258,3 @@ def logical_tag_while_stopped(context: EzlogixContext) -> Findings:
         parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
         if parts:
             yield view.at("pv" if frozen else "output", "tag", tags=" and ".join(parts))
-
-
-# --- The controller's action against what the file says of the loop ---------------------------------------------------
-
-ACTION = EZLOGIX.at("Controller Action")
-
-D183 = Decision(
-    183,
-    "words of heating and cooling tell the action that is meant",
-    "A direct-acting loop whose name or description speaks of heating, and a reverse-acting one that speaks of "
-    "cooling, are a warning. Words of both kinds, of an exhaust, or of an actuator that works the other way round are "
-    "none, nor is a PV whose unit is not one of temperature.",
-    "The action stands in no register, and the word is the opposite of the process's action, by which other "
-    "controllers name it: swapping it is the likeliest mistake, and a heater that runs away its result.",
-)
-MEANING = {
-    "direct": ("heating", "CV rises as PV rises", "reverse"),
-    "reverse": ("cooling", "CV falls as PV rises", "direct"),
-}
-
-
-@per_loop
-@warning(
-    "EZ415",
-    D183,
-    "action {action} ({meaning}), but the loop's name or description speaks of {purpose}, which needs {other}",
-)
-def action_against_description(view: LoopView) -> Findings:
-    """The action is the other one than the loop's name or description suggests.
-
-    Why: here `action` is the controller's: a heater needs `reverse`, a cooler `direct`. DL06 and CLICK name the
-    process's action, which is the opposite word. With the wrong one the heater is switched on the further, the hotter
-    it gets.
-
-    Fix: change the action. If it is right because the actuator works the other way round, say so in the description:
-    "air to close", "normally open", "fail open", "inverted".
-    """
-    purpose, meaning, other = MEANING[view.loop.action]
-    if heating_or_cooling(view.loop) == {purpose}:
-        yield view.at("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)
