@@ -10,7 +10,7 @@ import pytest
 
 import pidcfg
 from live_rig import CLICK, Registers, run, words_of
-from map_rig import EXAMPLES, example, filled, numbered, virtual, words_by
+from map_rig import EXAMPLES, OFFERED, example, filled, numbered, virtual, words_by
 from pidcfg.encoders import modbus_map as map_template
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.listing import named_modbus_kind
@@ -23,6 +23,7 @@ from pidcfg.live.link import PlcError
 from pidcfg.live.reading import NamedRegisters
 from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, TIME, UINT, USINT
 from pidcfg.sim.controllers.settings import RegisterError
+from pidcfg.text.diagnostics import Severity
 from pidcfg.validate.map_files import MapFile, numbering_of
 from pidcfg.vendors import VENDORS
 from test_serve import served
@@ -158,24 +159,84 @@ def test_what_no_register_has_is_told(desk, tmp_path):
         result = pidcfg.compare(path, url, map=text)
         said = run("compare", path, "--plc", url, "--map", saved(tmp_path, text)).stderr
     assert result.same
-    assert result.unread == ("TIC_1.Direct",)
-    assert result.notes == ("not read, since the map says that no register has them: TIC_1.Direct",)
-    assert said.endswith(": alike; 1 setting not read\n")
+    assert result.unread[0] == "TIC_1.Direct"
+    assert result.notes == ()
+    first = next(d for d in result.warnings if "map says" in d.message)
+    assert (first.code, first.severity, first.loop) == ("PID069", Severity.WARNING, "TIC_1")
+    assert first.message == "could not be read, since the map says that no register has them: Direct"
+    assert said.endswith(f": alike as far as read; {len(result.unread)} settings could not be read\n")
+
+
+UNSEEN = [
+    ("ezlogix/dosing", "action: reverse", "action: direct", "FLOW.action"),
+    ("ezlogix/oven", "algorithm: position", "algorithm: velocity", "OVEN1.algorithm"),
+    ("ezlogix/oven", "tag: IR1", "tag: IR7", "OVEN1.pv.tag"),
+    ("ezlogix/dosing", "process_when_stopped: true", "process_when_stopped: false", "plc.process_when_stopped"),
+    ("click/tank", "bit: Y001", "bit: Y002", "TANK1.output.pwm.bit"),
+    ("dpide/dryer", "Kc_Kp: 1.6", "Kc_Kp: 3.2", "AIR.Kc_Kp"),
+    ("dpide/dryer", "PID_DIR: true", "PID_DIR: false", "AIR.PID_DIR"),
+    ("dpide/dryer", "interrupt_task: 500", "interrupt_task: 600", "plc.interrupt_task"),
+    ("dpide/oven", "cycle: 4000", "cycle: 8000", "OVEN.call.GPWM"),
+    ("nextopid/heatexchanger", "sample_time: 0.1", "sample_time: 0.2", "plc.sample_time"),
+]
+"""By vendor a setting of an example that the PLC's registers do not show, another value of it, and what is told."""
+
+
+@pytest.mark.parametrize(("file", "old", "new", "told"), UNSEEN)
+def test_a_setting_that_no_register_shows_is_told_whatever_its_value(desk, tmp_path, file, old, new, told):
+    """The PLC holds the example, and the file another value: alike as far as read, and 1 with --strict."""
+    path = example(*file.split("/"))
+    text = "" if file.startswith("click") else needed(path)
+    changed = tmp_path / path.name
+    whole = path.read_text("utf-8")
+    assert old in whole
+    changed.write_text(whole.replace(old, new, 1), "utf-8")
+    stated = ("--map", saved(tmp_path, text)) if text else ()
+    words = words_by(path, text) if text else words_of(path)
+    with desk.plc(Registers(words)) as url:
+        found = pidcfg.compare(changed, url, map=text or None)
+        plain, strict = (run("compare", changed, "--plc", url, *stated, *more) for more in ((), ("--strict",)))
+        formats = {
+            name: run("compare", changed, "--plc", url, *stated, "--strict", "--format", name).stdout
+            for name in ("text", "json", "sarif", "junit", "github", "gitlab", "markdown")
+        }
+    assert found.same
+    assert told in found.unread
+    assert (plain.exit_code, strict.exit_code) == (0, 1)
+    count = f"{len(found.unread)} setting{'s' * (len(found.unread) != 1)}"
+    assert plain.stderr.endswith(f": alike as far as read; {count} could not be read\n")
+    key = told.removeprefix("plc.") if told.startswith("plc.") else told.partition(".")[2]
+    assert [name for name, output in formats.items() if "PID069" not in output or key not in output] == []
+    assert "<failure" in formats["junit"]
+
+
+def needed(path):
+    """A map of what every configuration like this one has to state."""
+    offered = [
+        line.removeprefix(OFFERED).partition(",")[0]
+        for line in pidcfg.encode(path, "modbus-map").text.splitlines()
+        if line.startswith(OFFERED)
+    ]
+    rows = filled(path).splitlines()
+    return "\n".join(row for row in rows if row.partition(",")[0] not in offered) + "\n"
 
 
 def test_what_the_program_holds_is_told(desk):
     path = example("dpide", "dryer")
     text = filled(path)
     with desk.plc(Registers(words_by(path, text))) as url:
-        (note,) = pidcfg.compare(path, url, map=text).notes
-        assert note.startswith(
-            "not read, since they are numbers of the program, without a device: AIR.MOUT_AUTO, AIR.CYCLE"
-        )
+        result = pidcfg.compare(path, url, map=text)
+        told = {(d.loop, d.message) for d in result.warnings}
+        assert [
+            d for d in told if d[0] == "AIR" and "numbers of the program, without a device: MOUT_AUTO, CYCLE" in d[1]
+        ]
         more = f"{text}AIR.Kc_Kp,holding,9500,float32\nAIR.CYCLE,none\n"
     with desk.plc(Registers(words_by(path, more))) as url:
-        without, rest = pidcfg.compare(path, url, map=more).notes
-    assert "AIR.CYCLE" in without
-    assert "AIR.Kc_Kp" not in rest
+        result = pidcfg.compare(path, url, map=more)
+    without, rest, *_ = (d.message for d in result.warnings if d.loop == "AIR")
+    assert "map says" in without
+    assert "CYCLE" in without
+    assert "Kc_Kp" not in rest
 
 
 def test_words_in_the_other_order(desk):

@@ -10,7 +10,7 @@ import struct
 import subprocess
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import count
-from threading import Event
+from threading import Event, Thread
 from types import SimpleNamespace
 
 import pytest
@@ -243,7 +243,7 @@ def test_each_function_reads_or_writes_its_table():
             raise RegisterError(2, "no")
         return [f"{table} {first}"] * number
 
-    context = server_module.context_of(SimpleNamespace(read=read, write=write))[7]
+    context = server_module.context_of(SimpleNamespace(read=read, write=write), 7)[7]
     assert [context.getValues(code, 5, 1) for code in (1, 2, 3, 4, 22, 23)] == [
         2, ["discrete 5"], ["holding 5"], 2, ["holding 5"], ["holding 5"]
     ]  # fmt: skip
@@ -518,6 +518,42 @@ def test_a_place_that_is_taken_is_said(desk):
         pytest.raises(PlcError, match="cannot listen: Address already in use"),
     ):
         pidcfg.serve(SCENARIOS["click"], listen=f"127.0.0.1:{port}", seconds=0.1)
+
+
+@pytest.mark.parametrize("unit", [None, 3, 255])
+def test_it_answers_its_own_unit_and_no_other(unit):
+    asked = {}
+
+    def ready(place):
+        for number in (0, 1, 2, 3, 255):
+            try:
+                pidcfg.pull(f"modbus://{place}?unit={number}", like=CLICK, timeout=0.5, retries=0)
+            except PlcError as error:
+                asked[number] = str(error)
+
+    def started(place):
+        clients.append(Thread(target=ready, args=(place,)))
+        clients[0].start()
+
+    clients = []
+    pidcfg.serve(SCENARIOS["click"], listen="127.0.0.1:0", unit=unit, ready=started, seconds=4)
+    clients[0].join()
+    assert set(asked) == {0, 1, 2, 3, 255} - {1 if unit is None else unit}
+    assert all("gateway" in said for said in asked.values())
+
+
+@pytest.mark.parametrize(
+    ("listen", "unit", "allowed"),
+    [
+        ("127.0.0.1:0", 256, "1 to 255"),
+        ("127.0.0.1:0", 0, "1 to 255"),
+        ("modbus+rtu:///dev/ttyUSB0", 0, "1 to 247"),
+        ("modbus+rtu:///dev/ttyUSB0", 248, "1 to 247"),
+    ],
+)
+def test_a_unit_that_is_none_is_refused(listen, unit, allowed):
+    with pytest.raises(ValueError, match=f"`unit` is {unit}; write a whole number from {allowed}"):
+        pidcfg.serve(SCENARIOS["click"], listen=listen, unit=unit)
 
 
 INF = float("inf")

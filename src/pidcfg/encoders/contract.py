@@ -63,6 +63,10 @@ class Tables(Protocol):
         """Where the gains stand."""
 
     @property
+    def NO_REGISTER(self) -> tuple[str, ...]:  # noqa: N802 - a constant of the module
+        """Settings that act on a loop and that no register has, by key; those of the PLC begin with ``plc.``."""
+
+    @property
     def WRITTEN(self) -> tuple[Written, ...]:  # noqa: N802 - a constant of the module
         """Who else writes them."""
 

@@ -6,9 +6,19 @@ is asked for, is a `PlcError`, which is a `ConnectionError` of one line with hos
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pidcfg.live.link import RTU, Address, AddressError, Patience, parse_address, parse_listen
+from pidcfg.live.link import (
+    HIGHEST_SERIAL_UNIT,
+    HIGHEST_UNIT,
+    RTU,
+    Address,
+    AddressError,
+    Patience,
+    parse_address,
+    parse_listen,
+)
 from pidcfg.output.arguments import ArgumentError, check_arguments, vendor_named
 from pidcfg.output.sources import checked_of, document_of, stated_map
 from pidcfg.text.reader import DEFAULT, Limits, reader_of
@@ -177,6 +187,7 @@ def serve(
     source: Source,
     *,
     listen: str = "127.0.0.1:5020",
+    unit: int | None = None,
     map: Path | str | bytes | None = None,
     speed: float = 1.0,
     seconds: float | None = None,
@@ -188,7 +199,8 @@ def serve(
 ) -> ServeResult:
     """Serves the virtual PLC of a scenario over Modbus, ``speed`` times as fast as the clock, until Ctrl-C.
 
-    ``listen``: host and port, of which 0 is one of the system's choice, or the URL of a serial line. ``map``: as in
+    ``listen``: host and port, of which 0 is one of the system's choice, or the URL of a serial line. ``unit``: the unit
+    that it answers as, and no other; 1 where nothing says it. ``map``: as in
     `pull`. ``seconds``: ends by itself. ``ready`` is called with the place once clients can come, ``tell`` when the
     simulation cannot keep up. The scenario's duration and expectations do not count: whoever operates the PLC decides.
     Raises `PlcError` where nobody can listen.
@@ -203,6 +215,11 @@ def serve(
         place = parse_address(listen) if listen.startswith(RTU) else Address(*parse_listen(listen))
     except AddressError as error:
         raise ArgumentError(f"`listen`: {error}", "listen") from None
+    if unit is not None:
+        highest = HIGHEST_SERIAL_UNIT if place.device else HIGHEST_UNIT
+        if not 1 <= unit <= highest:
+            raise ArgumentError(f"`unit` is {unit}; write a whole number from 1 to {highest}", "unit")
+        place = replace(place, unit=unit)
     serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
     stated = None if map is None else stated_map(map, None, files, limits)
     return serve_document(document_of(source, name, files, limits), serving, reader_of(files), stated)

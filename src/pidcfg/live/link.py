@@ -78,7 +78,7 @@ def serial_reason(device: str) -> str:
 
 TCP, RTU = "modbus", "modbus+rtu"
 PORT = 502
-HIGHEST_UNIT = 255
+HIGHEST_UNIT, HIGHEST_SERIAL_UNIT = 255, 247
 BAUD, PARITY = 19_200, "even"
 """Of a serial line that says nothing else."""
 PARITIES = {"none": "N", "odd": "O", "even": "E"}
@@ -158,7 +158,7 @@ def _rtu(url: str, parts: SplitResult) -> Address:
         raise AddressError(f"{url!r}: the parity is one of {', '.join(PARITIES)}")
     is_windows = device.upper().startswith("/COM")
     return Address(
-        unit=_number(url, values, "unit", 1, 1, 247),
+        unit=_number(url, values, "unit", 1, 1, HIGHEST_SERIAL_UNIT),
         device=device[1:] if is_windows else device,
         baud=_number(url, values, "baud", BAUD, 300, 4_000_000),
         parity=parity,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.ledger import text_of
 from pidcfg.conversion.terms import CONFIGURATION
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.contract import encoder_of, formats_of
+from pidcfg.encoders.contract import encoder_of, formats_of, tables_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
@@ -19,13 +19,14 @@ from pidcfg.output.arguments import ArgumentError, refuse_unknown, vendor_option
 from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
 from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.output.words import DecodeOptions, decode_files
+from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import steps
+from pidcfg.text.paths import steps, value_at
 from pidcfg.vendors import format_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.conversion.differences import Compared, Difference
     from pidcfg.encoders.listing import Numbering
@@ -39,6 +40,10 @@ if TYPE_CHECKING:
 
 # --- What a PLC holds, as a configuration or a memory listing: the result of `pidcfg.pull` ----------------------------
 
+BESIDE = "no register has them"
+"""Why settings are not read that stand in the program, in a dialog or a project."""
+OF_PLC = "plc."
+"""How keys of the whole PLC begin."""
 YAML = "yaml"
 """The format of a configuration; all others are listings."""
 
@@ -86,21 +91,35 @@ class Source:
         return ""
 
     @property
-    def unread(self) -> tuple[str, ...]:
-        """Settings that are in no register, by name."""
+    def unread(self) -> Mapping[str, tuple[str, ...]]:
+        """Settings that are in no register, by name, under the reason."""
         named = self.numbering if isinstance(self.numbering, NamedNumbering) else None
-        return (*named.without, *named.literals) if named is not None else ()
+        reasons = {
+            "the map says that no register has them": () if named is None else named.without,
+            "they are numbers of the program, without a device": () if named is None else named.literals,
+        }
+        known = {name for names in reasons.values() for name in names}
+        reasons[BESIDE] = tuple(name for name in self._beside() if name not in known)
+        return {why: names for why, names in reasons.items() if names}
+
+    def _beside(self) -> Iterator[str]:
+        """Settings of the configuration that act on its loops and stand in the program, in a dialog or a project."""
+        config = None if self.like is None else self.like.config
+        if config is None:
+            return
+        for key in tables_of(self.vendor).NO_REGISTER:
+            if key.startswith(OF_PLC):
+                yield from [key] if value_at(config, steps(key)) is not None else ()
+            else:
+                yield from (f"{loop.name}.{key}" for loop in config.loops if value_at(loop, steps(key)) is not None)
+        for item in (*config.loops, *getattr(config, "blocks", ())):
+            yield from (f"{item.name}.{key}" for key, value in item if isinstance(value, Wire))
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """Settings that are in no register, as notes."""
-        if not isinstance(self.numbering, NamedNumbering):
-            return ()
-        reasons = {
-            "the map says that no register has them": self.numbering.without,
-            "they are numbers of the program, without a device": self.numbering.literals,
-        }
-        return tuple(f"not read, since {why}: {few([*names])}" for why, names in reasons.items() if names)
+        """Settings that a map leaves out, as notes."""
+        reasons = ((why, names) for why, names in self.unread.items() if why != BESIDE)
+        return tuple(f"not read, since {why}: {few([*names])}" for why, names in reasons)
 
 
 @frozen
@@ -196,6 +215,9 @@ CODE = "PID065"
 """A setting in which the PLC differs from its file."""
 UNREACHED = "PID066"
 """A PLC that is not reached, or does not give what is asked for."""
+UNREAD = "PID069"
+"""Settings that no register has."""
+UNREAD_CURE = "look at them in the vendor's software; --strict ends with 1 for them"
 CURE = "look who changed it: correct the file, or write its value into the PLC"
 
 TROUBLE_CURE = "look what the PLC reports, `pidcfg explain` says what it means"
@@ -218,6 +240,8 @@ class CompareResult:
     """What is told and is no difference: set points that the operator has changed, words that are no values."""
     unread: tuple[str, ...] = ()
     """Settings that were not compared, since no register has them, by name."""
+    warnings: tuple[Diagnostic, ...] = ()
+    """The same as findings, one a loop and reason."""
 
     @property
     def ok(self) -> bool:
@@ -231,7 +255,7 @@ class CompareResult:
 
     def to_json(self) -> Data:
         """What ``pidcfg compare --format json`` prints."""
-        return findings_data(self.findings if self.ok else errors_in(self.findings))
+        return findings_data([*self.findings, *self.warnings] if self.ok else errors_in(self.findings))
 
 
 def compare_with(checked: Checked, source: Source, image: AnyImage) -> CompareResult:
@@ -246,8 +270,32 @@ def compare_with(checked: Checked, source: Source, image: AnyImage) -> CompareRe
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _findings(loop, document, source.register)]
-    notes = (*source.left_out, *implausible_contents(image), *_notes(diff))
-    return CompareResult(plc, document, tuple(sort_findings(findings)), diff, notes, source.unread)
+    notes = (*implausible_contents(image), *_notes(diff))
+    unread = tuple(name for names in source.unread.values() for name in names)
+    warnings = tuple(sort_findings([*_unread(document, source.unread)]))
+    return CompareResult(plc, document, tuple(sort_findings(findings)), diff, notes, unread, warnings)
+
+
+def _unread(document: Document, reasons: Mapping[str, Sequence[str]]) -> Iterator[Diagnostic]:
+    """What was not compared, loop by loop; what concerns all of them first."""
+    loops = _names(document)
+    for why, names in reasons.items():
+        left = list(names)
+        for i, loop in enumerate(loops):
+            own = [name for name in left if name.startswith(f"{loop}.")]
+            left = [name for name in left if name not in own]
+            if own:
+                keys = [name.removeprefix(f"{loop}.") for name in own]
+                yield _unread_finding(document, ("loops", i), keys, why, loop)
+        if left:
+            yield _unread_finding(document, (), left, why, "")
+
+
+def _unread_finding(document: Document, path: Any, names: Sequence[str], why: str, loop: str) -> Diagnostic:
+    message = f"could not be read, since {why}: {', '.join(names)}"
+    return Diagnostic(
+        UNREAD, Severity.WARNING, message, document.file, document.locate(path), path, loop, help=UNREAD_CURE
+    )
 
 
 def _findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:

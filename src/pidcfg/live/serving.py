@@ -174,8 +174,8 @@ MOST_WAITING, HEAD, LONGEST = 16, 6, 254
 """Requests of a client that may wait, by the protocol; bytes before the length of one, and what it is at most."""
 
 
-def context_of(plc: VirtualPlc, unit: int | None = None) -> Any:
-    """The PLC as pymodbus' servers know one; without a ``unit`` it answers whichever one is asked for."""
+def context_of(plc: VirtualPlc, unit: int) -> Any:
+    """The PLC as pymodbus' servers know one, which answers as this ``unit`` alone."""
     from pymodbus.constants import ExcCodes
     from pymodbus.datastore import ModbusBaseDeviceContext, ModbusServerContext
 
@@ -195,8 +195,7 @@ def context_of(plc: VirtualPlc, unit: int | None = None) -> Any:
                 return ExcCodes(error.code)
             return None
 
-    devices = Context() if unit is None else {unit: Context()}
-    return ModbusServerContext(devices, single=unit is None)  # type: ignore[no-untyped-call]
+    return ModbusServerContext({unit: Context()}, single=False)  # type: ignore[no-untyped-call]
 
 
 async def serve(
@@ -274,7 +273,7 @@ def _tcp_server(plc: VirtualPlc, listen: Address) -> Any:
             """As the library has it."""
             return Connection(self, self.trace_packet, self.trace_pdu, self.trace_connect)  # type: ignore[no-untyped-call]
 
-    return Server(context_of(plc), address=(listen.host, listen.port))
+    return Server(context_of(plc, listen.unit), address=(listen.host, listen.port))
 
 
 def _place(server: Any, listen: Address) -> str:

@@ -262,6 +262,7 @@ LISTING = (
 LIVE = (
     _row("PID065", "plc-differs", "A PLC holds another setting than its file.", "What runs is not what was agreed: somebody has changed the PLC or the file, or a download was never made.", "Find out who changed it; correct the file, or write its value into the PLC."),
     _unreadable("PID066", "plc-not-reached", "A PLC is not reached, or does not give what is asked for.", "Nothing has been compared: that is neither a pass nor a difference.", "Look at the cable, the address, the unit number and what the PLC allows over Modbus; the message names the function and the register."),
+    _row("PID069", "setting-not-read", "A setting of a file is in no register of the PLC, so that it was not compared.", "The PLC may run with another one, and nothing here would show it: a gain that was doubled, an action that was turned round.", "Look at it in the vendor's software, or give it a register and a row of the map; `--strict` ends with 1 for it.", Severity.WARNING),
     _row("PID067", "unusable-map", "The Modbus map that a configuration names cannot be used.", "A register that is missing from it, or that it has twice, would be read as another one's, or not at all.", "Correct the line of the map that the message names; `pidcfg encode FILE --format modbus-map` writes one to be filled in."),
 )
 """What `pidcfg compare` finds, and what is wrong with the map that it reads by."""

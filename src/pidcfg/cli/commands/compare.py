@@ -15,6 +15,7 @@ from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import usage
+from pidcfg.text.diagnostics import Severity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -45,6 +46,7 @@ PEOPLE = ("text", "concise")
     metavar="SECONDS",
     help="Compare again and again, and print what changes with its time, until Ctrl-C.",
 )
+@click.option("--strict", is_flag=True, help="Exit 1 for settings that could not be read, too.")
 @options.TIMEOUT
 @options.RETRIES
 @options.QUIET
@@ -56,12 +58,15 @@ def command(
     fmt: str,
     reports: tuple[report_options.Report, ...],
     watch: float | None,
+    strict: bool,
     timeout: float,
     retries: int,
     quiet: bool,
     limits: Limits,
 ) -> None:
     """Compare configurations with the PLC that they are for: exit 0 alike, 1 different, 2 not reached.
+
+    Settings that no register has are named; they may differ.
 
     What runs is left out: PV, output, mode, status, requests, the bias of a loop with an integral. A set point that the
     operator has changed is told and is no difference. The PLC is only read.
@@ -87,8 +92,9 @@ def command(
         first = compared()
     except UnusableMapError as error:
         raise click.ClickException(str(error)) from None
-    shown = Findings(first.shown(fmt), documents, command="compare")
-    full = Findings(first.shown(), documents, command="compare")
+    fails = Severity.WARNING if strict else Severity.ERROR
+    shown = Findings(first.shown(fmt), documents, fails, command="compare")
+    full = Findings(first.shown(), documents, fails, command="compare")
     if first.results or fmt not in PEOPLE:
         report_options.deliver(fmt, (), lambda name: render(name, shown))
     report_options.write_reports(reports, lambda name: render(name, full))
@@ -102,6 +108,8 @@ def command(
     code = first.code
     if watch is not None and code != Exit.UNUSABLE:
         code = _watch(compared, first, watch)
+    if strict and code == Exit.OK and first.unread:
+        code = Exit.FINDINGS
     click.get_current_context().exit(code)
 
 
@@ -129,12 +137,20 @@ class ComparisonRound:
         """What is told beside the differences."""
         return [line for result in self.results for line in result.notes]
 
+    @property
+    def unread(self) -> int:
+        """How many settings were not compared, since no register has them."""
+        return sum(len(result.unread) for result in self.results if result.ok)
+
     def shown(self, fmt: str = "") -> list[Diagnostic]:
-        """What differs, and in reports an error for each file that was not compared; people are told on stderr."""
+        """What differs or was not read, and in reports an error for each file that was not compared.
+
+        People are told of these on stderr.
+        """
         from pidcfg.live.pull import not_reached
 
         told = () if fmt in PEOPLE else (not_reached(name, said) for name, said in self.unreached.items())
-        return [*(d for result in self.results for d in result.findings), *told]
+        return [*(d for result in self.results for d in (*result.findings, *result.warnings)), *told]
 
     @property
     def summary(self) -> str:
@@ -144,10 +160,9 @@ class ComparisonRound:
         missed = f"{_count_text(left, 'file')} not compared" if left else ""
         if not done:
             return missed
-        found = _count_text(count, "difference") if count else "alike"
+        found = _count_text(count, "difference") if count else "alike as far as read" if self.unread else "alike"
         files = f"{_count_text(len(done), 'file')} compared with {done[0].plc}: {found}"
-        unread = sum(len(result.unread) for result in done)
-        unsaid = f"{_count_text(unread, 'setting')} not read" if unread else ""
+        unsaid = f"{_count_text(self.unread, 'setting')} could not be read" if self.unread else ""
         return "; ".join(filter(None, (files, unsaid, missed)))
 
 

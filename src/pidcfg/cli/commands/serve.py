@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 EPILOG = options.examples(
     "pidcfg serve reactor.scenario.yaml",
     "pidcfg serve reactor.scenario.yaml --speed 10 --listen 127.0.0.1:1502",
-    "pidcfg serve oven.scenario.yaml --map oven-map.csv",
+    "pidcfg serve oven.scenario.yaml --map oven-map.csv --unit 3",
     "pidcfg serve tank.scenario.yaml --listen 'modbus+rtu:///dev/ttyUSB0?baud=38400&parity=odd'",
 )
 LISTEN = "127.0.0.1:5020"
@@ -29,6 +29,12 @@ LISTEN = "127.0.0.1:5020"
 @options.MAP
 @click.option(
     "--listen", default=LISTEN, show_default=True, metavar="HOST:PORT", help="Where to listen, or modbus+rtu:///DEVICE."
+)
+@click.option(
+    "--unit",
+    type=options.Whole(1),
+    metavar="N",
+    help="The Modbus unit that it answers as, and no other; 1 unless --listen says another one.",
 )
 @click.option(
     "--speed",
@@ -48,6 +54,7 @@ def command(
     scenario: str,
     stated: str | None,
     listen: str,
+    unit: int | None,
     speed: float,
     seconds: float | None,
     fmt: str,
@@ -81,6 +88,7 @@ def command(
         result = serve(
             documents[0],
             listen=listen,
+            unit=unit,
             map=options.map_file(stated, limits),
             speed=speed,
             seconds=seconds,

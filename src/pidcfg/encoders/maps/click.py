@@ -328,3 +328,6 @@ CODES = (
     Code("error_code", 0, "no PID error", Meaning("Nothing is wrong with the loop's values.", "", (), ERROR_LIST)),
     *(_code(error) for error in ERRORS),
 )
+
+NO_REGISTER = ("output.pwm.bit",)
+"""Settings that act on a loop and that no register has, by key."""

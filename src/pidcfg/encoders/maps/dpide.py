@@ -159,3 +159,6 @@ INTEGRAL = (
 )
 """The 15 double words of I_MV: first and last, what they hold, and what that means."""
 # fmt: on
+
+NO_REGISTER = ("call.EN", "call.timer", "call.GPWM", "plc.interrupt_task")
+"""Settings that act on a loop and that no register has, by key."""

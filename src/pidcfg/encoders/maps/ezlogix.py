@@ -225,3 +225,6 @@ CODES = (
 )
 # fmt: on
 """The manual's table of Base+12."""
+
+NO_REGISTER = ("action", "algorithm", "pv.tag", "output.tag", "output.pulse.tag", "plc.process_when_stopped")
+"""Settings that act on a loop and that no register has, by key."""

@@ -94,3 +94,6 @@ WRITTEN = (
     Written("output.manual", "operated", "the operator", D280),
 )
 """Who else writes a field of a running loop."""
+
+NO_REGISTER: tuple[str, ...] = ()
+"""Settings that act on a loop and that no register has, by key."""

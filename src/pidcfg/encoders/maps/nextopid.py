@@ -300,3 +300,6 @@ STATES = {
 }
 # fmt: on
 """What an input chooses of which TRUE and FALSE have meanings of their own."""
+
+NO_REGISTER = ("type", "plc.sample_time", "sample_time")
+"""Settings that act on a loop and that no register has, by key."""
