@@ -17,6 +17,7 @@ from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
+from spoiled_configurations import MILD, spoiled
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FILES = {
@@ -602,3 +603,34 @@ def test_a_move_at_the_start_has_no_place_among_those_at_the_end():
     one, two, three = (f"{text}\nmoves:\n" + "".join(f"  - {move}\n" for move in rows) for rows in (moves, same, other))
     assert pidcfg.diff(one, two).same
     assert not pidcfg.diff(one, three).same
+
+
+@pytest.mark.parametrize("vendor", [vendor for vendor in FILES if vendor != "generic"])
+def test_what_differs_from_a_configuration_are_the_words_that_differ(tmp_path, vendor):
+    """An edit a line of the example: exactly the words of which both files have other contents, set points too."""
+    before = {cell.address: cell.raw for cell in pidcfg.encode(FILES[vendor]).image.cells}
+    old, new, counts = tmp_path / "old.yaml", tmp_path / "new.yaml", []
+    old.write_text(FILES[vendor], "utf-8")
+    for change in spoiled(FILES[vendor], 40, 0.5, MILD):
+        after = pidcfg.encode(change.text, name="new.yaml")
+        if not after.ok:
+            continue
+        new.write_text(change.text, "utf-8")
+        part = pidcfg.encode(new, "json", changed_from=old)
+        wanted = {cell.address for cell in after.image.cells if before.get(cell.address) != cell.raw}
+        assert {cell.address for cell in part.image.cells} == wanted, change[0]
+        counts.append(len(wanted))
+    assert sum(map(bool, counts)) > 5
+
+
+def test_a_configuration_to_compare_with_that_is_wrong_is_told(tmp_path):
+    (tmp_path / "old.yaml").write_text(FILES["click"], "utf-8")
+    with pytest.raises(
+        ValueError, match="`changed_from` is a file of AutomationDirect CLICK, not of AutomationDirect Dir"
+    ):
+        pidcfg.encode(REACTOR, changed_from=tmp_path / "old.yaml")
+    (tmp_path / "old.yaml").write_text("pidcfg: 1\nvendor: dl06\nloops: 3\n", "utf-8")
+    result = pidcfg.encode(REACTOR, changed_from=tmp_path / "old.yaml")
+    assert not result.ok
+    assert result.findings[-1].file == str(tmp_path / "old.yaml")
+    assert result.findings[-1].message == "plc is missing"

@@ -251,9 +251,10 @@ def encode(
 ) -> EncodeResult:
     """The PLC's memory for a configuration: every word with its address, and its texts in one of the vendor's formats.
 
-    ``into``: a file that the format adds to. ``changed_from``: a listing; only words that differ from it are written,
-    ``live``: also those that run. ``allow_errors``: although rules find errors, as long as every value has its word.
-    ``map``: a Modbus map, not that of ``plc.map``. Raises `UnwritableError` and `UnusableMapError`, both `ValueError`.
+    ``into``: a file that the format adds to. ``changed_from``: a listing, or a configuration by its ending ``.yaml``;
+    only words that differ from it are written, ``live``: also those that run. ``allow_errors``: although rules find
+    errors, as long as every value has its word. ``map``: a Modbus map, not that of ``plc.map``. Raises
+    `UnwritableError` and `UnusableMapError`, both `ValueError`.
     """
     from pidcfg.output.sources import checked_of, stated_map
     from pidcfg.output.words import MODBUS, EncodeOptions, encode_checked

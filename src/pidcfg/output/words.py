@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from copy import deepcopy
 from dataclasses import field, fields, replace
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.terms import Subject
@@ -16,7 +17,10 @@ from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import SUFFIXES
+from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
+from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS, format_of
 
 if TYPE_CHECKING:
@@ -97,7 +101,7 @@ class EncodeOptions:
     into: File | None = None
     """A file that the format adds to."""
     changed_from: File | None = None
-    """A listing: only words that differ from it are written."""
+    """A listing, or by the ending of its name a configuration: only words that differ from it are written."""
     live: bool = False
     """Whether words that the PLC or the process writes are so, too."""
     errors: bool = False
@@ -146,7 +150,7 @@ def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
 
 
 def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
-    """The result with what differs from a listing."""
+    """The result with what differs from a listing, or from what another configuration is encoded to."""
     if not kind.partial:
         able = [other.name for other in formats_of(subject.vendor).FORMATS.values() if other.partial]
         reason = f"{kind.name} is not written in part (`changed_from`); {', '.join(able)} are"
@@ -154,12 +158,27 @@ def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, 
     if options.into is not None:
         raise ArgumentError("`into` and `changed_from` do not go together", "into", "changed_from")
     data, name = options.changed_from or (b"", "")
+    is_edit = PurePath(name).suffix.lower() in SUFFIXES
+    if is_edit:
+        old = check_document(read_document(data, name, result.document.limits))
+        if old.encoding is None or not old.encoding.whole:
+            return replace(result, findings=(*result.findings, *errors_in(old.findings)[:1]))
+        data = _words_of(old, subject.vendor)
     try:
         listing = read_listing(data, subject.vendor, result.document.limits)
     except ListingError as error:
         return replace(result, findings=(*result.findings, listing_fault(error, name)))
-    image, notes = changes_from(subject, listing, live=options.live)
+    image, notes = changes_from(subject, listing, live=options.live or is_edit)
     return replace(_with_texts(replace(result, image=image), kind, None), merged=notes)
+
+
+def _words_of(old: Checked, vendor: Vendor) -> bytes:
+    """The listing of a configuration, which is one of this vendor."""
+    if old.vendor is not vendor or old.encoding is None:
+        title = "no vendor" if old.vendor is None else old.vendor.title
+        raise ArgumentError(f"`changed_from` is a file of {title}, not of {vendor.title}", "changed_from")
+    text: str = format_of(vendor, "json").write(old.encoding.image, ())
+    return text.encode()
 
 
 def _with_texts(result: EncodeResult, kind: FileKind, into: File | None) -> EncodeResult:

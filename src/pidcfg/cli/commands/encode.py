@@ -26,6 +26,7 @@ EPILOG = options.examples(
     "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
     "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
     "pidcfg encode reactor.yaml --format modbus --changed-from upload.csv -o changes.csv",
+    "pidcfg encode reactor.yaml --changed-from reactor-before.yaml",
     "pidcfg encode kiln.yaml --format modbus --map kiln-map.csv",
 )
 
@@ -49,8 +50,8 @@ PRINTERS = {"json": echo_json, "plcopen": echo_xml}
 )
 @click.option(
     "--changed-from",
-    metavar="LISTING",
-    help="Write only what differs from this listing, such as an upload, without what the PLC or the process writes.",
+    metavar="OLD",
+    help="Write only what differs from this listing, without what the PLC or the process writes, or configuration.",
 )
 @click.option(
     "--checklist", "whole_checklist", is_flag=True, help="List what a person checks after the download, on stderr."
