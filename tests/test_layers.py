@@ -180,7 +180,7 @@ LINES = {
     "convert --help":    4_850,
     "encode --help":     2_850,
     "decode --help":     4_350,
-    "validate examples/dl06/reactor.yaml": 17_350,
+    "validate examples/dl06/reactor.yaml": 17_550,
     "encode examples/dl06/reactor.yaml": 22_650,
     "simulate examples/dl06/reactor.scenario.yaml": 33_400,
 }

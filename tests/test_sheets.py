@@ -20,8 +20,8 @@ import pidcfg
 from pidcfg.cli.main import cli
 from pidcfg.output.report.content import Title
 from pidcfg.output.report.tables import workbook
-from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet
-from pidcfg.output.sheets import as_csv, as_workbook, number_or_text, plain_text
+from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet, word_of
+from pidcfg.output.sheets import as_csv, as_workbook, key_of, number_or_text, plain_text
 from pidcfg.output.sources import checked_of
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.signs import FORMULA
@@ -276,7 +276,7 @@ def test_findings_of_rules_are_remarks_with_their_cells():
         ("vendor,siemens\n" + HEAD + ROW, None, "there is no vendor siemens"),
         ("plc.loop_table\n" + HEAD + ROW, "dl06", "wants one value"),
         ("colour,red\n" + HEAD + ROW, "dl06", "'colour' stands above the header"),
-        (HEAD.encode("utf-8") + "Ofen-ä".encode("latin-1"), "dl06", "is not UTF-8"),
+        (HEAD.encode("utf-8") + b"Ofen-\x81", "dl06", "is neither UTF-8 nor Windows-1252"),
         (b"\0\0\0", "dl06", "is no text"),
         (b"PK\x03\x04nonsense", "dl06", "is no workbook"),
     ],
@@ -587,7 +587,7 @@ def test_two_loops_of_one_name_are_refused_at_the_second():
     assert fault == "loops.csv, row 3, cell A3: A is the name of the loop in row 2, too; give each its own"
 
 
-def test_errors_of_one_kind_in_one_column_are_told_once():
+def test_errors_that_say_the_same_of_one_column_are_told_once():
     rows = "".join(f"L{i},direct,1,0,200,2,x,0,degC,90\n" for i in range(14))
     told, other = faults(PLAIN.splitlines()[0].format("Setpoint") + "\n" + rows + "Z,direct,y,0,200,2,60,0,degC,90\n")[
         ::-1
@@ -596,3 +596,87 @@ def test_errors_of_one_kind_in_one_column_are_told_once():
         "and 3 more"
     )
     assert "row 16, cell C16 (sample_rate)" in told + other
+
+
+MANY = """\
+vendor;dl06
+plc.loop_table;V9999
+farbe;rot
+Regler;Beschreibung;Betriebsart;Wirkrichtung;Abtastzeit;Verstärkung;Ti;von;bis;Sollwert
+TIC-1;Ofen;Automatik;heizen;1;1,5;60;0;200;85
+TIC-2;x;Auto;umgekehrt;zwei;1,5;60;0;200;85
+TIC-3;x;foo;bar;drei;1,5;60;0;;85
+"""
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_everything_that_is_wrong_is_told_at_once_each_row_with_its_own_value(encoding):
+    with pytest.raises(SheetFaultsError) as caught:
+        from_sheet(MANY.encode(encoding), "s.csv", None, DEFAULT)
+    assert [fault.removeprefix("s.csv, row ").partition(";")[0] for fault in caught.value.faults] == [
+        "2, cell B2 (plc.loop_table): loop_table: V9999 is not octal: 9 is not an octal digit",
+        "3, cell A3: 'farbe' stands above the header and is no key of a file",
+        "6, cell E6 (Abtastzeit): sample_rate: 'zwei' is not a number",
+        "7, cell A7: pv.range has one end only",
+        "7, cell C7 (Betriebsart): mode is 'foo', not one of manual, auto, cascade",
+        "7, cell D7 (Wirkrichtung): action is 'bar', not one of direct, reverse",
+        "7, cell E7 (Abtastzeit): sample_rate: 'drei' is not a number",
+    ]
+
+
+def test_a_sheet_as_excel_writes_it_is_read_and_said_to_be_so():
+    text = HEAD + ROW.replace("TIC-1", "Ofen grün")
+    remark = "it is no UTF-8, so it is read as Windows-1252, as Excel writes CSV"
+    old, new = (from_sheet(text.encode(encoding), "l.csv", "dl06", DEFAULT) for encoding in ("cp1252", "utf-8"))
+    assert old.text == new.text
+    assert (remark in old.remarks, remark in new.remarks) == (True, False)
+
+
+HEATS = {"dl06": "direct", "click": "direct", "ezlogix": "reverse", "nextopid": "false", "dpide": "true"}
+HEATS["generic"] = "true"
+COOLS = {"direct": "reverse", "reverse": "direct", "true": "false", "false": "true"}
+
+
+@pytest.mark.parametrize("vendor", HEATS)
+def test_german_values_are_the_vendors_own(vendor):
+    key = key_of("Wirkrichtung", VENDORS[vendor])
+    for word in ("heizen", "Heizen", "heating"):
+        assert word_of(word, key, VENDORS[vendor]) == HEATS[vendor]
+    for word in ("kühlen", "KÜHLEN", "kuehlen", "cooling"):
+        assert word_of(word, key, VENDORS[vendor]) == COOLS[HEATS[vendor]]
+    assert word_of("irgendwie", key, VENDORS[vendor]) == "irgendwie"
+    own = {"dpide": ("reverse", "false"), "nextopid": ("direkt", "true"), "generic": ("Ja", "true")}
+    text, value = own.get(vendor, ("direkt", "direct"))
+    assert word_of(text, key, VENDORS[vendor]) == value
+    text, value = {"dpide": ("vorwärts", "true"), "generic": ("nein", "false"), "nextopid": ("umgekehrt", "false")}.get(
+        vendor, ("umgekehrt", "reverse")
+    )
+    assert word_of(text, key, VENDORS[vendor]) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "mode"),
+    [("Automatik", "auto"), ("AUTO", "auto"), ("Hand", "manual"), ("Manuell", "manual"), ("Kaskade", "cascade")],
+)
+def test_german_modes(text, mode):
+    assert word_of(text, "mode", VENDORS["dl06"]) == mode
+    assert word_of(text, "description", VENDORS["dl06"]) == text
+
+
+@pytest.mark.parametrize(("text", "value"), [("ja", "true"), ("WAHR", "true"), ("Nein", "false"), ("falsch", "false")])
+def test_german_switches_are_those_of_keys_that_are_switches(text, value):
+    assert word_of(text, "bias_freeze", VENDORS["dl06"]) == value
+    assert word_of(text, "PID_EQ", VENDORS["dpide"]) == value
+    assert word_of(text, "Indep", VENDORS["nextopid"]) == value
+    assert word_of(text, "tuning.gain", VENDORS["dl06"]) == text
+
+
+def test_a_german_sheet_is_a_configuration():
+    text = MANY.replace("V9999", "V2000").replace("farbe;rot\n", "").replace("zwei", "2").replace("drei", "1,5")
+    text = text.replace("foo;bar", "Hand;kühlen").replace("0;;85", "0;300;85")
+    loops = config(from_sheet(text.encode("cp1252"), "s.csv", None, DEFAULT).text).loops
+    assert [(loop.mode, loop.action) for loop in loops] == [
+        ("auto", "direct"),
+        ("auto", "reverse"),
+        ("manual", "reverse"),
+    ]

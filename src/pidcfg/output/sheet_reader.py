@@ -11,7 +11,17 @@ from datetime import date, time, timedelta
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.output.sheets import ENDS, TEXTS, UnknownColumnError, is_known, key_of, order_of, to_yaml_value, unit_of
+from pidcfg.output.sheets import (
+    ENDS,
+    TEXTS,
+    UnknownColumnError,
+    is_known,
+    key_of,
+    order_of,
+    switches,
+    to_yaml_value,
+    unit_of,
+)
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
@@ -20,10 +30,11 @@ from pidcfg.text.signs import FORMULA
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
+from pidcfg.validate.purpose import action_key, action_word
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.paths import Path
@@ -81,6 +92,8 @@ class Sheet:
     certain: bool
     left_out: tuple[str, ...] = ()
     """Other sheets of a workbook that hold anything."""
+    remark: str = ""
+    """How the text was read, where that is not certain."""
 
     def plain(self, cell: Cell) -> str:
         """A cell's text with a decimal point; raises `SheetError` for a number of two readings."""
@@ -105,11 +118,11 @@ def read_sheet(data: bytes, name: str, limits: Limits) -> Sheet:
     if len(data) > limits.file_bytes:
         raise SheetError(f"{name} is larger than {limits.file_bytes} bytes")
     left_out: tuple[str, ...] = ()
-    separator = ""
+    separator = remark = ""
     if data.startswith(WORKBOOK):
         rows, left_out = _workbook(data, name, limits)
     else:
-        text = _text_of(data, name)
+        text, remark = _text_of(data, name)
         separator = _separator(text)
         rows = list(_csv(text, separator, name))
     rows = [row for row in rows if row]
@@ -120,17 +133,22 @@ def read_sheet(data: bytes, name: str, limits: Limits) -> Sheet:
     commas = [text for text in texts if COMMA.fullmatch(text)]
     points = any(POINT.fullmatch(text) and not GROUPED.fullmatch(text) for text in texts)
     certain = not points and (separator == ";" or not all(map(THOUSANDS.fullmatch, commas)))
-    return Sheet(rows, bool(commas), certain, left_out)
+    return Sheet(rows, bool(commas), certain, left_out, remark)
 
 
-def _text_of(data: bytes, name: str) -> str:
+def _text_of(data: bytes, name: str) -> tuple[str, str]:
+    """The text, and what is assumed of it: Excel writes CSV in Windows-1252 unless it is told otherwise."""
+    remark = ""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise SheetError(f"{name} is not UTF-8; save it as 'CSV UTF-8'") from None
+        try:
+            text, remark = data.decode("cp1252"), "it is no UTF-8, so it is read as Windows-1252, as Excel writes CSV"
+        except UnicodeDecodeError:
+            raise SheetError(f"{name} is neither UTF-8 nor Windows-1252; save it as 'CSV UTF-8'") from None
     if "\0" in text:
         raise SheetError(f"{name} is no text; save it as CSV or XLSX")
-    return text
+    return text, remark
 
 
 def _separator(text: str) -> str:
@@ -247,6 +265,8 @@ def _text(value: object) -> str:
 
 # --- A sheet of loops to a configuration: one loop a row, and above the header what concerns the whole file -----------
 
+MISSING, SAME_NAME = "PID021", "PID106"
+"""The codes of a key that is not there, and of a name that two loops have, which the sheet's reader tells itself."""
 HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "templates")
 """Keys of the whole file, each with its value in the cell behind it, above the header."""
 NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
@@ -258,6 +278,53 @@ LEFT_OUT = "#"
 """Begins the header of a column that is for people alone."""
 LEAST_KNOWN = 2
 """Known columns by which a row is the header."""
+
+
+# --- What people write in cells, in English and German, as the vendor's own words ------------------------------------
+
+VALUES = {
+    "auto": "automatik automatisch automatic",
+    "manual": "hand handbetrieb manuell",
+    "cascade": "kaskade",
+}
+"""What people write in a cell in the place of a mode."""
+DIRECTIONS = {"direct": "direkt", "reverse": "umgekehrt invers revers", "forward": "vorwärts"}
+"""The same of a direction, by the word of the vendor for its own action."""
+OWN_WORDS = {
+    "action": {"direct": "direct", "reverse": "reverse"},
+    "Direct": {"direct": "true", "reverse": "false"},
+    "PID_DIR": {"forward": "true", "reverse": "false"},
+}
+"""By the key of the action, what the manual's words for it are written as."""
+PURPOSES = {
+    True: "heizen heizend heizung heat heating",
+    False: "kühlen kühlend kühlung kuehlen cool cooling",
+}
+"""The same of a direction, by whether the PV rises with the output: that means one thing with every vendor."""
+SWITCHES = {"true": "ja wahr yes", "false": "nein falsch no"}
+"""The same of a switch."""
+
+
+def word_of(text: str, key: str, vendor: Vendor) -> str:
+    """What a cell of a column means in the vendor's own words; a text that no list has stays as it is."""
+    spelled = text.strip().casefold()
+    if key == "mode":
+        return _listed(VALUES, spelled) or (spelled if spelled in VALUES else text)
+    if key == action_key(vendor):
+        purpose = next((heats for heats, words in PURPOSES.items() if spelled in words.split()), None)
+        own = action_word(vendor, raises_pv=purpose) if purpose is not None else None
+        own = own or OWN_WORDS.get(key, {}).get(_listed(DIRECTIONS, spelled) or spelled)
+        if own:
+            return own
+    return _listed(SWITCHES, spelled) or text if key in switches(vendor) else text
+
+
+def _listed(table: Mapping[str, str], spelled: str) -> str | None:
+    """The word under which a table has a spelling."""
+    return next((word for word, spellings in table.items() if spelled in spellings.split()), None)
+
+
+# --- The configuration of a sheet -------------------------------------------------------------------------------------
 
 
 @frozen
@@ -292,18 +359,17 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     loops = [reader.loop(row, columns, i) for i, row in enumerate(rows)]
     reader.refuse_equal_names(loops)
     content = reader.head(head)
-    remarks = [f"only the first sheet is read; also there: {', '.join(sheet.left_out)}"] if sheet.left_out else []
+    remarks = [sheet.remark] * bool(sheet.remark)
+    remarks += [f"only the first sheet is read; also there: {', '.join(sheet.left_out)}"] if sheet.left_out else []
     if "plc" not in content and _needs_plc(vendor):
         content["plc"] = _starter_plc(vendor)
         remarks.append(f"plc is as in the starter file of {vendor.key}; look at it")
-    if reader.faults:
-        raise SheetFaultsError(reader.faults)
     whole = {"pidcfg": 1, "vendor": vendor.key, **content, "loops": loops}
     text = yaml_text(to_yaml_value(whole))
     checked = check_document(read_document(text.encode(), name, limits))
     errors = [d for d in checked.findings if d.severity is Severity.ERROR]
-    if checked.config is None:
-        raise SheetFaultsError([message for _, message in reader.by_column(errors)])
+    if reader.faults or checked.config is None:
+        raise SheetFaultsError(reader.all_faults(errors))
     told = tuple(replace(d, message=message) for d, message in reader.by_column(errors))
     return FromSheet(text, vendor, len(loops), told, tuple(remarks))
 
@@ -377,18 +443,50 @@ class _Reader:
 
     def __init__(self, sheet: Sheet, name: str, vendor: Vendor, limits: Limits) -> None:
         self.sheet, self.name, self.vendor, self.limits = sheet, name, vendor, limits
-        self.faults: list[str] = []
+        self.faults: list[tuple[Cell, str]] = []
         self.places: dict[Path, tuple[Cell, str]] = {}
         """The cell of each value, and the header of its column."""
         self.rows: list[Cell] = []
         self.unknown: set[int] = set()
         """Columns whose header is no key of a loop."""
+        self.halves: set[Path] = set()
+        """Pairs of which one end is missing."""
         self.values = 0
         """In cells that hold more than one, counted with what their aliases stand for."""
 
     def fault(self, cell: Cell, message: str) -> None:
         """Something wrong with a cell."""
-        self.faults.append(f"{self.name}, row {cell.row}, cell {cell.place}: {message}")
+        self.faults.append((cell, f"{self.name}, row {cell.row}, cell {cell.place}: {message}"))
+
+    def all_faults(self, errors: Sequence[Diagnostic]) -> list[str]:
+        """What is wrong with the cells, and with the file that they make, in the order of the sheet.
+
+        What follows from a fault of a cell is none of its own: it has no value, or its column no key.
+        """
+        faulty = {(cell.row, cell.column) for cell, _ in self.faults}
+        rows = {cell.row for cell, _ in self.faults}
+        told = [(cell.row, cell.column, message) for cell, message in self.faults]
+        own = [d for d in errors if not (d.code == MISSING and (self.unknown or self._row_of(d) in rows))]
+        own = [d for d in own if d.code != SAME_NAME and not {d.path, d.path[:-1]} & self.halves]
+        own = [d for d in own if (place := self._place_of(d)) is None or (place[0].row, place[0].column) not in faulty]
+        for d, message in self.by_column(own):
+            place = self._place_of(d)
+            told.append((self._row_of(d), place[0].column if place else 0, message))
+        return [message for *_, message in sorted(told)]
+
+    def _place_of(self, d: Diagnostic) -> tuple[Cell, str] | None:
+        """The cell that a finding is about, and the header of its column."""
+        path: Path = d.path
+        while path and path not in self.places:
+            path = path[:-1]
+        return self.places[path] if path else None
+
+    def _row_of(self, d: Diagnostic) -> int:
+        """The row that a finding is about; 0: none."""
+        place = self._place_of(d)
+        if place is None and len(d.path) > 1 and d.path[0] == "loops":
+            return self.rows[int(d.path[1])].row
+        return 0 if place is None else place[0].row
 
     def columns(self, header: Sequence[Cell]) -> dict[int, tuple[str, str]]:
         """Key and header by the number of a column."""
@@ -436,7 +534,7 @@ class _Reader:
             else:
                 put(loop, path, self.value(cell, key, header))
             self.places["loops", number, *path] = (cell, header)
-        self._check_pairs(loop, row[0], ())
+        self._check_pairs(loop, row[0], (), number)
         return self._in_order(loop)
 
     def refuse_equal_names(self, loops: Sequence[dict[str, Any]]) -> None:
@@ -456,11 +554,12 @@ class _Reader:
             first.setdefault(key.partition(".")[0].partition(" ")[0], place)
         return dict(sorted(loop.items(), key=lambda item: first.get(item[0], len(first))))
 
-    def _check_pairs(self, data: dict[str, Any], row: Cell, above: tuple[str, ...]) -> None:
+    def _check_pairs(self, data: dict[str, Any], row: Cell, above: tuple[str, ...], number: int) -> None:
         for key, value in data.items():
             if isinstance(value, dict):
-                self._check_pairs(value, row, (*above, key))
+                self._check_pairs(value, row, (*above, key), number)
             elif isinstance(value, list) and None in value:
+                self.halves.add(("loops", number, *above, key))
                 self.fault(row, f"{'.'.join((*above, key))} has one end only; give low and high")
 
     def head(self, rows: Sequence[Sequence[Cell]]) -> dict[str, Any]:
@@ -495,17 +594,17 @@ class _Reader:
         try:
             text = self.sheet.plain(cell)
             unit = unit_of(header)
-            return Plain(f"{text} {unit}" if unit and NUMBER.fullmatch(text) else text)
+            return Plain(f"{text} {unit}" if unit and NUMBER.fullmatch(text) else word_of(text, key, self.vendor))
         except SheetError as error:
             self.fault(cell, str(error))
             return None
 
     def by_column(self, errors: Sequence[Diagnostic]) -> list[tuple[Diagnostic, str]]:
-        """The findings as they are told: those of one kind in one column once, with the further rows."""
-        groups: dict[tuple[str, Path], list[Diagnostic]] = {}
+        """The findings as they are told: what says the same of several rows once, with the further rows."""
+        groups: dict[tuple[str, Path, str], list[Diagnostic]] = {}
         for d in errors:
             key = (*d.path[:1], *d.path[2:]) if d.path[:1] == ("loops",) and len(d.path) > 1 else d.path
-            groups.setdefault((d.code, key), []).append(d)
+            groups.setdefault((d.code, key, d.message), []).append(d)
         return [(same[0], self.with_row(same[0]) + self._further(same[1:])) for same in groups.values()]
 
     def _further(self, same: Sequence[Diagnostic]) -> str:
@@ -515,12 +614,9 @@ class _Reader:
 
     def with_row(self, d: Diagnostic) -> str:
         """A finding with the row and the cell that it is about."""
-        path: Path = d.path
         text = d.message + (f"; {d.help}" if d.help else "")
-        while path and path not in self.places:
-            path = path[:-1]
-        if path:
-            cell, header = self.places[path]
+        place, row = self._place_of(d), self._row_of(d)
+        if place is not None:
+            cell, header = place
             return f"{self.name}, row {cell.row}, cell {cell.place} ({header}): {text}"
-        row = f", row {self.rows[int(d.path[1])].row}" if len(d.path) > 1 and d.path[0] == "loops" else ""
-        return f"{self.name}{row}: {text}"
+        return f"{self.name}{f', row {row}' if row else ''}: {text}"

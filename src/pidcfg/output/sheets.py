@@ -61,7 +61,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "tuning.derivative_gain",
         "Td_Kd",
     ),
-    "action direction wirkrichtung wirksinn regelsinn": ("action",),
+    "action direction wirkrichtung wirksinn regelsinn": ("action", "Direct", "PID_DIR", "output_raises_pv"),
     "setpoint set_point sp sollwert": ("setpoint.value", "SP", "SV"),
     "sp_low setpoint_low sollwert_min": ("setpoint.limits low", "setpoint.lower_limit"),
     "sp_high setpoint_high sollwert_max": ("setpoint.limits high", "setpoint.upper_limit"),
@@ -183,15 +183,31 @@ def _words(vendor: Vendor) -> dict[str, str]:
     return words
 
 
-def _leaves(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, bool]]:
-    """The keys that have a value, and whether it is a pair."""
+@cache
+def switches(vendor: Vendor) -> frozenset[str]:
+    """The keys whose values are true or false."""
+    return frozenset(
+        key
+        for model in models_in(vendor.model.model_fields["loops"].annotation)
+        for key, annotation in _annotations(model)
+        if "bool" in annotation
+    )
+
+
+def _annotations(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
+    """The keys that have a value, each with its type as text."""
     for name, field in model.model_fields.items():
         inner, kind = models_in(field.annotation), str(field.annotation).lower()
         key = f"{above}{field.alias or name}"
         if len(inner) == 1 and "tuple" not in kind:
-            yield from _leaves(inner[0], f"{key}.")
+            yield from _annotations(inner[0], f"{key}.")
         else:
-            yield key, "tuple" in kind and "..." not in kind
+            yield key, kind
+
+
+def _leaves(model: type[BaseModel]) -> Iterator[tuple[str, bool]]:
+    """The keys that have a value, and whether it is a pair."""
+    return ((key, "tuple" in kind and "..." not in kind) for key, kind in _annotations(model))
 
 
 # --- Plain texts of a file as the numbers, switches and words that YAML writes without quotes -------------------------

@@ -105,11 +105,22 @@ class Action:
     """The key with the opposite value."""
 
 
+def action_key(vendor: Vendor) -> str:
+    """The key that says the action of a loop."""
+    key, blank, _ = tables_of(vendor).TUNED.heating.partition(" ")
+    return key.rstrip(":") if blank else ACTION
+
+
+def action_word(vendor: Vendor, *, raises_pv: bool) -> str:
+    """How the action is written of a loop whose PV rises with its output, or falls."""
+    tuned = tables_of(vendor).TUNED
+    return (tuned.heating if raises_pv else tuned.cooling).rpartition(" ")[2].lower()
+
+
 def action_of(vendor: Vendor, loop: Any) -> Action | None:
     """The action of a loop; None where an expression gives it."""
-    tuned = tables_of(vendor).TUNED
-    texts = {word.rpartition(" ")[2].lower(): rises for word, rises in ((tuned.heating, True), (tuned.cooling, False))}
-    key = tuned.heating.partition(" ")[0].rstrip(":") if " " in tuned.heating else ACTION
+    texts = {action_word(vendor, raises_pv=rises): rises for rises in (True, False)}
+    key = action_key(vendor)
     value = value_at(loop, (key,))
     word = str(value).lower()
     if not isinstance(value, bool | str) or word not in texts:

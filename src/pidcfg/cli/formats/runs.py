@@ -204,9 +204,8 @@ def _expected(report: Report) -> list[tuple[str, str]]:
 
 def _verdicts(outcome: Outcome, report: Report) -> str:
     """A line a loop, what needs saying, what failed, and the verdict of the run."""
-    return (
-        _loops(report) + _assumed(report) + _notes(report) + failures(report) + run_verdict_line(outcome, report) + "\n"
-    )
+    parts = _loops(report), _assumed(report), _notes(report), failures(report)
+    return f"{''.join(parts)}{run_verdict_line(outcome, report)}\n"
 
 
 def _assumed(report: Report) -> str:
@@ -358,16 +357,15 @@ def _expectations(found: Certification) -> str:
     if not found.expectations:
         return ""
     rows = [("", "", "share", "at least", "wanted", "samples"), *map(_row, found.expectations)]
-    remarks = "".join(f"  {line}\n" for line in map(_lacks, found.expectations) if line)
-    return "Expectations\n" + table(rows, left=2) + remarks
+    return "Expectations\n" + table(rows, left=2) + "".join(map(_lacks, found.expectations))
 
 
 def _lacks(one: Share) -> str:
     """What an expectation with a share lacks; nothing where it is proven."""
     if one.passed or one.wanted is None:
         return ""
-    share, bound = figure(one.share), figure(one.bound)
-    return one_line(f"{one.text}: {share} % of {one.samples:,} samples, so at least {bound} %; {one.wants}")
+    said = f"{figure(one.share)} % of {one.samples:,} samples, so at least {figure(one.bound)} %; {one.wants}"
+    return f"  {one_line(f'{one.text}: {said}')}\n"
 
 
 def _standing(found: Certification) -> str:
