@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pidcfg import api
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.lookup import as_text
+from pidcfg.output.explanation.shown import as_text
 from pidcfg.vendors import VENDORS
 
 FOLDER = Path(__file__).parent / "data" / "explained"

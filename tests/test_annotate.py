@@ -71,7 +71,7 @@ def test_values_are_in_engineering_units(tmp_path):
     assert found["V2002"] == "V2002    0666   1638  FIC-102  setpoint                Set point (SP): 20 m3/h"
     assert found["V2007"].endswith("Sample rate: 0.2 s")
     assert found["V2032"].endswith("Remote SP V-memory address pointer: V2045")
-    assert found["V7640"].endswith("Loop parameter table pointer: V2000")
+    assert found["V7640"].endswith("Loop parameter table pointer: V2000, room for 8 loops")
     assert "action direct" in found["V2000"]
     assert "PV alarm monitor (bit 12)" in found["V2000"]
 
@@ -82,7 +82,7 @@ def test_words_that_are_no_values_say_why_and_the_others_are_told(tmp_path):
     )
     found = lines_of(tmp_path, text.replace("V2001   0008      8", "V2001   C008  49160"))
     assert found["V2007"].endswith("Sample rate: no value, 0x0A20 has a digit above 9")
-    assert found["V7641"].endswith("Number of loops: no value, 0x00FF has a digit above 9")
+    assert found["V7641"].endswith("Number of loops: FF, no BCD number: no loop runs; bit 2 of V7642 goes on")
     assert "0xC008 has a combination of bits (14, 15) that means nothing" in found["V2001"]
     assert found["V2010"].endswith("Gain (proportional): 0.8 %/%")
 
@@ -139,7 +139,7 @@ def test_status_words_of_other_vendors(tmp_path):
 
 def test_loops_that_go_on_behind_the_last_register_are_no_obstacle(tmp_path):
     lines = lines_of(tmp_path, "V7640 FFFF\nV7641 0001\nV177777 0001\n")
-    assert lines["V7640"].endswith("Loop parameter table pointer: V177777")
+    assert lines["V7640"].endswith("(The loop table starts outside the upper V-memory range)")
     assert lines["V7641"].endswith("Number of loops: 1")
     assert "LOOP-1  mode_setting_1" in lines["V177777"]
 

@@ -25,6 +25,7 @@ EPILOG = options.examples(
     "pidcfg explain addr+06.10 --format json",
     "pidcfg explain V2013 TIC-101.gain --in reactor.yaml",
     "pidcfg explain TIC-101 --in reactor.yaml",
+    "pidcfg explain output stays 0 --vendor click",
     "pidcfg explain",
 )
 
@@ -73,13 +74,14 @@ def command(
     """Explain each THING in plain words, with the manual's place.
 
     A THING is a word (V7642), its content (V7642=0008), a bit (addr+06.10), an error number (CK27), a register's name
-    (gain), a rule (DL242) or a decision (D46); with --in also a loop, tag or signal that the configuration names.
+    (gain), a rule (DL242), a decision (D46) or a Modbus reference (41025); with --in also a loop, tag or signal that
+    the configuration names. What you see works too ("oscillates", "will not go to auto"), as does a message of pidcfg.
 
     Without a THING, lists what can be asked for.
     """
     from pidcfg.api import explain
-    from pidcfg.output.explanation.lookup import as_text, forms_text
     from pidcfg.output.explanation.page import QuestionError
+    from pidcfg.output.explanation.shown import as_text, forms_text
 
     configuration = None if config is None else _configuration(config, limits)
     try:

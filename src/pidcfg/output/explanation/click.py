@@ -35,6 +35,9 @@ UNSTORED = {
 }
 """Keys that no register holds."""
 
+HEADS = ("ck", "clickerror", "piderror", "error", "errorcode", "pidfehler", "fehler")
+"""What people write before an error number."""
+
 EXPLAINER = RegisterBook(
     key="click",
     space=SPACE,
@@ -44,9 +47,7 @@ EXPLAINER = RegisterBook(
         Block("DF", DF_BLOCK, "DF101", ("df", "dfn")),
     ),
     words=WORDS,
-    series=(
-        Series("PID error", CODES, "a number that the help does not list", ("ck", "clickerror", "piderror", "error")),
-    ),
+    series=(Series("PID error", CODES, "a number that the help does not list", HEADS),),
     forms=(
         ("a PID error number", "CK27"),
         ("a register of a loop", "DF106=120 --block DF101"),

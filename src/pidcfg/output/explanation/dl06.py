@@ -10,7 +10,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import DecodeError, Position, bcd_digits
-from pidcfg.encoders.dl06.image import scales, scales_of
+from pidcfg.encoders.dl06.image import check_setup, scales, scales_of
 from pidcfg.encoders.image import default_name, read_settings
 from pidcfg.encoders.maps.dl06 import (
     ADDRESS,
@@ -18,11 +18,14 @@ from pidcfg.encoders.maps.dl06 import (
     CPU,
     D01,
     D16,
+    ERROR_FLAGS,
     FILTER,
     FORMATS,
+    HOW_TO_CHECK_AGAIN,
     LOOP_COUNT,
     LOOP_TABLE,
     LOOP_TABLES,
+    LOWER,
     RAMP_SOAK_PAIR,
     RAMP_SOAK_PAIRS,
     READ_LATE,
@@ -30,11 +33,13 @@ from pidcfg.encoders.maps.dl06 import (
     SETUP_WORDS,
     SPACE,
     TABLE_POINTER,
+    UPPER,
     WORDS,
     WRITERS,
     Source,
     SpanBcd,
 )
+from pidcfg.encoders.regmap import Meaning
 from pidcfg.output.explanation.book import Direction, Start
 from pidcfg.output.explanation.page import UNKNOWN, Placement, Scaling, special_code
 from pidcfg.output.explanation.registers import FILE, Block, RegisterBook
@@ -59,9 +64,31 @@ FILTER_FULL = Decimal(1)
 
 def special(word: Word, raw: int, _scaling: Scaling) -> str:
     """Words that hold an address or a channel."""
+    if word in SETUP_WORDS.words:
+        return _set_up(word, raw)
     if word.codec is ADDRESS:
         return v_name(raw) if raw else "0: points nowhere"
     return _transfer(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else ""
+
+
+def _set_up(word: Word, raw: int) -> str:
+    """What the CPU makes of V7640 for a single loop, and of V7641 with a table in its place; V7642 says the same."""
+    is_pointer = word.offset == SETUP_WORDS.offset("loop_table")
+    setup = check_setup(raw, 1) if is_pointer else check_setup(CPU.lower[0], raw)
+    digits = f"{raw:04X}".lstrip("0") or "0"
+    shown = v_name(raw) if is_pointer else digits
+    if setup.flags:
+        bit = setup.flags.bit_length() - 1
+        flag = next(row.title for row in SETUP_WORDS.bits if bit in row.bits)
+        goes_on = f"no loop runs; bit {bit} of {v_name(ERROR_FLAGS)} goes on"
+        is_number = is_pointer or setup.count
+        return f"{shown}: {goes_on} ({flag})" if is_number else f"{shown}, no BCD number: {goes_on}"
+    if not is_pointer:
+        return "0: no loop runs" if setup.count == 0 else shown
+    room = min(CPU.loops, ((CPU.lower_end if raw < CPU.upper[0] else CPU.upper_end) + 1 - raw) // LOOP_TABLE.size)
+    more = "" if room == CPU.loops else f"; more than {room} do not fit"
+    beyond = f" and set bit 3 of {v_name(ERROR_FLAGS)}" if more and raw < CPU.upper[0] else ""
+    return f"{shown}, room for {room} loop{'' if room == 1 else 's'}{more}{beyond}"
 
 
 def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
@@ -183,11 +210,14 @@ def _ramp_soak(table: int, loop: str, scaling: Scaling) -> Iterator[tuple[int, P
 
 
 LATE = {
-    key: f"{text}, and Program mode stops the machine" if "Program" in text else text for key, text in READ_LATE.items()
+    key: f"{text}, and Program mode stops the machine" if "Program" in text else text
+    for key, text in (*READ_LATE.items(), ("program-to-run", "is not read until the CPU changes from Program to Run"))
 }
+USER_MEMORY = "a word of user V-memory in which loop tables may lie"
 REGIONS = (
-    *((first, last, "a word of user V-memory in which loop tables may lie") for first, last in (CPU.lower, CPU.upper)),
     (*CPU.non_volatile, "a word of user V-memory that is kept without power (few writes)"),
+    (CPU.lower[0], CPU.lower_end, USER_MEMORY),
+    (CPU.upper[0], CPU.upper_end, USER_MEMORY),
     (*CPU.system, "a word of the system's parameters"),
     (0, 0o177777, "a word of V-memory"),
 )
@@ -200,6 +230,21 @@ UNSTORED = dict.fromkeys(
 )
 """Keys that no word holds."""
 
+SET_UP = {
+    "loop_table": Meaning(
+        f"Where the loop table begins: {LOWER}, or {UPPER}. Elsewhere bit 0 or 1 of {v_name(ERROR_FLAGS)} goes on, "
+        "with a table that is too long bit 3, and no loop runs.",
+        f"Write the address. {HOW_TO_CHECK_AGAIN}",
+        ("DL201", "DL202", "DL204"),
+    ),
+    "number_of_loops": Meaning(
+        f"How many loops are calculated, from the first on: 0 to {CPU.loops}. 0: no loop runs. More, or no BCD number: "
+        f"bit 2 of {v_name(ERROR_FLAGS)} goes on, and no loop runs either.",
+        f"Write the number. {HOW_TO_CHECK_AGAIN}",
+        ("DL203", "DL207", "DL208", "DL209"),
+    ),
+}
+
 EXPLAINER = RegisterBook(
     key="dl06",
     space=SPACE,
@@ -208,7 +253,7 @@ EXPLAINER = RegisterBook(
         Block("V", LOOP_TABLE, "V2000", ("", "addr", "v"), repeat=CPU.loops),
         Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, mentioned=False),
     ),
-    words=WORDS,
+    words=WORDS | SET_UP,
     bits=BIT_MEANINGS,
     forms=(
         ("a word, hexadecimal content", "V7642=0008"),

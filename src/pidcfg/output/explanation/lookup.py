@@ -1,36 +1,47 @@
-"""One question to all that knows an answer: vendors, rules, decisions, a configuration; the answer as text and JSON."""
+"""One question to all that knows an answer: vendors, rules, decisions, a configuration."""
 
 from __future__ import annotations
 
-import difflib
 import pkgutil
 import re
 from dataclasses import replace
 from importlib import import_module
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.page import ADDRESS, Configured, Page, Question, QuestionError, Value
+from pidcfg.output.explanation.messages import said
+from pidcfg.output.explanation.page import (
+    ADDRESS,
+    SHOWN,
+    Configured,
+    Page,
+    Question,
+    QuestionError,
+    UnknownError,
+    Value,
+)
 from pidcfg.output.explanation.registers import Registers
+from pidcfg.output.explanation.shown import explanation_data
+from pidcfg.output.explanation.spelling import CONTENT_BEHIND, REFERENCE, mistyped, referenced, spelled, titled, within
+from pidcfg.output.explanation.symptoms import named_by, pages_of, words_of
 from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-from pidcfg.validate.catalog import CODE, as_data, page, rules, suggestion
+from pidcfg.validate.catalog import CODE, as_data, page, rule_of, rules, suggestion
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from pidcfg.encoders.regmap import Meaning
     from pidcfg.output.explanation.book import Book, Direction
-    from pidcfg.output.explanation.page import Origin, Point
+    from pidcfg.output.explanation.page import Origin
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.validate.engine import Checked
+    from pidcfg.validate.rule import Rule
 
 # --- The numbered decisions, wherever in the program they stand -------------------------------------------------------
 
@@ -131,155 +142,6 @@ def _blocks(config: Configured, loop: str) -> tuple[str, ...]:
     return tuple(f"{title}: {name(first)} to {name(last)}" for title, (first, last) in ends.items())
 
 
-# --- Explanations as text for people and as JSON for programs ---------------------------------------------------------
-
-WIDTH = 100
-LABEL = 13
-
-
-def as_text(pages: Sequence[Page]) -> str:
-    """All explanations, with a line between two."""
-    return "\n".join(page.markdown or "\n".join(_lines(page)) + "\n" for page in pages)
-
-
-def _lines(page: Page) -> Iterator[str]:
-    shown = f" = {page.value.shown}" if page.value else ""
-    yield f"{page.name}{shown}: {page.title}" + (f"  ({page.vendor_title})" if page.vendor_title else "")
-    yield ""
-    if page.value:
-        yield from row("value", page.value.text)
-        yield from row("no value", page.value.problem)
-    if page.meaning:
-        yield from _meaning("it means", page.meaning)
-    for point in page.points:
-        if _is_listed(point, page):
-            yield from _point(point)
-    off = [p.label.removeprefix("bit ") for p in page.points if p.label.startswith("bit") and not _is_listed(p, page)]
-    yield from row("off", numbers(off))
-    yield from row("holds", page.holds)
-    yield from row("unit", page.unit)
-    yield from row("written as", page.notation)
-    yield from row("written by", page.by)
-    yield from row("stands at", page.place or page.loop or "")
-    yield from row("in a file", f"key {page.key}" if page.key else "")
-    for at in page.origins:
-        yield from row("set by", f"{at.file}:{at.line}:{at.column}, {at.key}: {at.text}")
-    yield from row("manual", page.reference)
-    for text in page.notes:
-        yield from row("note", text)
-
-
-def numbers(labels: Sequence[str]) -> str:
-    """Bits in short: ``bits 0, 2-9``; groups of bits as they are."""
-    runs: list[list[int]] = []
-    others = [label for label in labels if not label.isdecimal()]
-    for n in sorted(int(label) for label in labels if label.isdecimal()):
-        if runs and runs[-1][-1] == n - 1:
-            runs[-1].append(n)
-        else:
-            runs.append([n])
-    texts = [str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs]
-    single = [f"bit{'s' if len(texts) > 1 or '-' in texts[0] else ''} {', '.join(texts)}"] if texts else []
-    return ", ".join([*single, *others])
-
-
-def _is_listed(point: Point, page: Page) -> bool:
-    """A bit that is off is only counted, where a value was given."""
-    return page.value is None or point.active or point.state not in {"off", ""}
-
-
-def _point(point: Point) -> Iterator[str]:
-    state = f": {point.state}" if point.state not in {"", "on"} else ""
-    yield from row(f"{point.label} on" if point.state == "on" else point.label, f"{point.title}{state}")
-    if point.meaning:
-        yield from _meaning("", point.meaning)
-
-
-def _meaning(label: str, meaning: Meaning) -> Iterator[str]:
-    yield from row(label, meaning.effect)
-    yield from row("to do", meaning.cure)
-    if meaning.rules:
-        yield from row("found by", "pidcfg rule " + ", ".join(meaning.rules))
-
-
-def row(label: str, text: str) -> Iterator[str]:
-    """A label and a text beside it, wrapped; nothing for an empty text."""
-    if not text:
-        return
-    first, *rest = wrap(text, WIDTH - LABEL - 2, break_on_hyphens=False)
-    yield f"  {label:<{LABEL - 1}} {first}" if len(label) < LABEL else f"  {label}  {first}"
-    yield from (f"  {'':<{LABEL - 1}} {line}" for line in rest)
-
-
-def forms_text(rows: Sequence[tuple[str, str, str]]) -> str:
-    """What can be asked for, by vendor."""
-    wide = max(len(example) for example, _, _ in rows)
-    lines: list[str] = []
-    last = None
-    for example, what, vendor in rows:
-        if vendor != last:
-            lines += [] if last is None else [""]
-            lines.append(vendor or "pidcfg")
-            last = vendor
-        lines.append(f"  {example:<{wide}}  {what}")
-    return "\n".join(lines) + "\n"
-
-
-def explanation_data(pages: Sequence[Page], forms: Sequence[tuple[str, str, str]] = ()) -> dict[str, Any]:
-    """The layout of the public interface, spelled out key by key."""
-    rows = [{"example": example, "what": what, "vendor": vendor or None} for example, what, vendor in forms]
-    return {"version": 1, "explanations": [_data(page) for page in pages], **({"forms": rows} if rows else {})}
-
-
-def _data(page: Page) -> dict[str, Any]:
-    value = page.value
-    return {
-        "kind": page.kind,
-        "vendor": page.vendor,
-        "name": page.name,
-        "title": page.title,
-        "value": None
-        if value is None
-        else {"raw": value.raw, "shown": value.shown, "text": value.text or None, "problem": value.problem or None},
-        **_meaning_data(page.meaning),
-        "bits": [
-            {
-                "bit": p.label,
-                "title": p.title,
-                "state": p.state or None,
-                "active": p.active,
-                "key": p.key,
-                **_meaning_data(p.meaning),
-            }
-            for p in page.points
-        ],
-        "holds": page.holds or None,
-        "unit": page.unit or None,
-        "notation": page.notation or None,
-        "access": page.access or None,
-        "written_by": page.by or None,
-        "key": page.key,
-        "loop": page.loop,
-        "place": page.place or None,
-        "set_by": [
-            {"file": at.file, "line": at.line, "column": at.column, "loop": at.loop, "key": at.key, "text": at.text}
-            for at in page.origins
-        ],
-        "reference": page.reference or None,
-        "notes": list(page.notes),
-        "page": None if page.extra is None else dict(page.extra),
-    }
-
-
-def _meaning_data(meaning: Meaning | None) -> dict[str, Any]:
-    return {
-        "meaning": meaning.effect if meaning else None,
-        "cure": (meaning.cure or None) if meaning else None,
-        "rules": list(meaning.rules) if meaning else [],
-        "basis": str(meaning.basis) if meaning and meaning.basis else None,
-    }
-
-
 # --- The words for the direction of control, of which some mean the opposite with another vendor ----------------------
 
 ACTION = "action"
@@ -353,18 +215,21 @@ DECISION = re.compile(r"D0?([0-9]{1,3})", re.IGNORECASE)
 
 
 def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
-    """Every reading of a question, also with blanks for underscores; raises `QuestionError` when there is none."""
+    """Every reading of a question, and what people see that is called so; raises `QuestionError` when there is none."""
+    question = replace(question, name=spelled(question.name))
     try:
-        return _readings(question, vendors, decisions)
-    except QuestionError:
-        joined = replace(question, name="_".join(question.name.split()))
-        if joined == question:
-            raise
-        try:
-            return _readings(joined, vendors, decisions)
-        except QuestionError:
-            pass
-        raise
+        pages = _readings(question, vendors, decisions)
+    except UnknownError as error:
+        pages = _in_words(question, vendors, decisions)
+        if not pages:
+            raise error from None
+        return pages
+    if question.config is None and WORDS.fullmatch(question.text):
+        answered = {one.vendor for one in pages}
+        if len(answered) == 1:
+            pages += [one for key in vendors if key not in answered for one in _named(question, key)]
+        pages += _seen(question, vendors, whole=True)
+    return pages
 
 
 def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
@@ -378,6 +243,8 @@ def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[]
     if not pages:
         pages, _ = _search_vendors(question, _with_bank(question, vendors))
     if not pages:
+        pages = [*referenced(question, vendors)]
+    if not pages:
         pages, refusals = _search_vendors(question, vendors)
         problems += refusals
     if not pages or len(vendors) == len(VENDORS):
@@ -385,8 +252,79 @@ def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[]
     if not pages and question.config is not None and question.value is None:
         pages = mentions(question.config, question.name)
     if not pages:
-        raise QuestionError(problems[0] if problems else _unknown(question, vendors))
+        raise QuestionError(problems[0]) if problems else UnknownError(_unknown(question, vendors))
     return pages
+
+
+def _in_words(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
+    """A name with blanks for underscores, a text of pidcfg's own, the words of a title, or what people see."""
+    pages = _known(replace(question, name="_".join(question.name.split())), vendors, decisions)
+    if pages:
+        return [*pages, *_seen(question, vendors, whole=True)]
+    pages = _said(question.text, vendors) if len(question.text.split()) > 1 else []
+    if REFERENCE.fullmatch(question.name):
+        return pages_of(named_by(MODBUS), vendors)
+    if not pages and question.value is None and (match := CONTENT_BEHIND.fullmatch(question.name)):
+        pages = _known(replace(question, name=match[1], value=match[2]), vendors, decisions)
+    pages = pages or _seen(question, vendors)
+    for name in () if pages else within(question.text):
+        pages += _known(replace(question, name=name, value=None), vendors, decisions)
+    return pages or _all_titled(question, vendors)
+
+
+def _known(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
+    """Every reading of a question; none where there is none."""
+    try:
+        return _readings(question, vendors, decisions)
+    except QuestionError:
+        return []
+
+
+WORDS = re.compile(r"[A-Za-z]+( [A-Za-z]+)*")
+"""What may be a name in words, or what people see: no key of a file and no address."""
+MODBUS = "modbus"
+MOST_PAGES = 12
+"""Of registers that have some words in their names; more are only listed."""
+FEW_PAGES = 2
+"""Of such registers of one vendor, beside those of another one that have just this name."""
+
+
+def _named(question: Question, key: str) -> list[Page]:
+    """The registers of a vendor with these words in their names; none where they are too many to be meant."""
+    pages = _titled(question, key)
+    return pages if len(pages) <= FEW_PAGES else []
+
+
+def _titled(question: Question, key: str) -> list[Page]:
+    """The registers of a vendor with these words in their names."""
+    pages: list[Page] = []
+    for name in titled(question.name, book_of(key)):
+        pages += [one for one in find(key, replace(question, name=name)) if one not in pages]
+    return pages
+
+
+def _all_titled(question: Question, vendors: Sequence[str]) -> list[Page]:
+    """The registers with these words in their names; raises `QuestionError` where they are too many to be meant."""
+    pages = [one for key in vendors for one in _titled(question, key)]
+    if len(pages) > MOST_PAGES:
+        names = ", ".join(list(dict.fromkeys(page.title.partition(" [")[0] for page in pages))[:MOST_PAGES])
+        raise QuestionError(f"{question.name!r} is in {len(pages)} names; say which, or name the --vendor: {names} …")
+    return pages
+
+
+def _said(text: str, vendors: Sequence[str]) -> list[Page]:
+    """The rules and lines that a text of pidcfg's own is of."""
+    pages: list[Page] = []
+    for means in said(text, vendors):
+        pages += [_rule_page(rule_of(means))] if isinstance(means, str) else pages_of([means], vendors)
+    return pages
+
+
+def _seen(question: Question, vendors: Sequence[str], *, whole: bool = False) -> list[Page]:
+    """What people see, for the vendors that the words name, or all."""
+    asked = {*words_of(question.text)}
+    named = [key for key in vendors if asked & {key, *words_of(VENDORS[key].title)}]
+    return pages_of(named_by(question.text, whole=whole), named or vendors)
 
 
 def _with_bank(question: Question, vendors: Sequence[str]) -> list[str]:
@@ -396,15 +334,14 @@ def _with_bank(question: Question, vendors: Sequence[str]) -> list[str]:
 
 
 def _search_vendors(question: Question, vendors: Sequence[str]) -> tuple[list[Page], list[str]]:
-    """What vendors know of a question, in the blocks that are meant or else in all; and why some refuse it."""
+    """What vendors know of a question; and why some refuse it."""
     pages: list[Page] = []
     problems: list[str] = []
-    for asked in (question, replace(question, every_block=True)):
-        for key in () if pages else vendors:
-            try:
-                pages += find(key, asked)
-            except QuestionError as error:
-                problems.append(str(error))
+    for key in vendors:
+        try:
+            pages += find(key, question)
+        except QuestionError as error:
+            problems.append(str(error))
     return pages, problems
 
 
@@ -447,22 +384,28 @@ def _rule(question: Question) -> list[Page]:
     rule = rules(code).get(code)
     if rule is None:
         raise QuestionError(f"no rule {code}; {suggestion(code)}")
-    return [Page("rule", rule.code, rule.title, reference=str(rule.basis), markdown=page(rule), extra=as_data(rule))]
+    return [_rule_page(rule)]
+
+
+def _rule_page(rule: Rule) -> Page:
+    return Page("rule", rule.code, rule.title, reference=str(rule.basis), markdown=page(rule), extra=as_data(rule))
 
 
 def _unknown(question: Question, vendors: Iterable[str]) -> str:
-    """What was probably meant."""
+    """What was probably meant: a name of as many words, each with a letter or two amiss."""
     names: dict[str, str] = {}
     for book in _books(vendors):
         names.update(book.spellings)
         names.update({word: word for word in (*book.direction.words, ACTION)})
-    near = difflib.get_close_matches(question.name.lower(), names, n=1, cutoff=0.7)
-    return f"nothing is known of {question.name!r}" + (f"; did you mean {names[near[0]]}?" if near else "")
+    near = mistyped(question.name, names)
+    asked = question.name if len(question.name) <= SHOWN else f"{question.name[:SHOWN]}…"
+    return f"nothing is known of {asked!r}" + (f"; did you mean {names[near]}?" if near else "")
 
 
 def forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:
     """What can be asked for: an example, what it is, and the vendor."""
-    rows = [("DL242", "a rule", ""), ("D46", "a decision", "")]
+    rows = [("DL242", "a rule, or a whole message of pidcfg", ""), ("D46", "a decision", "")]
+    rows += [("loop stuck in manual", "what people see", ""), ("41025", "a Modbus reference", "")]
     return rows + [(example, what, book.title) for book in _books(vendors) for what, example in book.forms]
 
 
@@ -498,7 +441,7 @@ class ExplainResult:
 def explain_things(
     things: Sequence[str], vendor: str | None, blocks: tuple[str, ...], checked: Checked | None, *, loop: bool
 ) -> ExplainResult:
-    """Every reading of every thing; with a configuration, in its vendor's terms."""
+    """Every reading of every thing, or of all as one text; with a configuration, in its vendor's terms."""
     document = configured = family = None
     if checked is not None:
         document = checked.document
@@ -512,8 +455,28 @@ def explain_things(
         return ExplainResult(examples=tuple(forms(vendors)), document=document)
     if blocks:
         check_starts(blocks, vendors)
-    pages = []
-    for thing in things:
+
+    def ask(thing: str) -> list[Page]:
         question = Question.of(thing, loop=loop, starts=blocks, config=configured)
-        pages += explain(question, vendors, all_decisions)
-    return ExplainResult(tuple(pages), document=document)
+        return explain(question, vendors, all_decisions)
+
+    return ExplainResult(tuple(_asked(things, ask)), document=document)
+
+
+def _asked(things: Sequence[str], ask: Callable[[str], list[Page]]) -> list[Page]:
+    """The answers to all things; where one of them is nothing, or they spell a bit, to all of them as one text.
+
+    Things of which one is an address or a code are no text.
+    """
+    joined = " ".join(things)
+    if len(things) > 1 and spelled(joined) != joined:
+        return ask(joined)
+    try:
+        return [page for thing in things for page in ask(thing)]
+    except QuestionError as error:
+        if len(things) == 1 or any(CODE.fullmatch(thing.upper()) or within(thing) for thing in things):
+            raise
+        try:
+            return ask(joined)
+        except QuestionError:
+            raise error from None

@@ -308,7 +308,9 @@ def label(row: Bits) -> str:
 
 ADDRESS = re.compile(r"([A-Za-z]{1,2})([0-9]{1,9})(?:\.([0-9]{1,3}))?")
 OFFSET = re.compile(r"([A-Za-z/ ()]*)\+ ?([0-9]{1,3})\)?(?:\.([0-9]{1,3}))?")
-LONGEST = 80
+LONGEST = 2000
+"""Of a question: a message of pidcfg fits in."""
+SHOWN = 80
 MOST_DIGITS = 5
 """Of a number that a PLC shows."""
 
@@ -320,6 +322,10 @@ def is_number(text: str) -> bool:
 
 class QuestionError(ValueError):
     """Something that cannot be explained: what is wrong with it, and what to write instead."""
+
+
+class UnknownError(QuestionError):
+    """A name that nobody knows."""
 
 
 @frozen
@@ -336,8 +342,6 @@ class Question:
     config: Configured | None = None
     one_vendor: bool = False
     """Whether a single vendor is asked, so that a number alone (``26``) can only be one that its PLC shows."""
-    every_block: bool = False
-    """Whether an offset that names no block, ``+09``, is one in each block of a loop."""
 
     @classmethod
     def of(
@@ -346,7 +350,7 @@ class Question:
         """``V7642=0008`` in its two parts; raises `QuestionError` where it has no name, or an empty content."""
         name, equals, value = text.partition("=")
         if not name.strip() or len(text) > LONGEST or not text.isprintable():
-            raise QuestionError(f"{text[:LONGEST]!r} is not a name, NAME.BIT or NAME=VALUE")
+            raise QuestionError(f"{text[:SHOWN]!r} is not a name, NAME.BIT or NAME=VALUE")
         if equals and not value.strip():
             raise QuestionError(f"{text!r} has no value behind its '='")
         return cls(text.strip(), name.strip(), value.strip() if equals else None, loop, starts, config)

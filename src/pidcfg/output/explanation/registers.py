@@ -16,6 +16,7 @@ from pidcfg.output.explanation.page import (
     UNKNOWN,
     Page,
     Placement,
+    Point,
     Question,
     QuestionError,
     Scaling,
@@ -40,8 +41,9 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
+    from pidcfg.encoders import regmap
     from pidcfg.encoders.listing import Listing
-    from pidcfg.encoders.regmap import Bank, Kind, Meaning, Point, Space
+    from pidcfg.encoders.regmap import Bank, Kind, Meaning, Space
     from pidcfg.output.explanation.book import Series, Start
     from pidcfg.output.explanation.page import Configured
     from pidcfg.text.references import Basis
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
 NO_REGISTER = "stands in no register: "
 DIALOG = f"{NO_REGISTER}set it in the PID dialog"
 FILE = f"{NO_REGISTER}only the configuration file holds it"
+NO_MEANING = "Bit without a meaning"
 
 
 @frozen
@@ -145,8 +148,8 @@ class Registers(Book):
         """A register, or one of its bits."""
         rows = [row for row in table.bits if row.offset == word.offset and (bit is None or bit in row.bits)]
         row = rows[0] if bit is not None and rows else None
-        owner: Point = row or word
-        title = "Bit without a meaning" if bit is not None and row is None else owner.title
+        owner: regmap.Point = row or word
+        title = NO_MEANING if bit is not None and row is None else owner.title
         return RegisterRecord(
             kind="register" if bit is None else "bit",
             name=word.name if bit is None else f"{word.name}.{bit}",
@@ -245,9 +248,11 @@ class Registers(Book):
 
     def saying(self, word: Word, raw: int, scaling: Scaling) -> str:
         """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""
-        text = (self.special(word, raw, scaling) if self.special else "") or text_of(word, raw, scaling)
+        special = self.special(word, raw, scaling) if self.special else ""
+        text = special or text_of(word, raw, scaling)
         text = text or (self.unscaled(word, raw) if self.unscaled else f"{raw} counts")
-        remark = (self.remark(word, raw, scaling) if self.remark else "") or self._outside(word, raw)
+        remark = self.remark(word, raw, scaling) if self.remark else ""
+        remark = remark or ("" if special else self._outside(word, raw))
         return f"{text} ({remark})" if remark else text
 
     def _outside(self, word: Word, raw: int) -> str:
@@ -309,6 +314,8 @@ BEFORE_ROOT = "the signal before the root"
 SEPARATORS = str.maketrans("", "", " -_")
 HEXADECIMAL_FROM = 10
 """Smaller numbers are the same in both notations."""
+MOST_LOOPS = 8
+"""Of every PLC here with registers."""
 PLC = "plc."
 """What keys begin with that are about the file and no loop."""
 
@@ -413,7 +420,7 @@ class RegisterBook(Registers):
         placement, bit = self._at(number, question), self._bit(match.group(3), self.space.kind(number))
         raw = self._raw(question, self.space.kind(number), name)
         if placement is None:
-            return [self._elsewhere(name, number, raw, question)]
+            return [self._elsewhere(name, number, raw, question, bit)]
         return [self._page(placement, self.space.name(number), raw, bit)]
 
     def _at(self, number: int, question: Question) -> Placement | None:
@@ -440,8 +447,8 @@ class RegisterBook(Registers):
             starts = [n for n in named if self.space.place(n)[0].prefix == block.prefix]
             yield from ((block, number) for number in starts or [example] * question.loop)
 
-    def _elsewhere(self, name: str, number: int, raw: int | None, question: Question) -> Page:
-        """An address that no known block has: only the part of the memory is known."""
+    def _elsewhere(self, name: str, number: int, raw: int | None, question: Question, bit: int | None) -> Page:
+        """An address that no known block has: the part of the memory, and what it is in loops that begin as usual."""
         bank, n = self.space.place(number)
         blocks = [(b, start) for b, start in self._starts(question) if not b.fixed and b.prefix == bank.prefix]
         if blocks:
@@ -462,7 +469,34 @@ class RegisterBook(Registers):
             shown = self.shown(bank.kind, raw)
             value = Value(bank.kind.show(raw), shown, f"decimal {raw}" if self.hexadecimal else shown)
             page = replace(page, value=value)
-        return page if "system" in region else replace(page, notes=(hint,))
+        if "system" in region:
+            return page
+        page = replace(page, notes=(*(() if question.config else self._usually(number, bit)), hint))
+        if bit is None:
+            return page
+        points = tuple(self._such_bits(bank.prefix, bit))
+        return replace(page, name=f"{name}.{bit}", title=f"bit {bit} of {page.title}", points=points)
+
+    def _such_bits(self, prefix: str, bit: int) -> Iterator[Point]:
+        """What a bit is in each register of bits in a loop's blocks."""
+        for block in self.blocks:
+            if block.prefix == prefix and block.mentioned and not block.fixed:
+                for row in block.table.bits:
+                    if bit in row.bits and row.access != "reserved":
+                        yield Point(f"{block.table.at(row.offset)}.{bit}", row.title)
+
+    def _usually(self, number: int, bit: int | None) -> Iterator[str]:
+        """What an address is where the loops begin as in the manual or the starter file, one behind the other."""
+        for block in self.blocks:
+            start = self.space.parse(block.start)
+            if start is None or block.fixed or not block.mentioned or not self.space.holds(number):
+                continue
+            loop, offset = divmod(number - start, block.table.size)
+            if self.space.place(number)[0].prefix == block.prefix and 0 <= loop < MOST_LOOPS:
+                record = self.record(block.table, word_at(block.table, offset), bit)
+                behind = "" if bit is None else f".{bit}"
+                where = f"{block.table.at(offset)}{behind} of loop {loop + 1}, {record.title}"
+                yield f"if the loops begin at {block.start}, one behind the other, it is {where}"
 
     def _offset(self, question: Question) -> list[Page]:
         """``addr+06.10``, ``Cn+12``, ``Base+5``: in the notation of the vendor's manual."""
@@ -470,11 +504,12 @@ class RegisterBook(Registers):
         if match is None:
             return []
         head = "".join(c for c in match.group(1).lower() if c.isalnum())
+        meant = [block for block in self.blocks if head in block.heads]
+        own = bool(meant or head)
         pages, problems = [], []
-        for block in self.blocks:
+        for block in meant if own else (block for block in self.blocks if block.mentioned and not block.fixed):
             bank = self._bank(block.prefix)
-            is_meant = head in block.heads or (question.every_block and not head and block.mentioned)
-            if not is_meant or bank is None:
+            if bank is None:
                 continue
             digits = match.group(2)
             if bank.octal and not set(digits) <= set("01234567"):
@@ -490,9 +525,12 @@ class RegisterBook(Registers):
             name = block.table.at(offset)
             try:
                 raw, bit = self._raw(question, bank.kind, name), self._bit(match.group(3), bank.kind)
-                pages.append(self._page(placement, name, raw, bit))
+                page = self._page(placement, name, raw, bit)
             except QuestionError as error:
                 problems.append(str(error))
+                continue
+            if own or page.title != NO_MEANING:
+                pages.append(page)
         if problems and not pages:
             raise QuestionError("; ".join(dict.fromkeys(problems)))
         return pages
