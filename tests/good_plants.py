@@ -375,7 +375,7 @@ def text_lines(text: str) -> tuple[list[str], list[object]]:
 
     doc = read_document(text.encode(), "plant.yaml")
     findings = list(check_document(doc).findings)
-    shown = as_text(findings, {doc.file: doc}) + summary(findings, 1)
+    shown = as_text(findings, {doc.file: doc}, brief=True) + summary(findings, 1)
     return shown.splitlines(), findings
 
 

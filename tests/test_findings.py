@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from case_messages import FOLDER
 from good_plants import good_files, text_lines
 from living_rig import GOOD, run
 from pidcfg.cli.formats import render
-from pidcfg.cli.formats.findings import MOST_PLACES, Findings, text
+from pidcfg.cli.formats.findings import MORE, MOST_PLACES, Findings, text
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span
 from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.signs import MAGIC
@@ -30,7 +31,7 @@ from test_rules import CASES
 
 # --- One loop, one finding: in data each stands alone, what concerns several loops at each of them; text alone groups -
 
-SCREEN = 25
+SCREEN = 15
 """Lines."""
 FIRST_OF_BLOCKS = {"NX602"}
 """Rules about a ring that may go through blocks, which are no loops and cannot be named as such."""
@@ -139,6 +140,44 @@ def test_a_warning_that_says_something_else_is_quoted_and_an_info_named():
     assert shown.splitlines()[2:4] == ["      = also: D (line 7)", "      = also: 5:3: is 4 [B], and C (line 6)"]
     infos = [row(n, loop, f"is {n}", Severity.INFO) for n, loop in ((2, "A"), (5, "B"), (6, ""))]
     assert text(infos, {}).splitlines()[2:3] == ["      = also: B (line 5), line 6"]
+
+
+def test_a_warning_about_the_loops_own_register_or_a_name_made_of_its_own_is_said_once():
+    same = [row(2, "A", "C10 of A_PV"), row(5, "B", "C50 of B_PV")]
+    assert text(same, {}).splitlines()[2:] == ["      = also: B (line 5)", ""]
+    errors = [row(d.span.line, d.loop, d.message, Severity.ERROR) for d in same]
+    assert text(errors, {}).splitlines()[2:] == ["      = also: 5:3: C50 of B_PV [B]", ""]
+
+
+def test_findings_of_several_files_that_say_the_same_are_one_block_below_an_error():
+    rows = [row(2, "A"), replace(row(5, "B"), file="b.yaml"), replace(row(6, "C", "is 4"), file="b.yaml")]
+    assert text(rows, {}).splitlines()[2:4] == ["      = also: B (b.yaml:5)", "      = also: b.yaml:6:3: is 4 [C]"]
+    errors = [replace(d, severity=Severity.ERROR) for d in rows[:2]]
+    assert text(errors, {}).count("DL211") == 2
+
+
+def test_an_info_of_several_loops_is_one_line_in_the_brief_text():
+    infos = [row(n, f"L{n}", f"is {n}", Severity.INFO) for n in range(2, 10)]
+    alone = replace(row(2, "A", severity=Severity.INFO), code="DL999")
+    shown = text([*infos, alone, row(3, "B")], {}, brief=True)
+    loops = ", ".join(f"L{n}" for n in range(2, 10))
+    assert shown.splitlines()[-2:] == [f"a.yaml:2:3: info DL211: is 2 [{loops}]", MORE.rstrip()]
+    assert shown.count("= cure: move it") == 2
+    many = [row(n, f"L{n}", severity=Severity.INFO) for n in range(2, 20)]
+    assert text(many, {}, brief=True).splitlines()[0].endswith("L8, L9, 10 more]")
+    assert MORE not in text([alone], {}, brief=True)
+
+
+def test_verbose_shows_what_the_brief_text_leaves_out(monkeypatch, capsysbinary, tmp_path):
+    file = tmp_path / "a.yaml"
+    good = GOOD + "    alarms: {pv: {low_low: 5, low: 15, high: 75, high_high: 90}}\n"  # the info DL254
+    loop = good[good.index("  - name: A") :]
+    file.write_text(good + loop.replace("name: A", "name: B"), "utf-8")
+    brief = run(monkeypatch, capsysbinary, file).out
+    whole = run(monkeypatch, capsysbinary, file, "-v").out
+    assert MORE.rstrip() in brief
+    assert len(whole.splitlines()) > len(brief.splitlines())
+    assert MORE.rstrip() not in whole
 
 
 @pytest.mark.parametrize("other", [{"severity": Severity.ERROR}, {"plc_effect": "stops"}, {"reference": "ch. 1"}])

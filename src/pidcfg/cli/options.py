@@ -152,7 +152,10 @@ SEVERITY = click.option(
 SELECT = click.option("--select", type=Words(), default="", help="Only rules whose code begins so: DL2,PID101.")
 IGNORE = click.option("--ignore", type=Words(), default="", help="Leave out rules whose code begins so.")
 VERBOSE = click.option(
-    "-v", "--verbose", is_flag=True, help="Say on standard error what is read, left out and set, and how long it took."
+    "-v",
+    "--verbose",
+    is_flag=True,
+    help="Print what several loops share at length, and say on standard error what is read, left out and set.",
 )
 
 

@@ -106,7 +106,7 @@ def command(
     left = triage(findings, documents, settings.current(ctx), Rules(select, ignore, **baseline))
     fails = Severity.WARNING if strict else Severity.ERROR
     hidden = left.suppressed(Severity[severity.upper()])
-    shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)
+    shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden, brief=not verbose)
     piped = fix and STDIN in paths  # standard output is the corrected text
     if counted:
         report_options.put(printed, findings_format.render(printed, shown), aside=piped)

@@ -49,6 +49,8 @@ class Findings:
     """Findings that are not reported: a comment ignores them for a reason, or (None) a baseline knows them."""
     command: str = "validate"
     """Which command has found them."""
+    brief: bool = False
+    """Whether the text says an info that several loops share in one line."""
 
     @property
     def files(self) -> list[str]:
@@ -143,23 +145,46 @@ Documents = Mapping[str, Document]
 MAX_LINE = 160
 MOST_PLACES = 24
 """Further places that a line names before it only counts."""
+MOST_NAMES = 8
+"""Loops that a line names before it only counts."""
+MORE = "-v has the lines and cures of what several loops share\n"
+REGISTER = re.compile(r"\b[A-Z]{1,3}\d+\b")
 
 
-def text(findings: Sequence[Diagnostic], documents: Documents) -> str:
+def text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = False) -> str:
     """One block a rule and cure: place, message, the line with a caret, the PLC, the manual, the cure, further places.
 
-    Grouping is for the eye alone: findings are collected, counted, ignored and known one by one before.
+    Grouping is for the eye alone: findings are collected, counted, ignored and known one by one before. ``brief``: an
+    info that several loops share is one line, behind all blocks.
     """
     groups: dict[Hashable, list[Diagnostic]] = {}
     for d in findings:
-        groups.setdefault((d.file, d.code, d.severity, d.reference, d.help, d.plc_effect is None), []).append(d)
-    return "".join(_block(group, documents.get(group[0].file)) + "\n" for group in groups.values())
+        file = d.file if d.severity is Severity.ERROR else ""
+        groups.setdefault((file, d.code, d.severity, d.reference, d.help, d.plc_effect is None), []).append(d)
+    blocks, rows = [], []
+    for group in groups.values():
+        if brief and len(group) > 1 and group[0].severity is Severity.INFO:
+            rows.append(f"{one_line(_row_of(group))}\n")
+        else:
+            blocks.append(f"{_block(group, documents.get(group[0].file))}\n")
+    return "".join([*blocks, *rows, *[MORE] * bool(rows)])
+
+
+def _head(d: Diagnostic) -> str:
+    return f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code}: {d.message}"
+
+
+def _row_of(group: Sequence[Diagnostic]) -> str:
+    """A group in one line: the first finding, and its loops by name."""
+    names = list(dict.fromkeys(d.loop for d in group if d.loop))
+    more = [f"{len(names) - MOST_NAMES} more"] if len(names) > MOST_NAMES + 1 else []
+    return f"{_head(group[0])} [{', '.join(names[: MOST_NAMES if more else None] + more)}]"
 
 
 def _block(group: Sequence[Diagnostic], doc: Document | None) -> str:
     d = group[0]
     loop = f" [{d.loop}]" if d.loop else ""
-    lines = [f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code}: {d.message}{loop}"]
+    lines = [f"{_head(d)}{loop}"]
     lines += _excerpt(d, doc)
     lines += [
         f"      = {label}: {value}"
@@ -176,27 +201,35 @@ def _further(group: Sequence[Diagnostic]) -> list[str]:
     for d in group:
         kinds.setdefault("" if d.severity is Severity.INFO else _words(d), []).append(d)
     (_, *same), *rest = kinds.values()
-    rows = [_places(same)] if same else []
+    rows = [_places(same, group[0].file)] if same else []
+    file = group[0].file
     for first, *others in rest:
         loop = f" [{first.loop}]" if first.loop else ""
-        also = f", and {_places(others)}" if others else ""
-        rows.append(f"{first.span.line}:{first.span.column}: {first.message}{loop}{also}")
+        also = f", and {_places(others, file)}" if others else ""
+        where = "" if first.file == file else f"{first.file}:"
+        rows.append(f"{where}{first.span.line}:{first.span.column}: {first.message}{loop}{also}")
     return rows
 
 
-def _places(findings: Sequence[Diagnostic]) -> str:
-    """Loops and lines of findings."""
-    places = [f"{d.loop} (line {d.span.line})" if d.loop else f"line {d.span.line}" for d in findings]
+def _places(findings: Sequence[Diagnostic], file: str) -> str:
+    """Loops and lines of findings, with the name of another file than this one."""
+    wheres = [f"line {d.span.line}" if d.file == file else f"{d.file}:{d.span.line}" for d in findings]
+    places = [f"{d.loop} ({where})" if d.loop else where for d, where in zip(findings, wheres, strict=True)]
     if len(places) > MOST_PLACES:
         places[MOST_PLACES:] = [f"{len(places) - MOST_PLACES} more (--format concise has a line for each)"]
     return ", ".join(places)
 
 
 def _words(d: Diagnostic) -> str:
-    """What a finding says, whichever loop it says it of; what concerns several loops names them all."""
+    """What a finding says, whichever loop it says it of; what concerns several loops names them all.
+
+    Below an error, the loop's own registers, and names that are made of the loop's, are no other words.
+    """
     if not d.loop or d.with_loops:
         return d.message
-    return without_word(d.message, d.loop)
+    if d.severity is Severity.ERROR:
+        return without_word(d.message, d.loop)
+    return REGISTER.sub("", without_word(d.message.replace(f"{d.loop}_", ""), d.loop))
 
 
 def without_word(text: str, word: str) -> str:

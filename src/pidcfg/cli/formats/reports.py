@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def findings_text(findings: Findings) -> str:
     """For people in front of a terminal."""
-    return findings_format.text(findings.reported, findings.documents)
+    return findings_format.text(findings.reported, findings.documents, brief=findings.brief)
 
 
 def runs_text(outcomes: Sequence[Outcome], fails: Severity) -> str:

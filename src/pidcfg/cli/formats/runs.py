@@ -49,7 +49,7 @@ def simulations_text(outcomes: Sequence[Outcome], *, tables: bool = False) -> st
 
 def _run_section(outcome: Outcome, *, tables: bool) -> str:
     report = outcome.report
-    findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
+    findings = findings_text(outcome.findings, outcome.documents, brief=not tables).rstrip("\n")
     if report is None:
         return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
     parts = [_head(outcome, report, tables=tables), findings and f"{findings}\n", _verdicts(outcome, report)]
