@@ -722,7 +722,7 @@ def test_an_ezlogix_does_not_go_on_behind_a_stop_where_the_source_stands_still(s
     line = lines_of(result)["/plc.process_when_stopped"]
     assert (line.kind, line.loss, line.target) == ("assumed", False, False)
     assert "operation.stopped" not in lines_of(result)
-    assert "clear 'Process PID when PLC is Stopped'" in api.encode(result.text).text
+    assert "clear 'Process PID when PLC is Stopped'" in " ".join(api.encode(result.text).checklist)
 
 
 def test_one_loop_that_is_independent_of_its_cpu_lets_all_go_on():
@@ -777,6 +777,29 @@ def test_quiet_tells_only_what_is_lost():
     assert set(lines) < set(whole)
     assert told[0].startswith("TANK1: ")
     assert not any("exact " in line or "assumed " in line for line in told[1:])
+
+
+def test_the_short_report_has_what_is_lost_and_says_the_rest_in_numbers():
+    result = api.convert(Path(__file__).parents[1] / "examples/dl06/reactor.yaml", "click")
+    short, whole = (formats.text(result, whole=whole).splitlines() for whole in (False, True))
+    assert [row for row in short if row.startswith(" !")] == [row for row in whole if row.startswith(" !")] != []
+    assert not any(row.startswith(("  assumed", "  exact")) for row in short)
+    assert "LIC-103: 15 exact, 6 assumed" in short
+    assert "-v lists what is assumed" in short
+    assert len(short) < len(whole) / 2
+
+
+def test_the_short_report_says_once_what_is_the_same_of_several_loops():
+    head, loop = COUNTED.format(value=50).split("loops:\n")
+    text = f"{head}loops:\n" + "".join(loop.replace("name: T", f"name: {name}") for name in ("T", "B0", "B1"))
+    result = api.convert(text, "click", verify=True)
+    short = formats.text(result, whole=False).splitlines()
+    assert [row.startswith("T, B0, B1: ") for row in short].count(True) == 1
+    assert [row.partition(";")[0] for row in short if "alike" in row] == [
+        f"  {loop.loop}: alike in {len(loop.stages)} stages" for loop in result.verified
+    ]
+    assert sum(row.startswith("  run by the target's rules: ") for row in short) == 1
+    assert not any("│" in row for row in short)
 
 
 @pytest.mark.parametrize(

@@ -180,9 +180,9 @@ LINES = {
     "convert --help":    4_850,
     "encode --help":     2_850,
     "decode --help":     4_350,
-    "validate examples/dl06/reactor.yaml": 17_550,
+    "validate examples/dl06/reactor.yaml": 17_450,
     "encode examples/dl06/reactor.yaml": 22_650,
-    "simulate examples/dl06/reactor.scenario.yaml": 33_400,
+    "simulate examples/dl06/reactor.scenario.yaml": 33_250,
 }
 SERVE_ALL = ("text.frozen", "text.paths")
 

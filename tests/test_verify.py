@@ -279,10 +279,21 @@ def test_a_conversion_that_behaves_otherwise_is_not_written(tmp_path, monkeypatc
     assert result.exit_code == 1
     assert "KILN: NOT alike" in result.stderr
     assert "see Direct" in result.stderr
+    assert result.stderr.count("○ kiln.yaml (click)") > 0, "a picture of what differs"
     assert "the result behaves otherwise than the report says: nothing was written" in result.stderr
     assert not (tmp_path / "out.yaml").exists()
     assert run(*arguments, "--verify=report").exit_code == 0
     assert (tmp_path / "out.yaml").exists()
+
+
+@pytest.mark.parametrize("option", ["-v", "--report=text"])
+def test_the_whole_report_and_the_pictures_are_there_for_who_asks(tmp_path, monkeypatch, option):
+    (tmp_path / "kiln.yaml").write_text(KILN)
+    monkeypatch.chdir(tmp_path)
+    arguments = ("convert", "kiln.yaml", "--to", "nextopid", "-o", "out.yaml", "--allow-loss", "--verify", "--force")
+    short, whole = run(*arguments).stderr, run(*arguments, option).stderr
+    assert ("○ kiln.yaml" in short, "○ kiln.yaml" in whole) == (False, True)
+    assert ("  assumed " in short, "  assumed " in whole) == (False, True)
 
 
 def test_verify_takes_no_file_for_its_value(tmp_path, monkeypatch):

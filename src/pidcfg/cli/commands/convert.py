@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
+from click.core import ParameterSource
 
 from pidcfg.cli import options, plots
 from pidcfg.cli.console import echo, echo_json, note, remark
@@ -68,8 +69,9 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     type=click.Choice(["text", "json"]),
     default="text",
     show_default=True,
-    help="How the report is printed: text on stderr, JSON on stdout.",
+    help="How the report is printed: text on stderr, in full where it is asked for, JSON on stdout.",
 )
+@click.option("-v", "--verbose", is_flag=True, help="Print every change, and every picture of --verify.")
 @report_options.report_files("convert")
 @click.option(
     "--verify",
@@ -98,6 +100,7 @@ def command(
     allow_loss: bool,
     max_loss: str | None,
     report: str,
+    verbose: bool,
     quiet: bool,
     limits: Limits,
     reports: tuple[report_options.Report, ...],
@@ -147,8 +150,10 @@ def command(
     differs = bool(verify == "pass" or max_deviation is not None) and verify != "report" and not result.alike
     if report == "json":
         echo_json(render_conversion("json", result))
-    elif shown := text(result, changes=not quiet, losses=lossy, apart=not quiet or too_far or differs).strip():
-        note(shown)
+    else:
+        whole = verbose or click.get_current_context().get_parameter_source("report") is not ParameterSource.DEFAULT
+        shown = text(result, changes=not quiet, losses=lossy, apart=not quiet or too_far or differs, whole=whole)
+        print_text(shown.strip())
     if not result.ok or lossy or too_far or differs:
         report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result))
         refuse(result, lossy, differs, max_deviation)
@@ -157,6 +162,12 @@ def command(
     files = {**({} if out is None else {out: result.text}), **pictures}
     report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result), files, force=force)
     print_result(result.text, out, () if quiet else files)
+
+
+def print_text(text: str) -> None:
+    """A report on standard error, if it says anything."""
+    if text:
+        note(text)
 
 
 def show_progress(share: float) -> None:

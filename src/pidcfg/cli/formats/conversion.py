@@ -9,6 +9,7 @@ from decimal import Decimal
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.cli.formats.findings import names_of, said_once
 from pidcfg.cli.formats.reports import cell
 from pidcfg.cli.plots import chart_text
 from pidcfg.conversion.ledger import KINDS_BY_HARM, LOSSES, text_of
@@ -18,7 +19,7 @@ from pidcfg.text.signs import one_line
 from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.conversion.differences import Compared, Difference, State
     from pidcfg.conversion.ledger import Change
@@ -49,13 +50,51 @@ def verdict_text(loops: Sequence[Verified], *, pictures: bool = True) -> str:
     return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
 
 
+def verdict_brief(loops: Sequence[Verified]) -> str:
+    """A line a loop, what differs with a picture of it, and what the loops have in common once."""
+    lines = ["", "both sides on the same plants: how far PV and output are apart, in % of range:"]
+    for loop in loops:
+        ratio = "" if loop.iae_ratio is None else f", IAE x {loop.iae_ratio:.4g}"
+        apart = f"PV {loop.pv_percent:.3g} %, output {loop.output_percent:.3g} %{ratio}"
+        lines.append(f"  {loop.loop}: {_judged(loop)}; {apart}")
+        lines += [f"    differs: {difference_text(one.difference)}{_because(one.key)}" for one in loop.failures]
+        lines += [] if loop.passed else [chart_text(replace(loop.chart, title=""), sys.stderr)]
+    named = {loop.loop: [_line_of(row)[0] for row in loop.named] for loop in loops}
+    switched = {loop.loop: [row.field for row in _rules(loop.switched)] for loop in loops}
+    left_out = {loop.loop: [row.field for row in _left_out(loop.switched)] for loop in loops}
+    untried = {loop.loop: [row.stage for row in loop.untried] for loop in loops}
+    hidden = {loop.loop: list(loop.hidden) for loop in loops}
+    for title, fields in (
+        ("differs as the report says", named),
+        ("run by the target's rules", switched),
+        ("left out", left_out),
+        ("not tried", untried),
+        ("not shown by any stage", hidden),
+    ):
+        if shared := _in_loops(fields):
+            lines.append(fill(f"  {title}: {'; '.join(shared)}", NARROW, subsequent_indent="    "))
+    return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
+
+
+def _in_loops(fields: Mapping[str, Sequence[str]]) -> list[str]:
+    """Fields of loops, each once, with the loops where not all have it."""
+    loops: dict[str, list[str]] = {}
+    for loop, names in fields.items():
+        for name in dict.fromkeys(names):
+            loops.setdefault(name, []).append(loop)
+    return [name if len(of) == len(fields) else f"{name} ({names_of(of)})" for name, of in loops.items()]
+
+
+def _judged(loop: Verified) -> str:
+    stages = f"{len(loop.stages)} stages" if len(loop.stages) > 1 else "one stage"
+    return f"{'alike' if loop.passed else 'NOT alike'} in {stages}"
+
+
 def headline(loop: Verified) -> str:
     """The verdict, and how far both sides lie apart in a step and a disturbance."""
     ratio = "" if loop.iae_ratio is None else f", ratio of IAE {loop.iae_ratio:.4g}"
-    verdict = "alike" if loop.passed else "NOT alike"
-    stages = f"{len(loop.stages)} stages" if len(loop.stages) > 1 else "one stage"
     apart = f"PV at most {loop.pv_percent:.3g} % of its range apart, output {loop.output_percent:.3g} %"
-    return f"{verdict} in {stages}; {apart}{ratio}"
+    return f"{_judged(loop)}; {apart}{ratio}"
 
 
 def difference_text(one: SignalDifference) -> str:
@@ -86,19 +125,30 @@ def _named(rows: Sequence[Named]) -> Iterator[str]:
     """Each line of the report once, with the stages in which it shows."""
     stages: dict[tuple[str, str], dict[str, None]] = {}
     for row in rows:
-        line = ("rounding", SEVERAL) if row.line is None else (row.line.field, row.line.note)
-        stages.setdefault(line, {})[row.difference.stage] = None
+        stages.setdefault(_line_of(row), {})[row.difference.stage] = None
     for (field, note), names in stages.items():
         yield f"{field} ({', '.join(names)}){f': {note}' if note else ''}"
 
 
+def _line_of(row: Named) -> tuple[str, str]:
+    """The field and the note of the report's line that names a difference."""
+    return ("rounding", SEVERAL) if row.line is None else (row.line.field, row.line.note)
+
+
+def _rules(rows: Sequence[Change]) -> list[Change]:
+    """The rules of the target under which the source's numbers were run."""
+    return [row for row in rows if row.field.startswith(PREFIX)]
+
+
+def _left_out(rows: Sequence[Change]) -> list[Change]:
+    """What was left out of the source."""
+    return [row for row in rows if not row.field.startswith(PREFIX) and row.target is None and not row.neutral]
+
+
 def _switched(rows: Sequence[Change]) -> Iterator[str]:
-    """The rules of the target under which the source's numbers were run, and what was left out of the source."""
-    for row in rows:
-        if row.field.startswith(PREFIX):
-            yield f"{row.field}: {row.target}"
-        elif row.target is None and not row.neutral:
-            yield f"{row.field}: left out"
+    """Both, a line each."""
+    rules, left_out = _rules(rows), _left_out(rows)
+    yield from (f"{row.field}: {row.target if row in rules else 'left out'}" for row in rows if row in rules + left_out)
 
 
 def _hidden(fields: Sequence[str]) -> Iterator[str]:
@@ -130,7 +180,8 @@ def verdict_markdown(loops: Sequence[Verified]) -> list[str]:
 # --- The report of a conversion as text, JSON and Markdown: what became of every field of every loop ------------------
 
 TABLE = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
-WIDTH = 100
+WIDTH, NARROW = 100, 79
+"""Columns of the whole report, and of the short one."""
 WARN_PERCENT = 1.0
 """A value that the target holds further off than this is warned of."""
 
@@ -145,10 +196,40 @@ def conversion_json(result: ConvertResult) -> str:
     return json_text(result.to_json())
 
 
-def text(result: ConvertResult, *, changes: bool = True, losses: bool = False, apart: bool = True) -> str:
-    """For people: the changes, or the losses alone, and the verdict of the battery where that was asked for."""
-    parts = [conversion_text(result) if changes else losses_of(result)] if changes or losses else []
-    return "".join(parts + ([verdict_text(result.verified)] if apart and result.verified is not None else []))
+def text(
+    result: ConvertResult, *, changes: bool = True, losses: bool = False, apart: bool = True, whole: bool = True
+) -> str:
+    """For people: the changes, or the losses alone, and the verdict of the battery where that was asked for.
+
+    Without ``whole``: what is lost or far off, and the rest in numbers.
+    """
+    report, verdict = (conversion_text, verdict_text) if whole else (conversion_brief, verdict_brief)
+    parts = [report(result) if changes else losses_of(result)] if changes or losses else []
+    return "".join(parts + ([verdict(result.verified)] if apart and result.verified is not None else []))
+
+
+def conversion_brief(result: ConvertResult) -> str:
+    """What is lost or far off, which wants a decision first; of the rest numbers, each said once."""
+    lines = [f"{result.source} to {result.target}"]
+    plain: dict[str, list[str]] = {}
+    for loop in result.loops:
+        rows = list(dict.fromkeys(_line(change) for change in _worth_reading(loop.changes) if _is_marked(change)))
+        if rows or loop.status == "dropped":
+            lines += [f"{loop.loop}: {_counted(loop, apart=False)}", *rows]
+        else:
+            plain.setdefault(_counted(loop, apart=False), []).append(loop.loop)
+    lines += [f"{names_of(loops)}: {counts}" for counts, loops in plain.items()]
+    if any(change.kind == "assumed" for loop in result.loops for change in loop.changes):
+        lines.append("-v lists what is assumed")
+    if result.faults and result.ok:
+        lines.append(f"what the rules of {result.target} say about the result:")
+        lines += [f"  {one_line(row)}" for row in said_once(result.faults)]
+    return "\n".join(lines) + "\n"
+
+
+def _is_marked(change: Change) -> bool:
+    """Whether a change is a loss, or so far off that a person should know."""
+    return change.loss or change.error_percent > WARN_PERCENT
 
 
 def conversion_text(result: ConvertResult) -> str:
@@ -177,14 +258,14 @@ def losses_of(result: ConvertResult) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _counted(loop: LoopReport) -> str:
+def _counted(loop: LoopReport, *, apart: bool = True) -> str:
     if loop.status == "dropped":
         return f"dropped: {loop.reason}"
     changes = [change for change in loop.changes if not _is_unneeded(change)]
     count = Counter(change.kind for change in changes)
     text = ", ".join(f"{count[kind]} {kind}" for kind in KINDS_BY_HARM if count[kind]) or "nothing to convert"
-    if apart := [change.counts_apart for change in changes if change.counts_apart]:
-        text += f" ({len(apart)} of the exact ones up to {max(apart):.2g} counts apart)"
+    if apart and (counts := [change.counts_apart for change in changes if change.counts_apart]):
+        text += f" ({len(counts)} of the exact ones up to {max(counts):.2g} counts apart)"
     lost = sum(change.loss for change in changes)
     return f"{text}; {lost} lost" if lost else text
 
@@ -263,7 +344,7 @@ def _line(change: Change) -> str:
     elif change.source is None:
         values = text_of(change.target)
     error = f" ({_error(change)})" if change.error_percent else ""
-    mark = "!" if change.loss or change.error_percent > WARN_PERCENT else " "
+    mark = "!" if _is_marked(change) else " "
     note = f"\n             {one_line(change.note)}" if change.note else ""
     return f" {mark}{change.kind:<8} {change.field}: {one_line(values)}{error}{note}"
 

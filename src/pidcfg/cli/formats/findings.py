@@ -176,9 +176,26 @@ def _head(d: Diagnostic) -> str:
 
 def _row_of(group: Sequence[Diagnostic]) -> str:
     """A group in one line: the first finding, and its loops by name."""
-    names = list(dict.fromkeys(d.loop for d in group if d.loop))
+    return f"{_head(group[0])} [{names_of([d.loop for d in group if d.loop])}]"
+
+
+def names_of(loops: Sequence[str]) -> str:
+    """The names of loops, each once; of very many some."""
+    names = list(dict.fromkeys(loops))
     more = [f"{len(names) - MOST_NAMES} more"] if len(names) > MOST_NAMES + 1 else []
-    return f"{_head(group[0])} [{', '.join(names[: MOST_NAMES if more else None] + more)}]"
+    return ", ".join(names[: MOST_NAMES if more else None] + more)
+
+
+def said_once(findings: Sequence[Diagnostic]) -> list[str]:
+    """A line for what several findings say in the same words, with their loops and without their places."""
+    groups: dict[Hashable, list[Diagnostic]] = {}
+    for d in findings:
+        groups.setdefault((d.code, d.severity, _words(d)), []).append(d)
+    return [
+        f"{group[0].severity.label} {group[0].code}: {group[0].message}"
+        + (f" [{names}]" if (names := names_of([d.loop for d in group if d.loop])) else "")
+        for group in groups.values()
+    ]
 
 
 def _block(group: Sequence[Diagnostic], doc: Document | None) -> str:
