@@ -1,6 +1,6 @@
 """Set up, show and test pidcfg with nothing but Python: `python tasks.py demo`, `python tasks.py test`.
 
-demo      install pidcfg into .venv, validate and simulate the example reactor
+demo      install pidcfg into .venv, and show what it does on one screen
 test      install everything and run all tests; further arguments go to pytest; --fast: a minute of them, without those
           that tests/slow.txt names
 docs      build the documentation site into build/site
@@ -36,8 +36,6 @@ VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 REQUIREMENTS = ROOT / "requirements"
-REACTOR = "examples/dl06/reactor.yaml"
-SCENARIO = "examples/dl06/reactor.scenario.yaml"
 
 GENERATED = "tests/generated.py"
 SITE = ("-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-d", "build/doctrees")
@@ -195,10 +193,9 @@ def compile_lock(python: Path, folder: Path, name: str, earlier: list[str]) -> N
 
 
 def demo() -> None:
-    """Install, then check and simulate the example reactor."""
+    """Install, then show a mistake, the words and a run of a loop."""
     prepare("demo")
-    must(BIN / "pidcfg", "validate", REACTOR)
-    must(BIN / "pidcfg", "simulate", SCENARIO)
+    must(BIN / "pidcfg", "demo")
 
 
 def test(*arguments: str) -> None:

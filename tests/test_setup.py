@@ -235,9 +235,13 @@ def test_the_site_is_built_without_a_saved_state_and_warnings_are_errors(tasks, 
     assert ran[0][-2:] == ("docs", "build/site")
 
 
-def test_what_the_demo_shows_is_there(tasks):
-    assert (ROOT / tasks.REACTOR).is_file()
-    assert (ROOT / tasks.SCENARIO).is_file()
+def test_the_demo_is_the_command_of_that_name(tasks, monkeypatch):
+    ran = []
+    monkeypatch.setattr(tasks, "prepare", ran.append)
+    monkeypatch.setattr(tasks, "must", lambda program, *words: ran.append((program.name, *words)))
+    tasks.demo()
+    assert ran == ["demo", ("pidcfg", "demo")]
+    assert "demo" in COMMANDS
 
 
 def test_a_second_run_installs_nothing(tasks, monkeypatch, tmp_path):

@@ -34,27 +34,38 @@ class Exit(IntEnum):
 
 
 COMMANDS = {
+    "demo": ("pidcfg.cli.commands.demo", "Show a mistake, the words and a run, on one screen."),
+    "init": ("pidcfg.cli.commands.init", "Write a starter file, a scenario, loops from a sheet."),
     "validate": ("pidcfg.cli.commands.validate", "Find every mistake in configurations and scenarios."),
+    "diff": ("pidcfg.cli.commands.diff", "Compare two configurations by meaning."),
     "encode": ("pidcfg.cli.commands.encode", "Write the PLC's memory for a configuration."),
     "decode": ("pidcfg.cli.commands.decode", "Read a memory listing back into a configuration."),
     "convert": ("pidcfg.cli.commands.convert", "Write another vendor's configuration."),
-    "diff": ("pidcfg.cli.commands.diff", "Compare two configurations by meaning."),
-    "pull": ("pidcfg.cli.commands.pull", "Read the loops of a PLC over Modbus."),
-    "compare": ("pidcfg.cli.commands.compare", "Compare configurations with the PLC that they are for."),
-    "trend": ("pidcfg.cli.commands.trend", "Record PV, set point, output and mode of a PLC's loops."),
-    "serve": ("pidcfg.cli.commands.serve", "Serve the virtual PLC of a scenario over Modbus."),
+    "export": ("pidcfg.cli.commands.export", "Write the loops as a sheet, or templates written out."),
     "simulate": ("pidcfg.cli.commands.simulate", "Run the encoded loops against a plant."),
-    "certify": ("pidcfg.cli.commands.certify", "Show what holds for plants that nobody knows exactly."),
+    "certify": ("pidcfg.cli.commands.certify", "Run them on many plants: stronger, slower, noisier."),
     "report": ("pidcfg.cli.commands.report", "Write a commissioning report: HTML, PDF, CSV, XLSX."),
     "tune": ("pidcfg.cli.commands.tune", "Work out gains by the manuals' rules."),
-    "rule": ("pidcfg.cli.commands.rule", "Explain a rule, or list all of them."),
+    "pull": ("pidcfg.cli.commands.pull", "Read the loops of a PLC over Modbus."),
+    "compare": ("pidcfg.cli.commands.compare", "Compare configurations with the PLC they are for."),
+    "trend": ("pidcfg.cli.commands.trend", "Record PV, set point, output and mode of a PLC."),
+    "serve": ("pidcfg.cli.commands.serve", "Stand in for a PLC over Modbus: a scenario's loops."),
     "explain": ("pidcfg.cli.commands.explain", "Say what a register, bit or error number means."),
+    "rule": ("pidcfg.cli.commands.rule", "Explain a rule, or list all of them."),
     "schema": ("pidcfg.cli.commands.schema", "Print the JSON Schema of a file for editors."),
-    "init": ("pidcfg.cli.commands.init", "Write a starter file, a first scenario, or loops from a sheet."),
-    "export": ("pidcfg.cli.commands.export", "Write the loops as a sheet, or templates written out."),
     "completion": ("pidcfg.cli.commands.completion", "Print the script that completes commands in a shell."),
 }
 """Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
+GROUPS = {
+    "demo": "Begin",
+    "validate": "Check",
+    "encode": "Words",
+    "simulate": "Run",
+    "tune": "Gains",
+    "pull": "PLC",
+    "explain": "Look up",
+}
+"""The first command of each group of the help, and what the group is called."""
 
 
 SYNONYMS = {
@@ -189,14 +200,14 @@ class LazyGroup(click.Group):
         """The list of commands without importing them."""
         del ctx
         with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+            formatter.write_dl([(f"{GROUPS.get(name, ''):<7}  {name}", text) for name, (_, text) in COMMANDS.items()])
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="pidcfg")
 @terminal.option()
 def cli() -> None:
-    """Check, encode and simulate the PID loops of PLCs from text files.
+    """Check, encode and simulate the PID loops of PLCs from text files. Nothing is ever written to a PLC.
 
     Exit codes: 0 fine, 1 errors found or expectations failed, 2 unusable input or usage, 3 a bug in pidcfg.
     """

@@ -132,12 +132,12 @@ def draw_files(
     return files
 
 
-def chart_text(chart: Chart, stream: TextIO) -> str:
+def chart_text(chart: Chart, stream: TextIO, height: int = HEIGHT) -> str:
     """A chart as wide as the terminal, in the signs that its code page has."""
     from pidcfg.pictures.characters import fits, lines
 
     width = min(max(shutil.get_terminal_size((PIPED, 24)).columns - 1, NARROWEST), WIDEST)
-    return "\n".join(lines(chart, width, HEIGHT, not fits(stream.encoding)))
+    return "\n".join(lines(chart, width, height, not fits(stream.encoding)))
 
 
 def show(charts: Sequence[Chart]) -> None:

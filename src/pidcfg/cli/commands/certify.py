@@ -87,7 +87,10 @@ def command(
     quiet: bool,
     limits: Limits,
 ) -> None:
-    """Run samples of each SCENARIO, with what its `vary` names drawn anew, and bound how often its expectations hold.
+    """Run each SCENARIO against many plants, since nobody knows the real one exactly, and say how often it holds.
+
+    Each sample draws anew what `vary` names: a stronger or slower plant, a longer dead time, more noise, other gains.
+    The result is how sure one may be that each expectation holds on the real plant.
 
     Exit codes: 0 every bound reaches its share, 1 one does not, 2 a scenario that cannot run or samples that could not
     show a share.

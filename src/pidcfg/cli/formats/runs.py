@@ -89,7 +89,7 @@ def figure_text(value: float | None) -> str:
     return number_text(value or 0.0, 4)
 
 
-def _loops(report: Report) -> str:
+def loops_text(report: Report) -> str:
     """A line a loop: its verdict, how it answered, and what alarms are on at the end."""
     reasons: dict[str, dict[str, None]] = {}
     for v in report.standing:
@@ -204,7 +204,7 @@ def _expected(report: Report) -> list[tuple[str, str]]:
 
 def _verdicts(outcome: Outcome, report: Report) -> str:
     """A line a loop, what needs saying, what failed, and the verdict of the run."""
-    parts = _loops(report), _assumed(report), _notes(report), failures(report)
+    parts = loops_text(report), _assumed(report), _notes(report), failures(report)
     return f"{''.join(parts)}{run_verdict_line(outcome, report)}\n"
 
 
