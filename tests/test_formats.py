@@ -20,13 +20,13 @@ from pidcfg.cli import formats
 from pidcfg.cli.console import echo_json, echo_xml
 from pidcfg.cli.formats import Kind, report_options, reports, runs
 from pidcfg.cli.formats import findings as basics
-from pidcfg.cli.formats.findings import Findings, without_word
+from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.runs import render_runs
 from pidcfg.cli.main import cli
 from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.sim.judgement.report import STANDING_KINDS, Note, Report
 from pidcfg.study.outcome import Outcome
-from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
+from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, without_word
 from pidcfg.text.document import Document, Node
 from verdict_formats import disagreements, shortened
 
@@ -694,7 +694,7 @@ def test_diff_prints_one_document_of_json_for_a_file_it_cannot_use(pair):
 
 def test_convert_reports_to_files_also_when_nothing_is_written(pair):
     options = [f"--report-output={fmt}={fmt}.out" for fmt in ("text", "json", "markdown")]
-    result = run("convert", "a.yaml", "--to", "click", "-o", "click.yaml", *options)
+    result = run("convert", "a.yaml", "--to", "click", "-o", "click.yaml", *options, "-v")
     assert result.exit_code == 1
     assert not (pair / "click.yaml").exists()
     markdown = (pair / "markdown.out").read_text("utf-8")

@@ -6,18 +6,21 @@ import io
 import json
 import re
 import stat
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
 
 from browser import BEYOND, IN_CI, NARROW, WIDE, opened, width_of
 from pidcfg.cli.main import cli
-from pidcfg.output.report.content import Title, Units, contents_of, measurement_text
+from pidcfg.output.report.content import RunSheet, Title, Units, contents_of, measurement_text
 from pidcfg.output.report.page import (
     VARIABLE,
+    FindingGroup,
     PdfError,
     browser,
     clause,
@@ -27,8 +30,9 @@ from pidcfg.output.report.page import (
     page,
     pdf,
 )
-from pidcfg.output.report.runs import found_text, metric_unit
+from pidcfg.output.report.runs import Run, found_text, metric_unit, worst_trend
 from pidcfg.output.report.sheets import compose, plc_sheet
+from pidcfg.pictures.chart import Chart, Line, Panel
 from pidcfg.sim.judgement.report import Verdict
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
@@ -292,6 +296,60 @@ def test_alarms_have_names_in_words_where_a_run_tells_them(tmp_path):
     assert {row[4] for row in alarms} >= {"PV low", "PV low-low", "deviation high"}
 
 
+def test_page_one_has_the_verdict_and_the_trend_to_look_at_first(tmp_path):
+    run(EXAMPLES / "dl06/reactor.scenario.yaml", "-o", tmp_path / "r.html", "-q")
+    text = (tmp_path / "r.html").read_text("utf-8")
+    order = [text.index(part) for part in ('class="verdict"', 'class="worst"', 'id="contents"', 'id="findings"')]
+    assert order == sorted(order)
+    assert "no errors, the run passed" in text[order[0] : order[1]]
+    first = text[order[1] : order[2]]
+    assert first.count("<figcaption") == 1
+    assert "TIC-101: Reactor temperature" in first, "the only one with an overshoot"
+
+
+def chart_of(loop):
+    return Chart(loop, loop, (Panel("PV", "", (Line("PV", "pv", [0.0, 1.0], [0.0, 1.0]),)),))
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "first"),
+    [
+        ({"A": ("proven", 5.0), "B": ("proven", 9.0)}, "B"),
+        ({"A": ("not-proven", None), "B": ("proven", 9.0)}, "A"),
+        ({"A": ("not-proven", 90.0), "B": ("failed", None)}, "B"),
+        ({"A": ("not-judged", None), "B": ("proven", None)}, "B"),
+        ({}, None),
+    ],
+)
+def test_the_gravest_verdict_and_then_the_largest_overshoot_come_first(verdicts, first):
+    loops = {
+        loop: SimpleNamespace(verdict=verdict, metrics={"overshoot": overshoot})
+        for loop, (verdict, overshoot) in verdicts.items()
+    }
+    run = Run("a.yaml", "b.yaml", charts=[chart_of(loop) for loop in verdicts])
+    found = worst_trend(run, SimpleNamespace(loops=loops))
+    assert (found and re.search(r"<figcaption[^>]*>(\w)<", found.picture)[1]) == first
+
+
+def test_the_verdict_of_a_report_names_errors_and_runs_that_did_not_pass():
+    good, bad = content("dl06/reactor"), content("mistakes/oven")
+    ran = RunSheet("s.yaml", "a.yaml", "s", ran=True, passed=True, verdict="")
+    assert good.verdict == ("", "No errors; nothing was run.")
+    assert replace(good, runs=(ran, ran)).verdict == ("passed", "no errors, all 2 runs passed")
+    assert replace(good, runs=(ran, replace(ran, passed=False))).verdict == ("FAILED", "1 of 2 runs not passed")
+    assert bad.verdict == ("FAILED", "2 errors")
+
+
+def test_findings_that_several_loops_share_are_one_row_with_its_loops():
+    group = next(group for group in group_findings(content("dl06/extruder").findings) if len(group.findings) > 1)
+    assert [d for row in group.rows for d in row] != []
+    assert sum(map(len, group.rows)) == len(group.findings)
+    said = [row[0].message for row in group.rows]
+    assert len(said) == len({*said})
+    alike = [replace(group.first, loop=loop, message=f"{loop} waits") for loop in ("A", "B")]
+    assert FindingGroup(alike[0], tuple(alike)).rows == [alike]
+
+
 # --- the sheet for the door ------------------------------------------------------------------------------------------
 
 
@@ -300,9 +358,17 @@ def test_the_sheet_has_every_loop_with_its_main_words():
     assert len(rows) == 8
     for part in ("TIC-Z1 Barrel zone 1", "PV rises V17400 bit 4", "170 degC V17402 06CC", "Gain 4 %/% V17410 0400"):
         assert part in rows[0]
-    for part in ("Reset 150 s V17411 1500", "Rate 20 s V17412 2000", "high-high 350 degC", "0 to 400 degC"):
+    for part in ("Reset 150 s V17411 1500", "Rate 20 s V17412 2000", "0 to 400 degC"):
         assert part in rows[0]
     assert "PV falls" in rows[6]
+
+
+def test_the_alarms_of_the_sheet_are_a_table_of_loops_and_limits():
+    head, first, *others = Page(door_sheet(content("dl06/extruder"))).rows["door limits"]
+    assert len(others) == 7
+    assert head[:5] == ["Loop", "low-low", "low", "high", "high-high"]
+    limits = dict(zip(head, (" ".join(text.split()) for text in first), strict=True))
+    assert limits["high-high"].startswith("350 degC V1741")
 
 
 def test_the_sheet_tells_pulses_and_errors():
@@ -473,7 +539,7 @@ def test_the_page_opens_alone_and_fits_the_window(browser, report, width):
 @pytest.mark.parametrize("width", [WIDE, NARROW])
 def test_every_loop_has_one_chart_at_every_width(browser, report, width):
     with opened(browser, report, width) as seen:
-        boxes = [chart.bounding_box() for chart in seen.page.query_selector_all("figure.chart")]
+        boxes = [chart.bounding_box() for chart in seen.page.query_selector_all(".run figure.chart")]
         assert len(boxes) == len(LOOPS)
         assert all(box["width"] > width / 2 and box["height"] > 100 for box in boxes)
         panel = seen.page.locator(".panel svg").first.bounding_box()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from enum import IntEnum
 from functools import total_ordering
 from typing import TYPE_CHECKING
@@ -108,3 +109,34 @@ def sort_findings(findings: list[Diagnostic]) -> list[Diagnostic]:
     """Sorted, and each finding of a loop once (a faulty anchor that it uses n times is written in one place)."""
     unique = {(d.file, d.span, d.code, d.message, d.loop): d for d in sorted(findings, key=lambda d: d.order)}
     return list(unique.values())
+
+
+# --- What a finding says, whichever loop it says it of ----------------------------------------------------------------
+
+REGISTER = re.compile(r"\b[A-Z]{1,3}\d+\b")
+"""A register in a message."""
+
+
+def words_of(d: Diagnostic) -> str:
+    """What a finding says, whichever loop it says it of; what concerns several loops names them all.
+
+    Below an error, the loop's own registers, and names that are made of the loop's, are no other words.
+    """
+    if not d.loop or d.with_loops:
+        return d.message
+    if d.severity is Severity.ERROR:
+        return without_word(d.message, d.loop)
+    return REGISTER.sub("", without_word(d.message.replace(f"{d.loop}_", ""), d.loop))
+
+
+def without_word(text: str, word: str) -> str:
+    """A text without a word, wherever no letter, digit or underscore stands beside it."""
+    left, kept, at = [], 0, text.find(word)
+    while at >= 0:
+        end = at + len(word)
+        if any(c.isalnum() or c == "_" for c in text[max(at - 1, 0) : at] + text[end : end + 1]):
+            at = text.find(word, at + 1)
+            continue
+        left.append(text[kept:at])
+        kept, at = end, text.find(word, end)
+    return "".join(left) + text[kept:]

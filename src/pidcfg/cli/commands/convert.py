@@ -121,7 +121,7 @@ def command(
     from pidcfg.api import convert
     from pidcfg.cli.commands.validate import exit_code
     from pidcfg.cli.findings import one_configuration, show_errors
-    from pidcfg.cli.formats.conversion import render_conversion, text
+    from pidcfg.cli.formats.conversion import render_conversion
 
     if report == "json" and out is None:
         raise click.UsageError("the report and the file would both go to standard output; name the file with -o")
@@ -151,9 +151,7 @@ def command(
     if report == "json":
         echo_json(render_conversion("json", result))
     else:
-        whole = verbose or click.get_current_context().get_parameter_source("report") is not ParameterSource.DEFAULT
-        shown = text(result, changes=not quiet, losses=lossy, apart=not quiet or too_far or differs, whole=whole)
-        print_text(shown.strip())
+        tell(result, verbose, changes=not quiet, losses=lossy, apart=not quiet or too_far or differs)
     if not result.ok or lossy or too_far or differs:
         report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result))
         refuse(result, lossy, differs, max_deviation)
@@ -164,10 +162,13 @@ def command(
     print_result(result.text, out, () if quiet else files)
 
 
-def print_text(text: str) -> None:
-    """A report on standard error, if it says anything."""
-    if text:
-        note(text)
+def tell(result: ConvertResult, verbose: bool, **parts: bool) -> None:
+    """The report on standard error; whole where the command line names it, and not by default."""
+    from pidcfg.cli.formats.conversion import text
+
+    source = click.get_current_context().get_parameter_source("report")
+    if shown := text(result, **parts, whole=verbose or source is not ParameterSource.DEFAULT).strip():
+        note(shown)
 
 
 def show_progress(share: float) -> None:

@@ -13,7 +13,7 @@ import click
 from click.core import ParameterSource
 
 from pidcfg.output.findings import counts, findings_data
-from pidcfg.text.diagnostics import Severity
+from pidcfg.text.diagnostics import Severity, words_of
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import one_line, printable, width_of
@@ -148,7 +148,6 @@ MOST_PLACES = 24
 MOST_NAMES = 8
 """Loops that a line names before it only counts."""
 MORE = "-v has the lines and cures of what several loops share\n"
-REGISTER = re.compile(r"\b[A-Z]{1,3}\d+\b")
 
 
 def text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = False) -> str:
@@ -190,7 +189,7 @@ def said_once(findings: Sequence[Diagnostic]) -> list[str]:
     """A line for what several findings say in the same words, with their loops and without their places."""
     groups: dict[Hashable, list[Diagnostic]] = {}
     for d in findings:
-        groups.setdefault((d.code, d.severity, _words(d)), []).append(d)
+        groups.setdefault((d.code, d.severity, words_of(d)), []).append(d)
     return [
         f"{group[0].severity.label} {group[0].code}: {group[0].message}"
         + (f" [{names}]" if (names := names_of([d.loop for d in group if d.loop])) else "")
@@ -216,7 +215,7 @@ def _further(group: Sequence[Diagnostic]) -> list[str]:
     """The other findings of a group: those that say the same, and infos, by name; of the rest what each says."""
     kinds: dict[str, list[Diagnostic]] = {}
     for d in group:
-        kinds.setdefault("" if d.severity is Severity.INFO else _words(d), []).append(d)
+        kinds.setdefault("" if d.severity is Severity.INFO else words_of(d), []).append(d)
     (_, *same), *rest = kinds.values()
     rows = [_places(same, group[0].file)] if same else []
     file = group[0].file
@@ -235,31 +234,6 @@ def _places(findings: Sequence[Diagnostic], file: str) -> str:
     if len(places) > MOST_PLACES:
         places[MOST_PLACES:] = [f"{len(places) - MOST_PLACES} more (--format concise has a line for each)"]
     return ", ".join(places)
-
-
-def _words(d: Diagnostic) -> str:
-    """What a finding says, whichever loop it says it of; what concerns several loops names them all.
-
-    Below an error, the loop's own registers, and names that are made of the loop's, are no other words.
-    """
-    if not d.loop or d.with_loops:
-        return d.message
-    if d.severity is Severity.ERROR:
-        return without_word(d.message, d.loop)
-    return REGISTER.sub("", without_word(d.message.replace(f"{d.loop}_", ""), d.loop))
-
-
-def without_word(text: str, word: str) -> str:
-    """A text without a word, wherever no letter, digit or underscore stands beside it."""
-    left, kept, at = [], 0, text.find(word)
-    while at >= 0:
-        end = at + len(word)
-        if any(c.isalnum() or c == "_" for c in text[max(at - 1, 0) : at] + text[end : end + 1]):
-            at = text.find(word, at + 1)
-            continue
-        left.append(text[kept:at])
-        kept, at = end, text.find(word, end)
-    return "".join(left) + text[kept:]
 
 
 def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:

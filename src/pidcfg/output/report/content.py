@@ -12,6 +12,7 @@ from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS
+from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
@@ -208,6 +209,27 @@ class Content:
         return sum(expectation.passed for expectation in every), len(every)
 
     @property
+    def worst(self) -> RunSheet | None:
+        """The run with the trend to look at first."""
+        shown = [(run.worst.grade, run) for run in self.runs if run.worst is not None]
+        return max(shown, key=lambda pair: pair[0])[1] if shown else None
+
+    @property
+    def verdict(self) -> tuple[str, str]:
+        """``passed`` or ``FAILED`` (empty: nothing ran), and why."""
+        errors = sum(d.severity is Severity.ERROR for d in self.findings)
+        bad = sum(not run.passed for run in self.runs)
+        faults = [f"{errors} error{'' if errors == 1 else 's'}"] if errors else []
+        faults += [f"{bad} of {len(self.runs)} run{'' if len(self.runs) == 1 else 's'} not passed"] if bad else []
+        if faults:
+            return "FAILED", ", ".join(faults)
+        if not self.runs:
+            return "", "No errors; nothing was run."
+        return "passed", "no errors, " + (
+            "the run passed" if len(self.runs) == 1 else f"all {len(self.runs)} runs passed"
+        )
+
+    @property
     def standing(self) -> dict[str, int]:
         """How many standing expectations have which verdict."""
         return {word: sum(run.count(word) for run in self.runs) for word in (*WORDS_OF_VERDICTS.values(), "allowed")}
@@ -272,6 +294,14 @@ class StandingRow:
 
 
 @frozen
+class Trend:
+    """A picture as a part of a page; ``grade``: how urgently a reader looks at it."""
+
+    grade: tuple[int, float]
+    picture: str
+
+
+@frozen
 class RunSheet:
     """One scenario's run; without facts it could not run, and the findings say why."""
 
@@ -308,6 +338,8 @@ class RunSheet:
     """In s."""
     pictures: str = ""
     """The trends, as a part of a page."""
+    worst: Trend | None = None
+    """That of the loop to look at first."""
 
     @property
     def signal_units(self) -> dict[str, str]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from pidcfg.output.report.content import contents_of, measurement_text, text
 from pidcfg.output.report.runs import metric_unit
 from pidcfg.output.report.sheets import FIRST
-from pidcfg.text.diagnostics import Severity
+from pidcfg.text.diagnostics import Severity, words_of
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import printable
 
@@ -67,7 +67,14 @@ def door_sheet(content: Content) -> str:
     """All loops with their main values and words on one sheet, for the door of the cabinet."""
     policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
     return _rendered(
-        "sheet.html", content, policy=policy, places=main_places, tuning=tuning, alarms=alarms, files=content.files
+        "sheet.html",
+        content,
+        policy=policy,
+        places=main_places,
+        tuning=tuning,
+        alarms=alarms,
+        alarm_names=alarm_names(content),
+        files=content.files,
     )
 
 
@@ -126,6 +133,14 @@ class FindingGroup:
     first: Diagnostic
     findings: tuple[Diagnostic, ...]
 
+    @property
+    def rows(self) -> list[list[Diagnostic]]:
+        """Those together that say the same of several loops."""
+        rows: dict[str, list[Diagnostic]] = {}
+        for d in self.findings:
+            rows.setdefault(words_of(d), []).append(d)
+        return list(rows.values())
+
 
 def group_findings(findings: Iterable[Diagnostic]) -> list[FindingGroup]:
     """The findings of one rule with the same words of explanation together, in the order of the first."""
@@ -161,10 +176,17 @@ def tuning(sheet: LoopSheet) -> list[Fact]:
     return [fact for fact in sheet.facts if fact.title not in GENERAL]
 
 
-def alarms(sheet: LoopSheet) -> list[Setting]:
-    """The limits of a loop's alarms, as far as the file says them."""
-    rows = main_settings(sheet)
-    return [row for row in rows if row.path.startswith("alarms.") and not isinstance(row.value, bool)]
+def alarms(sheet: LoopSheet) -> dict[str, Setting]:
+    """The limits of a loop's alarms, as far as the file says them, by what they are called."""
+    rows = [row for row in main_settings(sheet) if row.path.startswith("alarms.") and not isinstance(row.value, bool)]
+    return {
+        row.path.removeprefix("alarms.").removeprefix("pv.").replace("_", "-").replace(".", " "): row for row in rows
+    }
+
+
+def alarm_names(content: Content) -> list[str]:
+    """The alarms that any loop has."""
+    return list(dict.fromkeys(name for _, sheet in content.loops for name in alarms(sheet)))
 
 
 def rising(direction: str) -> str:

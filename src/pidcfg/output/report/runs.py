@@ -11,6 +11,7 @@ from pidcfg.output.report.content import (
     OpenAlarm,
     RunSheet,
     StandingRow,
+    Trend,
     Units,
     measurement_text,
     number,
@@ -51,6 +52,10 @@ METRIC_UNITS = {
     "total_variation": "{output}",
 }
 """Units of metrics whose title has none, by those of the loop."""
+
+
+GRAVE = ("not-judged", "proven", "not-proven", "failed")
+"""Verdicts of a loop, the gravest last."""
 
 
 @frozen
@@ -98,8 +103,20 @@ def run_sheet(run: Run) -> RunSheet:
         in_control={name: loop.time_in_control for name, loop in report.loops.items()},
         duration=report.duration,
         pictures=figures(run.charts),
+        worst=worst_trend(run, report),
         before_root=tuple(run.before_root.items()),
     )
+
+
+def worst_trend(run: Run, report: Report) -> Trend | None:
+    """The picture of the loop to look at first: the gravest verdict, then the largest overshoot."""
+
+    def grade(chart: Chart) -> tuple[int, float]:
+        loop = report.loops.get(chart.loop)
+        return (0, 0.0) if loop is None else (GRAVE.index(loop.verdict), loop.metrics.get("overshoot") or 0.0)
+
+    worst = max(run.charts, key=grade, default=None)
+    return None if worst is None else Trend(grade(worst), figures([worst]))
 
 
 def verdict_of(run: Run, report: Report) -> str:
