@@ -363,6 +363,7 @@ def prepared(tmp_path_factory):
     text = (folder / "reactor.yaml").read_text("utf-8")
     (folder / "main.yaml").write_text(text, "utf-8")
     (folder / "ovens.yaml").write_text(text, "utf-8")
+    (folder / "reactor-before.yaml").write_text(text.replace("gain: 2.50", "gain: 2.40"), "utf-8")
     run("export", "reactor.yaml", "-o", "loops.csv", cwd=folder)
     (folder / "branch.yaml").write_text(text.replace("bias_freeze: true", "bias_freeze: false"), "utf-8")
     for name in ("upload.hex", "monday.hex", "friday.hex"):
