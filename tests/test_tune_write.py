@@ -111,11 +111,13 @@ def process_for(gains):
 
 def written(data, gains, **more):
     """The result of `tune` with these gains in place of a rule's."""
+    from pidcfg.output import forecast
     from pidcfg.output import gains as results
     from pidcfg.tuning.rules import Gains
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(results, "_gains", lambda *_: ("PID", Gains(*gains)))
+        patch.setattr(forecast, "forecast_words", lambda *_: forecast.Forecast("nobody asks for it"))
         return pidcfg.tune(**process_for(gains), into=data, into_name="f.yaml", **more).written
 
 
@@ -197,6 +199,24 @@ def test_the_decimals_of_a_dl06_reset_count():
     assert result.values[1].new == "12.34"
     with pytest.raises(ValueError, match=r"tuning\.reset: 120 is outside the word's range; nothing was written"):
         written(text.encode(), (1.0, 120.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("old", "seconds", "new"),
+    [
+        ("6.0 min", 63.7, "1.062 min"),
+        ("6.0 min", 60.0, "1 min"),
+        ("6min", 63.6, "1.06min"),
+        ("360 s", 63.7, "63.7 s"),
+        ("0.1 h", 63.7, "0.0177 h"),
+        ("360", 63.7, "63.7"),
+    ],
+)
+def test_the_unit_in_which_the_file_states_a_time_stays(old, seconds, new):
+    data = render("dl06", ("1", old, "0")).encode()
+    found = written(data, (1.0, seconds, 0.0))
+    assert found.values[1].new == new
+    holds("dl06", found.data, (1.0, seconds, 0.0))
 
 
 def test_9999_stays_where_the_integral_is_off():
@@ -370,10 +390,10 @@ def test_the_command_writes_and_tells_old_and_new(oven):
     before = oven.read_text("utf-8")
     result = run(*RULE, "--write", "oven.yaml", "--loop", "TIC-101", cwd=oven.parent)
     assert result.returncode == 0, result.stderr
-    assert "oven.yaml, TIC-101: written\n  tuning.gain: 2.00 → 15.38\n  tuning.reset: 120.0 → 160\n" in result.stdout
-    assert "tuning.gain: 15.38 %/%  (-0.03 % of 15.3846)" in result.stdout
+    assert "oven.yaml, TIC-101: written\n  tuning.gain: 2.00 → 14.65\n  tuning.reset: 120.0 → 168\n" in result.stdout
+    assert "tuning.gain: 14.65 %/%  (-0.0137 % of 14.652)" in result.stdout
     assert "findings of TIC-101 with these gains:" in result.stdout
-    assert oven.read_text("utf-8") == before.replace("2.00 ", "15.38 ").replace("120.0", "160")
+    assert oven.read_text("utf-8") == before.replace("2.00 ", "14.65 ").replace("120.0", "168")
     again = run(*RULE, "--write", "oven.yaml", cwd=oven.parent)
     assert "oven.yaml, TIC-101: has these gains already" in again.stdout
 
@@ -385,14 +405,14 @@ def test_diff_shows_a_patch_and_writes_nothing(oven):
     assert oven.read_bytes() == before
     patched = subprocess.run(["patch", "-p0"], cwd=oven.parent, input=result.stdout, text=True, check=True)
     assert patched.returncode == 0
-    assert b"gain: 15.38 " in oven.read_bytes()
+    assert b"gain: 14.65 " in oven.read_bytes()
     assert run(*RULE, "--write", "oven.yaml", "--diff", cwd=oven.parent).returncode == 0
 
 
 def test_the_json_has_what_was_written(oven):
     found = json.loads(run(*RULE, "--write", "oven.yaml", "--format", "json", cwd=oven.parent).stdout)["written"]
     assert (found["file"], found["loop"], found["ok"], found["action_compared"]) == ("oven.yaml", "TIC-101", True, True)
-    assert found["values"][0] == {"key": "tuning.gain", "unit": "%/%", "old": "2.00", "new": "15.38", "changes": True}
+    assert found["values"][0] == {"key": "tuning.gain", "unit": "%/%", "old": "2.00", "new": "14.65", "changes": True}
     assert {d["loop"] for d in found["findings"]} == {"TIC-101"}
 
 

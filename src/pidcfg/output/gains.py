@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from math import isinf
 from typing import TYPE_CHECKING
 
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.findings import short_repr
-from pidcfg.output.process import KnownProcess, gains_as_held, model_of, process_of, reduce_transfer, refuse_missing
+from pidcfg.output.process import (
+    KnownProcess,
+    behind_filter,
+    gains_as_held,
+    model_of,
+    process_of,
+    reduce_transfer,
+    refuse_missing,
+    refuse_other_sample_time,
+)
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors, warnings_of_sensitivity
 from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Model, Process, TuningError
+from pidcfg.tuning.transfer import transfer_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.output.findings import Data
-    from pidcfg.output.process import Target, VendorGains
+    from pidcfg.output.forecast import Around, Forecast
+    from pidcfg.output.process import GainsFile, Target, VendorGains
     from pidcfg.output.retune import Written
     from pidcfg.output.robust import RobustGains, Searched
     from pidcfg.text.diagnostics import Diagnostic
@@ -25,6 +36,7 @@ if TYPE_CHECKING:
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.margins import Judgement
     from pidcfg.tuning.response import Record, Request
+    from pidcfg.tuning.transfer import Transfer
 
 IDENTIFIED = ("gain", "time_constant", "dead_time")
 """What a recorded step tells."""
@@ -57,6 +69,12 @@ class TuneResult:
     """What holds on which plants, of gains by the method robust."""
     written: Written | None = None
     """The configuration with the gains in one of its loops, where one was given."""
+    around: Around | None = None
+    """What of that loop the gains are made for."""
+    forecast: Forecast | None = None
+    """What its words do on the process."""
+    plant: Transfer | None = None
+    """The process itself, its gain without a sign; None: it is not known."""
 
     @property
     def findings(self) -> tuple[Diagnostic, ...]:
@@ -98,6 +116,9 @@ class TuneResult:
             data["for"] = self.vendor.to_json()
         if self.written is not None:
             data["written"] = self.written.to_json()
+        if self.forecast is not None and self.around is not None:
+            data["loop"] = asdict(self.around)
+            data["forecast"] = self.forecast.to_json()
         return data
 
     def _process(self) -> Data:
@@ -162,7 +183,7 @@ def tune_gains(
 
     The step tells gain, time constant and dead time.
     """
-    fit = record = None
+    fit = record = around = None
     if step is not None:
         from pidcfg.tuning.record import identify_record
 
@@ -180,6 +201,9 @@ def tune_gains(
         told = [key for key in IDENTIFIED if not (fit.integrating and key == "time_constant")]
         numbers = {**{key: getattr(fit.process, key) for key in told}, **known.numbers}
         known = replace(known, numbers=numbers, model="integrating" if fit.integrating else None)
+    if target.into is not None:
+        target.refuse_ranges()
+        known, around = _in_loop(known, target, target.into, limits)
     if known.wish is None:
         target.refuse_ranges()
         result = replace(compute_gains(method, form, known), identified=fit, record=record)
@@ -189,12 +213,46 @@ def tune_gains(
         found = search_gains(METHODS[method], form, known, fit, target, limits)
         target = found.target
         result = replace(_of_search(METHODS[method], known, found), identified=fit, record=record)
-    if target.into is None:
+    if target.into is None or around is None:
         return replace(result, vendor=target.gains(result.gains, heating=result.heating))
+    return _into_loop(result, target, target.into, around, limits)
+
+
+def _into_loop(result: TuneResult, target: Target, into: GainsFile, around: Around, limits: Limits) -> TuneResult:
+    """The result with the file that has the gains in a loop, and what its words do on the process."""
+    from pidcfg.output.forecast import forecast_words
     from pidcfg.output.retune import retune_loop
 
-    written, values = retune_loop(result.gains, target, target.into, limits, heating=result.heating)
-    return replace(result, written=written, vendor=gains_as_held(written.vendor, values, heating=result.heating))
+    written, values = retune_loop(result.gains, target, into, limits, heating=result.heating)
+    plant = result.plant
+    if plant is not None and not result.heating:
+        plant = replace(plant, gain=-plant.gain)
+    forecast = forecast_words(written, around, plant, result.gains)
+    judgement = result.judgement if forecast.why else replace(result.judgement, answer=forecast.answer)
+    return replace(
+        result,
+        written=written,
+        vendor=gains_as_held(written.vendor, values, heating=result.heating),
+        around=around,
+        forecast=forecast,
+        judgement=judgement,
+        warnings=(*result.warnings, *forecast.warnings()),
+    )
+
+
+def _in_loop(known: KnownProcess, target: Target, into: GainsFile, limits: Limits) -> tuple[KnownProcess, Around]:
+    """What is known, with the sample time and the PV filter of the loop that is to have the gains."""
+    from pidcfg.output.forecast import Around
+    from pidcfg.output.retune import loop_tuning
+
+    around = Around.of(loop_tuning(target, into, limits)[1])
+    if around.sample_time is None or known.wish is not None:
+        return known, around
+    numbers = known.numbers
+    refuse_other_sample_time(numbers.get("sample_time"), around.sample_time, into.name)
+    if "dead_time" in numbers or known.transfer is not None:
+        numbers = {**numbers, "sample_time": around.sample_time}
+    return replace(known, numbers=numbers, filter_time=around.filter_time), around
 
 
 def _of_search(method: Method, known: KnownProcess, found: Searched) -> TuneResult:
@@ -202,7 +260,10 @@ def _of_search(method: Method, known: KnownProcess, found: Searched) -> TuneResu
     gains = found.robust.found.result.gains
     judgement = judge_gains(method, found.form, gains, found.process)
     notes = (*warnings_of_authors(found.process), *warnings_of_sensitivity(found.robust.found.result.ms))
-    return TuneResult(method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust)
+    plant = transfer_of(replace(found.process, sample_time=0.0))
+    return TuneResult(
+        method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust, plant=plant
+    )
 
 
 def compute_gains(name: str, form: Form | None, known: KnownProcess) -> TuneResult:
@@ -213,17 +274,22 @@ def compute_gains(name: str, form: Form | None, known: KnownProcess) -> TuneResu
     known = reduce_transfer(method, form, known)
     model = model_of(method, known)
     refuse_missing(method, known.numbers, model)
-    numbers, process = known.numbers, process_of(known.numbers, model)
+    numbers, alone = known.numbers, process_of(known.numbers, model)
+    process = behind_filter(alone, known.filter_time) if method.of_ultimate is None else alone
     cycle = Cycle(numbers.get("ultimate_gain", 0.0), numbers.get("ultimate_period", 0.0))
     chosen, gains = _gains(method, form, process, cycle)
     if method.of_ultimate is None:
-        judgement = judge_gains(method, chosen, gains, process, known.transfer)
+        plant: Transfer | None = known.transfer or transfer_of(replace(alone, sample_time=0.0))
+        seen = known.transfer
+        if plant is not None and known.filter_time:
+            seen = replace(plant, poles=(*plant.poles, known.filter_time))
+        judgement = judge_gains(method, chosen, gains, process, seen)
         warnings = (*warnings_of_authors(process), *judgement.warnings())
-        return TuneResult(method, chosen, numbers, gains, model, judgement, warnings)
-    judgement = judge_gains(
-        method, chosen, gains, process_of_cycle(abs(numbers["gain"]), cycle) if "gain" in numbers else None
-    )
-    return TuneResult(method, chosen, numbers, gains, None, judgement, tuple(judgement.warnings()))
+        return TuneResult(method, chosen, numbers, gains, model, judgement, warnings, plant=plant)
+    found = process_of_cycle(abs(numbers["gain"]), cycle) if "gain" in numbers else None
+    judgement = judge_gains(method, chosen, gains, found)
+    plant = None if found is None else transfer_of(found)
+    return TuneResult(method, chosen, numbers, gains, None, judgement, tuple(judgement.warnings()), plant=plant)
 
 
 def _gains(method: Method, form: Form | None, process: Process, cycle: Cycle) -> tuple[Form, Gains]:

@@ -673,7 +673,7 @@ def gains_schema() -> Schema:
 
     return record(
         "Gains in engineering units and seconds.",
-        ("for", "written", "robust"),
+        ("for", "written", "robust", "loop", "forecast"),
         version=VERSION,
         method=text("The rule.", *METHODS),
         title=text("The rule in words."),
@@ -704,6 +704,32 @@ def gains_schema() -> Schema:
         for_=for_vendor(),
         written=written(),
         robust=robust(),
+        loop=record(
+            "What of the loop in a file the gains are made for.",
+            sample_time=or_null(number("In s.")),
+            filter_time=number("The time constant of the PV's filter, in s; 0: there is none."),
+            action=or_null(text("Its action; null: a program decides.")),
+            output_span=number("Of the output from 0 to 100 %."),
+        ),
+        forecast=forecast(),
+    )
+
+
+def forecast() -> Schema:
+    """What the figures of the closed loop are of."""
+    span = "Both ends."
+    return record(
+        "What overshoot and IAE are of, where a file is given.",
+        ("setpoint", "largest_step", "settles", "hunts", "error_at_the_end", "pv_range", "output_limits"),
+        of=text("A run of the words, or the continuous loop.", "words", "continuous loop"),
+        why=or_null(text("Why no words ran.")),
+        setpoint=listing("Before and after the step.", number("In the PV's unit.")),
+        largest_step=number("A step of the set point up to which the output stays within its limits."),
+        settles=switch("Whether the PV settles after the step."),
+        hunts=switch("Whether what is left of the error counts in the IAE of the run."),
+        error_at_the_end=number("How far from its set point the PV stays on average."),
+        pv_range=listing(span, number("In the PV's unit.")),
+        output_limits=listing(span, number("In the output's unit.")),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import inf
 from typing import TYPE_CHECKING, TypedDict
 
@@ -11,6 +11,7 @@ from pidcfg.output.arguments import ArgumentError
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.response import Request
 from pidcfg.tuning.rules import LARGEST, LEAST, METHODS, Process, is_usable
+from pidcfg.tuning.transfer import Transfer
 from pidcfg.tuning.transfer import reduce_by_half_rule as half_rule
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from pidcfg.text.reader import Reader
     from pidcfg.tuning.robust import Fitted
     from pidcfg.tuning.rules import Form, Gains, Method, Model
-    from pidcfg.tuning.transfer import Transfer
     from pidcfg.vendors import Vendor
 
 # --- What is said of a process: its numbers, kind or transfer function, and what a rule still needs of them -----------
@@ -54,6 +54,8 @@ class KnownProcess:
     transfer: Transfer | None = None
     wish: Robustness | None = None
     """Of the method robust alone."""
+    filter_time: float = 0.0
+    """The time constant of the loop's PV filter, in s; 0: there is none, or it is not known."""
 
 
 @frozen
@@ -133,6 +135,30 @@ def as_float(value: float) -> float:
         return inf
 
 
+SAME_TIME = 0.01
+"""Relative difference of two sample times that count as one."""
+
+
+def refuse_other_sample_time(told: float | None, own: float, file: str | None) -> None:
+    """Raises `ArgumentError` for a sample time that is not the loop's own."""
+    if told is not None and abs(told - own) > SAME_TIME * told:
+        where = "" if file is None else f"{file}: "
+        message = f"`sample_time` is {told:g} s, and {where}the loop samples every {own:g} s: leave it out"
+        raise ArgumentError(message, "sample_time")
+
+
+def behind_filter(process: Process, seconds: float) -> Process:
+    """The process with a filter of this time constant behind it, as one more lag, by the half rule."""
+    if not seconds:
+        return process
+    lags = (process.second_time_constant,) if process.second_time_constant else ()
+    poles = (*lags, seconds) if process.integrating else (process.time_constant, *lags, seconds)
+    slope = process.slope if process.integrating else process.gain
+    order = 1 + len(lags)
+    reduced = half_rule(Transfer(slope, (), poles, int(process.integrating), process.dead_time), order)
+    return replace(reduced, sample_time=process.sample_time, closed_loop=process.closed_loop)
+
+
 def reduce_transfer(method: Method, form: Form | None, known: KnownProcess) -> KnownProcess:
     """With the numbers of the process that a transfer function is reduced to by the half rule."""
     if known.transfer is None:
@@ -142,7 +168,7 @@ def reduce_transfer(method: Method, form: Form | None, known: KnownProcess) -> K
     told = {key: getattr(process, key) for key in PROCESS_NUMBERS if getattr(process, key)}
     if process.integrating:
         del told["time_constant"]
-    return KnownProcess({**told, **known.numbers}, process.model, known.transfer)
+    return replace(known, numbers={**told, **known.numbers}, model=process.model)
 
 
 def model_of(method: Method, known: KnownProcess) -> Model:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from decimal import Decimal
+from decimal import Context, Decimal
+from functools import partial
 from math import isclose, isinf
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.findings import check_loaded, errors_in, finding_data
@@ -23,7 +25,7 @@ from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import PlacingError, with_values
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from pidcfg.encoders.regmap import LoopTuning
     from pidcfg.output.findings import Data
@@ -38,6 +40,8 @@ if TYPE_CHECKING:
     from pidcfg.vendors import Vendor
 
 SAME_SPAN = 1e-9
+LAST_DIGIT = 10.0 ** (1 - DIGITS)
+"""Relative difference of numbers that are the same to all their digits."""
 
 
 @frozen
@@ -192,24 +196,31 @@ def _values(
     out = []
     integral, derivative = tuning.off
     off = (None, integral if isinf(gains.integral_time) else None, None if gains.derivative_time else derivative)
-    for value, now, word in zip(fitted, tuning.now, off, strict=True):
+    for name, value, now, word in zip(tuning.words.names, fitted, tuning.now, off, strict=True):
         old = value_at(doc.data, _path(index, value.key))
         if now is None:
             raise TuningError(f"{where}: {value.key} is the expression {old}: change it there; nothing was written")
         stored = value.stored or Decimal(0)
-        new = old if now == stored else word or _number_as_written(old, stored, value.unit)
+        held = partial(tuning.words.stored, name)
+        new = old if now == stored else word or _number_as_written(old, stored, value.unit, held)
         out.append(Value(value.key, value.unit, old, None if new is None else str(new)))
     return tuple(out)
 
 
-def _number_as_written(old: str | None, value: Decimal, unit: str) -> str:
-    """A number as the file writes it: in the unit that stood there, where that takes no more digits than a number."""
+def _number_as_written(old: str | None, value: Decimal, unit: str, stored: Callable[[Decimal], Decimal]) -> str:
+    """A number as the file writes it: in the unit that stood there, with the fewest digits that make the same word."""
     match = DURATION.fullmatch(old or "")
-    if match is not None and unit in SECONDS:
-        written = UNIT_WORDS.get(match[2], match[2])
-        number = value * SECONDS[unit] / SECONDS[written]
-        if number * SECONDS[written] == value * SECONDS[unit] and len(number.as_tuple().digits) <= DIGITS:
-            gap = " " if " " in match[0] else ""
+    if match is None or unit not in SECONDS:
+        return decimal_text(value)
+    factor = SECONDS[UNIT_WORDS.get(match[2], match[2])] / SECONDS[unit]
+    gap = " " if " " in match[0] else ""
+    for digits in range(1, DIGITS + 1):
+        number = Context(digits).divide(value, factor)
+        try:
+            held = stored(number * factor)
+        except EncodeError:
+            continue
+        if isclose(held, value, rel_tol=LAST_DIGIT):
             return f"{decimal_text(number)}{gap}{match[2]}"
     return decimal_text(value)
 

@@ -11,7 +11,7 @@ from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.conversion import convert_checked
-from pidcfg.output.process import model_of, process_of, refuse_missing
+from pidcfg.output.process import model_of, process_of, refuse_missing, refuse_other_sample_time
 from pidcfg.study.certification.certify import Plan, certify_document
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import reader_of
@@ -379,12 +379,7 @@ def _sampling(
     """How the loop samples and filters, and what is assumed of it."""
     told = known.numbers.get("sample_time")
     if loop is not None and loop.sample_time is not None:
-        if told is not None and abs(told - loop.sample_time) > LEAST_SHARE * told:
-            name = "" if target.into is None else f"{target.into.name}: "
-            message = (
-                f"`sample_time` is {told:g} s, and {name}the loop samples every {loop.sample_time:g} s: leave it out"
-            )
-            raise ArgumentError(message, "sample_time")
+        refuse_other_sample_time(told, loop.sample_time, None if target.into is None else target.into.name)
         shares = (loop.pv_share, loop.derivative_share, loop.derivative_limit)
         return Sampling(loop.sample_time, *shares), ()
     if told is not None:

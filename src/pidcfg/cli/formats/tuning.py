@@ -15,6 +15,7 @@ from pidcfg.pictures.chart import Chart, Line, Locus, Panel
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from pidcfg.output.forecast import Around, Forecast
     from pidcfg.output.gains import TuneResult
     from pidcfg.output.retune import Written
     from pidcfg.output.robust import Confirmation, RobustGains
@@ -165,6 +166,8 @@ def as_text(tuned: TuneResult) -> str:
         f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
     judged = _robustness(tuned.judgement)
+    if tuned.forecast is not None and tuned.around is not None:
+        judged[-1:] = [judged[-1], *_forecast(tuned.around, tuned.forecast)]
     if tuned.robust is not None:  # the margins are those of the sampled loop, on the worst plant
         judged[:2] = robust_lines(tuned.robust, tuned.judgement.reason)
     lines += ["", *judged]
@@ -209,6 +212,25 @@ def _robustness(judgement: Judgement) -> list[str]:
             figures += [f"IAE {answer.iae_setpoint:.4g} (set point), {answer.iae_disturbance:.4g} (disturbance)"]
         lines.append(f"  closed loop  {'; '.join(figures)}")
     return lines
+
+
+def _forecast(around: Around, forecast: Forecast) -> Iterator[str]:
+    """For which loop the gains are, and what its words do."""
+    if forecast.why:
+        yield f"               of a continuous loop: {forecast.why}"
+    else:
+        (low, high), (least, most) = forecast.pv_range, forecast.limits
+        before, after = forecast.step
+        yield f"               run with these words: set point {before:.6g} to {after:.6g}"
+        yield f"               up to steps of {forecast.largest:.3g} the output stays within its limits"
+        if forecast.hunts:
+            yield f"               the PV stays {forecast.rest:.3g} from its set point: a longer run has a larger IAE"
+    facts = [] if around.sample_time is None else [f"samples every {around.sample_time:g} s"]
+    facts.append(f"PV filter {around.filter_time:.3g} s" if around.filter_time else "no PV filter")
+    facts += [] if around.action is None else [f"action {around.action}"]
+    if not forecast.why:
+        facts += [f"PV {low:g} to {high:g}", f"output {least:g} to {most:g}"]
+    yield f"  loop         {', '.join(facts)}"
 
 
 def _limit(value: float, unit: str) -> str:
