@@ -390,10 +390,10 @@ def test_the_command_writes_and_tells_old_and_new(oven):
     before = oven.read_text("utf-8")
     result = run(*RULE, "--write", "oven.yaml", "--loop", "TIC-101", cwd=oven.parent)
     assert result.returncode == 0, result.stderr
-    assert "oven.yaml, TIC-101: written\n  tuning.gain: 2.00 → 14.65\n  tuning.reset: 120.0 → 168\n" in result.stdout
-    assert "tuning.gain: 14.65 %/%  (-0.0137 % of 14.652)" in result.stdout
+    assert "oven.yaml, TIC-101: written\n  tuning.gain: 2.00 → 14.65\n  tuning.reset: 120.0 → 160\n" in result.stdout
+    assert "tuning.gain: 14.65 %/%  (-0.03 % of 14.6546)" in result.stdout
     assert "findings of TIC-101 with these gains:" in result.stdout
-    assert oven.read_text("utf-8") == before.replace("2.00 ", "14.65 ").replace("120.0", "168")
+    assert oven.read_text("utf-8") == before.replace("2.00 ", "14.65 ").replace("120.0", "160")
     again = run(*RULE, "--write", "oven.yaml", cwd=oven.parent)
     assert "oven.yaml, TIC-101: has these gains already" in again.stdout
 

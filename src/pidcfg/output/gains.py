@@ -153,7 +153,8 @@ class TuneResult:
 
 def _confidence(fit: Identified) -> Data:
     gain, constant, dead = fit.confidence
-    return {"gain": gain, "time_constant": None if fit.integrating else constant, "dead_time": dead}
+    data = {"gain": gain, "time_constant": None if fit.integrating else constant, "dead_time": dead}
+    return {**data, "time_constant_2": fit.second_confidence} if fit.process.second_time_constant else data
 
 
 def _identified(fit: Identified) -> Data:
@@ -162,6 +163,7 @@ def _identified(fit: Identified) -> Data:
         "gain": fit.process.gain,
         "time_constant": None if fit.integrating else fit.process.time_constant,
         "dead_time": fit.process.dead_time,
+        **({"time_constant_2": second} if (second := fit.process.second_time_constant) else {}),
         "confidence": _confidence(fit),
         "drift": fit.drift,
         "remarks": list(fit.remarks),
@@ -185,22 +187,7 @@ def tune_gains(
     """
     fit = record = around = None
     if step is not None:
-        from pidcfg.tuning.record import identify_record
-
-        data, name, said = step
-        fit, record = identify_record(data, name, limits, said)
-        if fit.integrating and "integrating" not in METHODS[method].models:
-            names = [row.name for row in METHODS.values() if "integrating" in row.models]
-            raise TuningError(
-                f"{name}: the process integrates ({fit.process.gain:.4g} per s and unit of the output); {method} is "
-                f"for one that settles: use {', '.join(names[:-1])} or {names[-1]} ({'; '.join(fit.remarks)})"
-            )
-        for key in IDENTIFIED:
-            if key in known.numbers:
-                raise ArgumentError(f"`{key}` and `record` do not go together", key, "record")
-        told = [key for key in IDENTIFIED if not (fit.integrating and key == "time_constant")]
-        numbers = {**{key: getattr(fit.process, key) for key in told}, **known.numbers}
-        known = replace(known, numbers=numbers, model="integrating" if fit.integrating else None)
+        known, fit, record = _of_record(method, known, step, limits)
     if target.into is not None:
         target.refuse_ranges()
         known, around = _in_loop(known, target, target.into, limits)
@@ -213,9 +200,35 @@ def tune_gains(
         found = search_gains(METHODS[method], form, known, fit, target, limits)
         target = found.target
         result = replace(_of_search(METHODS[method], known, found), identified=fit, record=record)
+    if fit is not None:
+        result = replace(result, warnings=(*result.warnings, *fit.cautions))
     if target.into is None or around is None:
         return replace(result, vendor=target.gains(result.gains, heating=result.heating))
     return _into_loop(result, target, target.into, around, limits)
+
+
+def _of_record(
+    method: str, known: KnownProcess, step: tuple[bytes, str, Request], limits: Limits
+) -> tuple[KnownProcess, Identified, Record]:
+    """What is known, with the numbers that a recorded step tells."""
+    from pidcfg.tuning.record import identify_record
+
+    data, name, said = step
+    fit, record = identify_record(data, name, limits, said)
+    if fit.integrating and "integrating" not in METHODS[method].models:
+        names = [row.name for row in METHODS.values() if "integrating" in row.models]
+        raise TuningError(
+            f"{name}: the process integrates ({fit.process.gain:.4g} per s and unit of the output); {method} is "
+            f"for one that settles: use {', '.join(names[:-1])} or {names[-1]} ({'; '.join(fit.remarks)})"
+        )
+    for key in IDENTIFIED:
+        if key in known.numbers:
+            raise ArgumentError(f"`{key}` and `record` do not go together", key, "record")
+    told = [key for key in IDENTIFIED if not (fit.integrating and key == "time_constant")]
+    told += ["second_time_constant"] if fit.process.second_time_constant else []
+    numbers = {**{key: getattr(fit.process, key) for key in told}, **known.numbers}
+    known = replace(known, numbers=numbers, model="integrating" if fit.integrating else None)
+    return known, fit, record
 
 
 def _into_loop(result: TuneResult, target: Target, into: GainsFile, around: Around, limits: Limits) -> TuneResult:

@@ -749,9 +749,11 @@ def confidence() -> Schema:
     """How sure the numbers of a recorded step are."""
     return record(
         "95 % confidence, plus or minus so much.",
+        ("time_constant_2",),
         gain=number("Of the gain."),
         time_constant=or_null(number("In s; null for an integrator.")),
         dead_time=number("In s; not less than half the time between samples."),
+        time_constant_2=number("In s, where there are two lags."),
     )
 
 
@@ -759,10 +761,12 @@ def identified() -> Schema:
     """The process that --from-csv identifies."""
     found = record(
         "The process of a recorded step; null without --from-csv.",
+        ("time_constant_2",),
         model=text("The kind of process.", *MODELS),
         gain=number("PV units per output unit; of an integrator, per s."),
         time_constant=or_null(number("In s; null for an integrator.")),
         dead_time=number("In s."),
+        time_constant_2=number("In s, where there are two lags."),
         confidence=confidence(),
         drift=number("Of the PV, in its unit per s, taken out of the gain; 0 where none was found."),
         remarks=listing("Which column was taken for what, and what makes the numbers less sure.", text("A remark.")),

@@ -30,6 +30,7 @@ from pidcfg.tuning.response import (
     refuse_stop,
 )
 from pidcfg.tuning.rules import Process
+from pidcfg.tuning.upset import find_upset
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,6 +65,8 @@ UNSURE_SHARE = 0.3
 """Confidence, in the number itself, beyond which a record does not tell it."""
 POOR, WRONG = 0.03, 0.1
 """What a fit may leave beside noise, in answers: more is told, much more refused."""
+SHOWN_LAG = 0.05
+"""Of the first time constant: a second one that is shorter is none."""
 NO_DEAD_TIME = 1e-6
 """Samples: a shorter dead time is none, and what is left of it the arithmetic's."""
 
@@ -92,11 +95,15 @@ class Identified:
     """The PV of the process at the times of the record."""
     remarks: tuple[str, ...] = ()
     """What was read as what, and what makes the numbers less sure."""
+    second_confidence: float = 0.0
+    """The same of the second time constant; 0: there is none."""
+    cautions: tuple[str, ...] = ()
+    """Those of the remarks that make the numbers less sure."""
 
     @property
     def model(self) -> str:
         """The kind of process."""
-        return "integrating" if self.integrating else "first-order"
+        return "integrating" if self.integrating else self.process.model
 
     def with_remarks(self, said: Sequence[str]) -> Identified:
         """The same with remarks before its own."""
@@ -127,7 +134,8 @@ def identify(record: Record, rest: float | None = None) -> Identified:
     if len(segments) == 1:
         refuse_stop(record, k, _quantum(record.pv))
         refuse_shape(record, k, slope, noise)
-    best = _best(record, path, (rest_slope, error), noise, remarks)
+    best, nearest = _second_lag(record, segments, _best(record, path, (rest_slope, error), noise, remarks))
+    _refuse_upset(record, segments, nearest)
     _refuse_unsure(best, record, segments, noise)
     return _identified(record, best, path, noise, remarks)
 
@@ -135,7 +143,7 @@ def identify(record: Record, rest: float | None = None) -> Identified:
 def _identified(record: Record, best: Fit, path: Path, noise: float, remarks: Sequence[str]) -> Identified:
     segments, k = path.segments, path.first
     begin = segments[0].time
-    moved = response.response(record.time, segments, best.dead, best.constant)
+    moved = response.lags(record.time, segments, best.dead, best.constant, best.second)
     fitted = [best.base + best.drift * (t - begin) + best.gain * x for t, x in zip(record.time, moved, strict=True)]
     size = max(abs(best.gain * x) for x in moved)
     step = median(b - a for a, b in pairwise(record.time[max(0, k - 1) :]))
@@ -145,10 +153,14 @@ def _identified(record: Record, best: Fit, path: Path, noise: float, remarks: Se
     if best.drift and best.constant != inf:
         notes.append(f"the PV drifts by {best.drift:.4g} per s; the drift was fitted and taken out of the gain")
     misfit = best.left / size
+    cautions = list(remarks)
     if misfit > POOR and best.left > 2 * noise:
-        notes.append(f"a first-order process with dead time leaves {misfit * 100:.2g} % of the answer: take care")
+        kind = "process of two lags" if best.second else "first-order process"
+        notes.append(f"a {kind} with dead time leaves {misfit * 100:.2g} % of the answer: take care")
+        cautions.append(notes[-1])
     delay = best.dead if best.dead > NO_DEAD_TIME * between else 0.0
-    process = Process(best.gain, 1.0 if best.constant == inf else best.constant, delay)
+    constant_found = 1.0 if best.constant == inf else best.constant
+    process = Process(best.gain, constant_found, delay, second_time_constant=best.second)
     errors = (gain, constant, sqrt(dead * dead + between * between))
     integrating = best.constant == inf
     return Identified(
@@ -163,6 +175,8 @@ def _identified(record: Record, best: Fit, path: Path, noise: float, remarks: Se
         errors,
         tuple(fitted),
         tuple(notes),
+        best.second_error,
+        tuple(cautions),
     )
 
 
@@ -262,10 +276,35 @@ def _best(record: Record, path: Path, rest: tuple[float, float], noise: float, r
     return lag.widened(moving)
 
 
+def _second_lag(record: Record, segments: Sequence[Segment], best: Fit) -> tuple[Fit, Fit]:
+    """The same with a second lag where the record shows one, and whichever leaves less, shown or not."""
+    if best.constant == inf:
+        return best, best
+    two = response.fit(Samples(record.time, record.pv), segments, drift=bool(best.drift), near=best, second=True)
+    better = best.squares - two.squares > DRIFT_TEST * two.squares / max(1, two.points - 5)
+    shown = two.second > SHOWN_LAG * two.constant and two.second_error < two.second
+    return two if better and shown else best, min(best, two, key=lambda one: one.squares)
+
+
+def _refuse_upset(record: Record, segments: Sequence[Segment], best: Fit) -> None:
+    """Refuses a record with a second change of the PV, with the part that is without it."""
+    if best.constant == inf:
+        return
+    at = find_upset(Samples(record.time, record.pv), segments, best)
+    if at is None:
+        return
+    row = max(i for i, t in enumerate(record.time) if t <= at)
+    raise RecordError(
+        f"from about {record.time[row]:.4g} s on the PV moves again, and the output does not (a disturbance)",
+        f"take the part before it with --until {record.time[row]:.6g}, or repeat the test",
+        row,
+    )
+
+
 def _refuse_unsure(best: Fit, record: Record, segments: Sequence[Segment], noise: float) -> None:
     """Refuses a record that does not tell the numbers."""
     seen = record.time[-1] - segments[0].time - best.dead
-    moved = response.response(record.time, segments, best.dead, best.constant)
+    moved = response.lags(record.time, segments, best.dead, best.constant, best.second)
     size = max(abs(best.gain * x) for x in moved)
     if size == 0 or best.left > WRONG * size + 3 * noise:
         raise RecordError(

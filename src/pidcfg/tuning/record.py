@@ -15,6 +15,7 @@ from pidcfg.tuning.rules import TuningError
 from pidcfg.tuning.sheet import (
     CLOCK,
     MISSING,
+    UNIT_IN_NAME,
     StampError,
     looks_like_stamp,
     number_of,
@@ -66,6 +67,16 @@ MOST_OTHERS = 9
 """How many numbers a column must have for each cell that is none; that cell is refused with its place."""
 HELD_SHARE = 0.5
 """Share of samples at which an output does not change."""
+MOST_MOVES, BEGINS_SHARE = 20, 0.5
+"""How often an output of a test changes at most, and the part of its range by which a PV has surely moved."""
+
+
+class UnreadableRecordError(TuningError):
+    """A record that tells no process, with its name and line."""
+
+
+class ColumnsError(UnreadableRecordError):
+    """Several columns could be the same: a question to who knows them."""
 
 
 @frozen
@@ -139,7 +150,13 @@ def _one(sheet: Sheet, text: str) -> int | None:
         found = [i for i, name in enumerate(sheet.names) if same(name) == same(text)]
         if len(found) == 1:
             return found[0]
-    return None
+    whole = UNIT_IN_NAME.fullmatch(text)
+    if whole is None:
+        return None
+    wanted = whole[1].casefold(), whole[2].casefold()
+    pairs = zip(sheet.names, sheet.units, strict=True)
+    found = [i for i, (name, unit) in enumerate(pairs) if (name.casefold(), unit.casefold()) == wanted]
+    return found[0] if len(found) == 1 else None
 
 
 def _by_name(sheet: Sheet, role: str, taken: set[int]) -> tuple[int, ...]:
@@ -205,17 +222,41 @@ def _by_content(sheet: Sheet, named: dict[str, tuple[int, ...]], missing: list[s
     if len(missing) == 1:
         named[missing[0]] = tuple(others)
     elif missing:
-        return _output_and_pv(others, named)
+        _output_and_pv(sheet, others, named)
     return "by their content"
 
 
-def _output_and_pv(others: Mapping[int, Sequence[float]], named: dict[str, tuple[int, ...]]) -> str:
-    """Of two columns, the output is the one that is held; where both are or neither is, it stands first."""
-    (first, a), (second, b) = others.items()
-    held = [_held(a), _held(b)]
-    swapped = held[1] >= HELD_SHARE > held[0] or (min(held) >= HELD_SHARE and _moves(b) < _moves(a) and _moves(b) > 0)
-    named["output"], named["pv"] = ((second,), (first,)) if swapped else ((first,), (second,))
-    return "by their content" if max(held) >= HELD_SHARE > min(held) or swapped else "by their order"
+def _output_and_pv(sheet: Sheet, others: Mapping[int, Sequence[float]], named: dict[str, tuple[int, ...]]) -> None:
+    """Of two columns, the output is the one that is held, changes a few times, and before the other moves.
+
+    Raises `ColumnsError` where neither is, or both are.
+    """
+    pairs = [(a, b) for a, b in (tuple(others), tuple(others)[::-1]) if _leads(others[a], others[b])]
+    if len(pairs) != 1:
+        time = "+".join(str(column + 1) for column in named["time"])
+        first, second = others
+        ways = " or ".join(
+            f"--columns time={time},output={a + 1},pv={b + 1}" for a, b in ((first, second), (second, first))
+        )
+        raise ColumnsError(
+            f"{sheet.name}: columns {sheet.title(first)} and {sheet.title(second)} could both be the output: "
+            f"{'neither' if not pairs else 'each'} is held and changes before the other moves; say {ways}"
+        )
+    named["output"], named["pv"] = ((column,) for column in pairs[0])
+
+
+def _leads(output: Sequence[float], pv: Sequence[float]) -> bool:
+    """Whether a column is one of an output that is held, and the other one moves more often and later."""
+    moves = _moves(output)
+    if _held(output) < HELD_SHARE or not 0 < moves <= MOST_MOVES or _moves(pv) <= moves:
+        return False
+    begin, reach = _first_move(output, 0.0), max(pv) - min(pv)
+    return begin <= _first_move(pv, BEGINS_SHARE * reach)
+
+
+def _first_move(numbers: Sequence[float], least: float) -> int:
+    """The first sample that is farther than this from the first one."""
+    return next((i for i, value in enumerate(numbers) if abs(value - numbers[0]) > least), len(numbers))
 
 
 def _held(numbers: Sequence[float]) -> float:
@@ -234,7 +275,7 @@ def _goes_one_way(numbers: Sequence[float]) -> bool:
 
 
 def _untold(sheet: Sheet, role: str, why: str) -> TuningError:
-    return TuningError(
+    return ColumnsError(
         f"{sheet.name}: which column is the {role} cannot be told ({why}); there are {_all(sheet)}; say which with "
         "--columns time=…,output=…,pv=…"
     )
@@ -260,10 +301,6 @@ MOST_MISSING = 0.2
 GAP = 10.0
 """How many sample times a gap lasts that is told."""
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?[0-9]+(?:\.[0-9]+)?)\s*([a-z]*)\s*")
-
-
-class UnreadableRecordError(TuningError):
-    """A record that tells no process, with its name and line."""
 
 
 class Sample(NamedTuple):

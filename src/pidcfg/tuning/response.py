@@ -64,6 +64,10 @@ DEAD_TIMES = (0.0, 0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5)
 LONGEST_CONSTANT = 1e3
 """Lengths of the record beyond which a time constant is an integrator."""
 NORMAL_95 = 1.96
+LEAST_RATIO, ALIKE = 1e-6, 1e-4
+"""Of a second time constant to the first: below there is none, and nearer to 1 both count as so far apart."""
+MOST_ALIKE = 0.98
+"""Of the correlation of neighbours: more makes every number unknown."""
 
 
 class Segment(NamedTuple):
@@ -105,6 +109,9 @@ class Fit:
     points: int
     errors: tuple[float, float, float]
     """95 % confidence of gain, time constant and dead time: plus or minus so much."""
+    second: float = 0.0
+    """The second time constant; 0: there is one lag."""
+    second_error: float = 0.0
 
     @property
     def left(self) -> float:
@@ -142,6 +149,16 @@ def _step(state: float, value: float, slope: float, past: float, constant: float
     return lag + slope * past + (state - lag) * exp(-past / constant)
 
 
+def lags(times: Sequence[float], output: Sequence[Segment], dead: float, constant: float, second: float) -> list[float]:
+    """The PV, from rest, of a process with gain 1 and two lags, the second one not the longer; 0: with one."""
+    one = response(times, output, dead, constant)
+    if second < constant * LEAST_RATIO:
+        return one
+    second = min(second, constant * (1 - ALIKE))
+    two, share = response(times, output, dead, second), constant / (constant - second)
+    return [share * a + (1 - share) * b for a, b in zip(one, two, strict=True)]
+
+
 def fit(
     samples: Samples,
     output: Sequence[Segment],
@@ -149,8 +166,12 @@ def fit(
     drift: bool = False,
     integrating: bool = False,
     near: Fit | None = None,
+    second: bool = False,
 ) -> Fit:
-    """The process that fits best; with ``drift`` the rest moves evenly; ``near``: a fit to begin at."""
+    """The process that fits best; with ``drift`` the rest moves evenly; ``near``: a fit to begin at.
+
+    ``second``: with two lags, of which ``near`` is an estimate with one.
+    """
     length = samples.time[-1] - output[0].time
     begin = output[0].time
     coarse, fine = samples.averaged(COARSE, begin), samples.averaged(POINTS, begin)
@@ -158,20 +179,33 @@ def fit(
     def cost(points: Samples) -> Callable[[Sequence[float]], float]:
         def left(place: Sequence[float]) -> float:
             constant = inf if integrating else _constant(place[1]) * length
-            return _linear(points, output, abs(place[0]) * length, constant, begin, drift=drift)[1]
+            lag = constant * _ratio(place[2]) if second else 0.0
+            return _linear(points, output, abs(place[0]) * length, (constant, lag), begin, drift=drift)[1]
 
         return left
 
-    if near is None:
+    place: tuple[float, ...]
+    if near is not None and second:
+        constant, dead = near.constant / length, near.dead / length
+        begins = [(max(dead - constant * q / 2, 0.0), _place(constant / (1 + q / 2)), q) for q in (0.15, 0.4, 0.8)]
+        place = min((search(cost(coarse), one, 0.02) for one in begins), key=cost(coarse))
+        place = search(cost(fine), place, 0.005)
+    elif near is None:
         starts = [(dead, _place(share)) for dead in DEAD_TIMES for share in ((1.0,) if integrating else CONSTANTS)]
-        ends = [_simplex(cost(coarse), start, 0.05) for start in sorted(starts, key=cost(coarse))[:3]]
-        place = _simplex(cost(fine), min(ends, key=cost(coarse)), 0.005)
+        ends = [search(cost(coarse), start, 0.05) for start in sorted(starts, key=cost(coarse))[:3]]
+        place = search(cost(fine), min(ends, key=cost(coarse)), 0.005)
     else:
-        place = _simplex(cost(fine), (near.dead / length, _place(near.constant / length)), 0.05)
+        place = search(cost(fine), (near.dead / length, _place(near.constant / length)), 0.05)
     dead, constant = abs(place[0]) * length, inf if integrating else _constant(place[1]) * length
-    (base, moves, gain), squares = _linear(fine, output, dead, constant, begin, drift=drift)
-    errors = _errors(fine, output, (gain, constant, dead), squares, drift=drift)
-    return Fit(gain, constant, dead, base, moves, squares, len(fine.time), errors)
+    lag = constant * _ratio(place[2]) if second else 0.0
+    (base, moves, gain), squares = _linear(fine, output, dead, (constant, lag), begin, drift=drift)
+    errors = _errors(fine, output, (gain, constant, dead, lag), squares, drift=drift)
+    return Fit(gain, constant, dead, base, moves, squares, len(fine.time), errors[:3], lag, errors[3])
+
+
+def _ratio(place: float) -> float:
+    """The second time constant over the first from its place on the search's scale, on which 1 is no end."""
+    return min(abs(place), 1 / max(abs(place), LEAST_RATIO))
 
 
 def _place(share: float) -> float:
@@ -185,10 +219,16 @@ def _constant(place: float) -> float:
 
 
 def _linear(
-    samples: Samples, output: Sequence[Segment], dead: float, constant: float, begin: float, *, drift: bool
+    samples: Samples,
+    output: Sequence[Segment],
+    dead: float,
+    constants: tuple[float, float],
+    begin: float,
+    *,
+    drift: bool,
 ) -> tuple[tuple[float, float, float], float]:
     """Rest, drift and gain by least squares, and the sum of squares that they leave."""
-    columns = [[1.0] * len(samples.time), response(samples.time, output, dead, constant)]
+    columns = [[1.0] * len(samples.time), lags(samples.time, output, dead, *constants)]
     if drift:
         columns.insert(1, [t - begin for t in samples.time])
     solved = least_squares(columns, samples.value)
@@ -246,51 +286,80 @@ def _inverse(matrix: Sequence[Sequence[float]]) -> list[list[float]] | None:
 
 
 def _errors(
-    samples: Samples, output: Sequence[Segment], found: tuple[float, float, float], squares: float, *, drift: bool
-) -> tuple[float, float, float]:
-    """95 % confidence of gain, time constant and dead time, from how the answer changes with each."""
-    gain, constant, dead = found
-    unit = response(samples.time, output, dead, constant)
+    samples: Samples,
+    output: Sequence[Segment],
+    found: tuple[float, float, float, float],
+    squares: float,
+    *,
+    drift: bool,
+) -> tuple[float, float, float, float]:
+    """95 % confidence of gain, time constant, dead time and second time constant, by how the answer changes with each.
+
+    What is left is often not white, which makes them wider.
+    """
+    gain, constant, dead, second = found
+    unit = lags(samples.time, output, dead, constant, second)
     length = samples.time[-1] - output[0].time
     columns = [[1.0] * len(unit), unit]
     if drift:
         columns.append([t - output[0].time for t in samples.time])
     small = 1e-3 * (length if constant == inf else constant)
-    columns.append(_change(unit, response(samples.time, output, dead + small, constant), gain / small))
+    columns.append(_change(unit, lags(samples.time, output, dead + small, constant, second), gain / small))
     if constant != inf:
-        columns.append(_change(unit, response(samples.time, output, dead, constant * 1.001), gain / constant * 1e3))
+        longer = lags(samples.time, output, dead, constant * 1.001, second)
+        columns.append(_change(unit, longer, gain / constant * 1e3))
+    if second:
+        shorter = lags(samples.time, output, dead, constant, second * 0.999)
+        columns.append(_change(unit, shorter, -gain / second * 1e3))
     inverse = _inverse(_normal(columns))
     if inverse is None:
-        return (inf, inf, inf)
-    variance = squares / max(1, len(unit) - len(columns))
+        return (inf, inf, inf, inf)
+    variance = squares / max(1, len(unit) - len(columns)) * _colour(samples.value, columns[: 3 if drift else 2])
     wide = [NORMAL_95 * sqrt(max(0.0, variance * inverse[i][i])) for i in range(len(columns))]
     at = 3 if drift else 2
-    return wide[1], wide[at + 1] if constant != inf else 0.0, wide[at]
+    return wide[1], wide[at + 1] if constant != inf else 0.0, wide[at], wide[at + 2] if second else 0.0
+
+
+def _colour(values: Sequence[float], columns: Sequence[Sequence[float]]) -> float:
+    """By how much the variance of an estimate grows where neighbours of what is left resemble each other."""
+    weights = least_squares(columns, values)
+    if weights is None:
+        return 1.0
+    left = values
+    for weight, column in zip(weights, columns, strict=True):
+        left = [y - weight * x for y, x in zip(left, column, strict=True)]
+    whole = _dot(left, left)
+    alike = min(max(_dot(left[1:], left[:-1]) / whole, 0.0), MOST_ALIKE) if whole else 0.0
+    return (1 + alike) / (1 - alike)
 
 
 def _change(before: Sequence[float], after: Sequence[float], factor: float) -> list[float]:
     return [(b - a) * factor for a, b in zip(before, after, strict=True)]
 
 
-def _simplex(cost: Callable[[Sequence[float]], float], start: tuple[float, float], width: float) -> tuple[float, float]:
-    """Nelder and Mead's search in two dimensions, from a triangle of this width."""
-    corners = [start, (start[0] + width, start[1]), (start[0], start[1] + 2 * width)]
+def search(
+    cost: Callable[[Sequence[float]], float], start: tuple[float, ...], width: float, rounds: int = ROUNDS
+) -> tuple[float, ...]:
+    """Nelder and Mead's search, from a simplex of this width."""
+    wide = [width if i == 0 else 2 * width for i in range(len(start))]
+    corners = [start, *((*start[:i], start[i] + wide[i], *start[i + 1 :]) for i in range(len(start)))]
     ranked = sorted((cost(c), c) for c in corners)
-    for _ in range(ROUNDS):
-        (best, a), (middle, b), (worst, c) = ranked
-        if abs(a[0] - c[0]) + abs(a[1] - c[1]) + abs(a[0] - b[0]) + abs(a[1] - b[1]) < 1e-8:
+    for _ in range(rounds):
+        best, a = ranked[0]
+        worst, c = ranked[-1]
+        if sum(abs(x - y) for _, b in ranked[1:] for x, y in zip(a, b, strict=True)) < 1e-8:
             break
-        centre = (a[0] + b[0]) / 2, (a[1] + b[1]) / 2
-        at = [(centre[0] + f * (c[0] - centre[0]), centre[1] + f * (c[1] - centre[1])) for f in (-1.0, -2.0, 0.5)]
+        centre = [fmean(corner[i] for _, corner in ranked[:-1]) for i in range(len(start))]
+        at = [tuple(m + f * (x - m) for m, x in zip(centre, c, strict=True)) for f in (-1.0, -2.0, 0.5)]
         tried = (cost(at[0]), at[0])
         if tried[0] < best:
             tried = min(tried, (cost(at[1]), at[1]))
-        elif tried[0] >= middle:
+        elif tried[0] >= ranked[-2][0]:
             tried = min(tried, (cost(at[2]), at[2]))
         if tried[0] < worst:
-            ranked = sorted([(best, a), (middle, b), tried])
+            ranked = sorted([*ranked[:-1], tried])
         else:
-            shrunk = [((p[0] + a[0]) / 2, (p[1] + a[1]) / 2) for p in (b, c)]
+            shrunk = [tuple((x + y) / 2 for x, y in zip(p, a, strict=True)) for _, p in ranked[1:]]
             ranked = sorted([(best, a), *((cost(p), p) for p in shrunk)])
     return ranked[0][1]
 

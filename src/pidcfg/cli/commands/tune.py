@@ -128,6 +128,7 @@ def command(
     from pidcfg.api import tune
     from pidcfg.cli.formats.tuning import as_text, margin_chart
     from pidcfg.cli.outputs import write_files
+    from pidcfg.tuning.record import ColumnsError
 
     ctx = click.get_current_context()
     refuse_options(ctx)
@@ -146,6 +147,8 @@ def command(
                 **given,
             )
     except TuningError as error:
+        if isinstance(error, ColumnsError):
+            raise click.UsageError(str(error), ctx) from None
         raise click.ClickException(str(error)) from None
     in_order = {name: result.numbers[name] for name in given if name in result.numbers}  # of the command line
     result = replace(result, numbers=in_order)

@@ -255,6 +255,7 @@ def _identified(fit: Identified) -> str:
     numbers = [
         f"gain {process.gain:.5g} ± {gain:.2g}" + (" per s (integrating)" if fit.integrating else ""),
         *([] if fit.integrating else [f"time constant {process.time_constant:.5g} ± {constant:.2g} s"]),
+        *([f"second {second:.5g} ± {fit.second_confidence:.2g} s"] if (second := process.second_time_constant) else []),
         f"dead time {process.dead_time:.5g} ± {dead:.2g} s",
     ]
     change = f"change of {fit.step:.5g} at {fit.at:g} s; noise {fit.noise:.3g}"
