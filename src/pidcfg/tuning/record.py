@@ -78,6 +78,8 @@ class UnreadableRecordError(TuningError):
 class ColumnsError(UnreadableRecordError):
     """Several columns could be the same: a question to who knows them."""
 
+    is_question = True
+
 
 @frozen
 class Columns:

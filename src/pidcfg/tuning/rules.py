@@ -65,6 +65,9 @@ LEAST, LARGEST = 1e-9, 1e12
 class TuningError(ValueError):
     """Numbers, or a recorded step, from which a rule makes no gains."""
 
+    is_question = False
+    """Whether only who knows the plant can say what is meant."""
+
 
 def is_usable(number: float) -> bool:
     """Whether the size of a gain or time is one of a process."""

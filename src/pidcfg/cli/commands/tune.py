@@ -128,7 +128,6 @@ def command(
     from pidcfg.api import tune
     from pidcfg.cli.formats.tuning import as_text, margin_chart
     from pidcfg.cli.outputs import write_files
-    from pidcfg.tuning.record import ColumnsError
 
     ctx = click.get_current_context()
     refuse_options(ctx)
@@ -147,7 +146,7 @@ def command(
                 **given,
             )
     except TuningError as error:
-        if isinstance(error, ColumnsError):
+        if error.is_question:
             raise click.UsageError(str(error), ctx) from None
         raise click.ClickException(str(error)) from None
     in_order = {name: result.numbers[name] for name in given if name in result.numbers}  # of the command line
