@@ -241,6 +241,15 @@ def test_a_profile_is_named():
     assert "# - the profile of TIC-101 does not run" in made.text
 
 
+@pytest.mark.parametrize(("output", "said"), [("[0, 100]", False), (None, True)])
+def test_an_output_in_counts_is_named(output, said):
+    text = LOOP.format(action="direct", reset="60", sp="40", limits="[0, 100]", out=output or "[0, 4095]")
+    made, _, _ = run(text if output else text.replace("range: [0, 100], ", ""))
+    remark = "are in counts of the output, 0 to 4095; with an output.range in its unit"
+    assert (remark in made.text) == said
+    assert any(remark in one for one in made.left_out) == said
+
+
 def test_a_verdict_that_fails_is_allowed_with_its_reason():
     text = LOOP.format(action="direct", reset="60", sp="40", limits="[0, 100]", out="[0, 100]")
     made, data, result = run(text.replace("gain: 2,", "gain: 2, rate: 0,") + "    error: {deadband: 30}\n")

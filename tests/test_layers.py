@@ -28,7 +28,8 @@ MAY_IMPORT = {
     "text.writer":      "text.signs",
     "text.diagnostics": "",
     "text.document":    "text.reader text.diagnostics",
-    "text.source":      "text.signs text.reader text.diagnostics text.document",
+    "text.syntax":      "text.signs text.diagnostics",
+    "text.source":      "text.signs text.reader text.diagnostics text.document text.syntax",
     "text":             "",
     "schemas":          "text.signs text.references",
     "vendors":          "",
@@ -64,8 +65,8 @@ MAY_IMPORT = {
     "output.report":    "text.signs text.diagnostics schemas vendors encoders pictures conversion validate sim "
                         "output.explanation",
     "output.sheets":    "text.signs text.writer text.document schemas vendors",
-    "output.sheet_reader": "text.signs text.reader text.writer text.diagnostics text.document text.source vendors "
-                        "validate output.sheets",
+    "output.sheet_reader": "text.signs text.reader text.writer text.diagnostics text.document text.source schemas "
+                        "vendors validate output.sheets",
     "live":             "text.references text.reader text.diagnostics text.document schemas vendors encoders "
                         "conversion validate sim study.scenario study.outcome output",
     "api":              "text.reader vendors encoders tuning validate sim study output",

@@ -90,6 +90,34 @@ def test_a_table_that_the_plc_does_not_tell_is_asked_for(desk, memory):
         pidcfg.pull(url, vendor="dl06")
 
 
+@pytest.mark.parametrize(
+    ("status", "requests", "mode"),
+    [
+        (0b010, 0b000, "auto"),
+        (0b100, 0b010, "cascade"),
+        (0b001, 0b010, "manual"),
+        (0b000, 0b010, "auto"),
+        (0b000, 0b001, "manual"),
+        (0b000, 0b110, "manual"),
+        (0b000, 0b000, "manual"),
+    ],
+)
+def test_a_dl06_is_pulled_in_the_mode_that_its_words_say(desk, memory, status, requests, mode):
+    held = memory[DL06]
+    words = {(HOLDING, 0o2006): status, (HOLDING, 0o2000): held[HOLDING, 0o2000] & ~0b111 | requests}
+    with desk.plc(Registers(held | words)) as url:
+        assert pidcfg.pull(url, vendor="dl06").data["loops"][0]["mode"] == mode
+
+
+def test_a_click_tells_no_mode_and_is_said_so(desk, memory):
+    places = {"bits": "C101", "integers": "DS101", "floats": "DF101", "pwm_bit": "Y001"}
+    with desk.plc(Registers(memory[CLICK])) as url:
+        pulled, like = pidcfg.pull(url, vendor="click", options=places), pidcfg.pull(url, like=CLICK)
+    assert pulled.data["loops"][0]["mode"] == "manual"
+    assert any(note.startswith("mode is manual, as after each start") for note in pulled.notes)
+    assert not any("mode is manual" in note for note in like.notes)
+
+
 def test_a_click_without_a_file_needs_its_places(desk, memory):
     places = {"bits": "C101", "integers": "DS101", "floats": "DF101", "pwm_bit": "Y001"}
     with desk.plc(Registers(memory[CLICK])) as url:

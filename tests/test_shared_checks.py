@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -374,7 +375,7 @@ def test_the_cure_of_a_text_that_is_no_number(text, says):
             "begin each item of loops with a dash: '- name: …'",
         ),
         ("gain", "Kp", (8, 14), "unknown key 'Kp'", "did you mean gain?"),
-        ("    setpoint: {value: 85}", "    sp: 85", (10, 5), "unknown key 'sp'", "did you mean setpoint?"),
+        ("    setpoint: {value: 85}", "    sp: 85", (10, 5), "unknown key 'sp'", "did you mean setpoint: {value: …}?"),
         (
             "    setpoint",
             "    alarms: {low: 5}\n    setpoint",
@@ -519,3 +520,76 @@ def test_what_is_not_the_same_unit(unit, said):
 def test_without_a_unit_of_the_pv_nothing_is_assumed():
     (d,) = (d for d in checked(LOOP.replace(", unit: UNIT", "").replace("SAID", "degC")).findings if d.code == "PID022")
     assert d.help == "write the number alone; it is taken in the key's own unit, which need not be degC"
+
+
+BARE = {
+    "dl06": """
+    mode: auto
+    bumpless: II
+    sample_rate: 2
+    action: direct
+    tuning: {gain: 2.5, reset: 100}
+    pv: {unit: degC}
+    setpoint: {value: 85, limits: [1, 300]}
+    output: {unit: "%", limits: [2, 95]}
+    error: {deadband: 3}
+    alarms:
+      pv: {low_low: 3, low: 5, high: 310, high_high: 320}
+      deviation: {yellow: 5, red: 10}
+      rate_of_change: 44
+      hysteresis: 2
+    ramp_soak: {table: V3000, steps: [{ramp_to: 60, slope: 3, soak: 10, deviation: 4}]}
+    state: {pv: 81, bias: 7, output: 6}
+""",
+    "ezlogix": """
+    registers: R101
+    discretes: S101
+    algorithm: position
+    action: reverse
+    sample_rate: 0.5
+    tuning: {proportional_gain: 2, integral_time: 120}
+    pv: {tag: IR1, unit: degC}
+    setpoint: {value: 85, limits: [1, 300]}
+    output: {tag: OR1, unit: "%", limits: [2, 95], offset: 7}
+    deadband: 5
+    anti_windup: true
+""",
+}
+"""Loops of the families that hold values in counts, with units and without ranges."""
+SCALED_NUMBERS = [
+    (vendor, match.start("number"))
+    for vendor, text in BARE.items()
+    for match in re.finditer(r"(?:(?P<key>\w+): |[\[,] ?)\[?(?P<number>\d+)(?=[,\]}\n])", text)
+    if match["key"] not in {"sample_rate", "gain", "reset", "soak", "proportional_gain", "integral_time"}
+]
+
+COUNTED_IN = {vendor: sum(other == vendor for other, _ in SCALED_NUMBERS) for vendor in BARE}
+
+
+def bare_loop(vendor, text):
+    plc = "plc: {loop_table: V2000, reset_decimals: 1}\n" * (vendor == "dl06")
+    head = f"pidcfg: 1\nvendor: {vendor}\n{plc}loops:\n  - name: A"
+    return head.count("\n"), checked(head + text)
+
+
+@pytest.mark.parametrize(("vendor", "at"), SCALED_NUMBERS)
+def test_a_number_under_a_unit_without_a_range_is_counts_and_said_so_and_with_a_unit_an_error(vendor, at):
+    text = BARE[vendor]
+    line, column = text.count("\n", 0, at), at - text.rfind("\n", 0, at)
+    number = re.match(r"\d+", text[at:])[0]
+    unit = "%" if re.search(r"^    output|bias: $|output: $", text[text.rfind("\n", 0, at) + 1 : at]) else "degC"
+
+    head, result = bare_loop(vendor, text)
+    bare = {(d.span.line, d.span.column): d.message for d in result.findings if d.code == "PID109"}
+    assert f"{number} is taken as {number} counts, not {unit}: " in bare[head + line + 1, column].replace(
+        " /sample", ""
+    )
+
+    head, result = bare_loop(vendor, f"{text[:at]}{number} {unit}{text[at + len(number) :]}")
+    (refused,) = (d for d in result.findings if d.severity.label == "error")
+    assert refused.code == "PID039"
+    assert refused.span.line == head + line + 1
+    assert f"{number} {unit}, and " in refused.message
+
+    _, result = bare_loop(vendor, f"{text[:at]}{number} counts{text[at + len(number) :]}")
+    assert len([d for d in result.findings if d.code == "PID109"]) == COUNTED_IN[vendor] - 1

@@ -426,17 +426,71 @@ def test_numbers_are_numbers_in_a_workbook():
 def test_columns_stand_in_the_order_of_the_schema():
     loop = read_document(
         made(
-            "gain,setpoint,unit,tag,range high,range low,action,sample,reset\n2,50,degC,A,100,0,direct,1,60\n"
+            "gain,setpoint,unit,tag,out unit,range high,range low,action,sample,reset\n"
+            "2,50,degC,A,%,100,0,direct,1,60\n"
         ).text.encode(),
         "x",
     ).data["loops"][0]
-    assert list(loop) == ["name", "sample_rate", "action", "tuning", "pv", "setpoint"]
+    assert list(loop) == ["name", "sample_rate", "action", "tuning", "pv", "setpoint", "output"]
 
 
 def test_what_a_sheet_does_not_say_of_the_plc_is_told():
-    assert made(HEAD + ROW).remarks == ("plc is as in the starter file of dl06; look at it",)
-    assert made("plc.loop_table,V3000\n" + HEAD + ROW).remarks == ()
+    output = "output.range is [0, 100] % in TIC-1, since the sheet says none"
+    assert made(HEAD + ROW).remarks == (output, "plc is as in the starter file of dl06; look at it")
+    assert made("plc.loop_table,V3000\n" + HEAD + ROW).remarks == (output,)
     assert config(made("plc.loop_table,V3000\n" + HEAD + ROW).text).plc.loop_table is not None
+
+
+SCALED = {
+    "dl06": "name,sample_rate,action,gain,setpoint{}\nA,1,direct,2,50{}\n",
+    "ezlogix": "name,registers,discretes,algorithm,sample rate,action,gain,setpoint,pv.tag,output.tag{}\n"
+    "A,R101,S101,position,2,reverse,2,50,IR1,OR1{}\n",
+}
+"""A sheet of each family that holds values in counts, without ranges and units."""
+
+
+@pytest.mark.parametrize("vendor", SCALED)
+@pytest.mark.parametrize(
+    ("columns", "cells", "asked"),
+    [
+        (",unit", ",°C", "pv.unit is °C, and there is no pv.range: add the columns range low and range high"),
+        (",output.unit", ",rpm", "there is no output.range: add the columns output.range low and output.range high"),
+        (
+            ",output.unit,output.limits low,output.limits high",
+            ",%,5,95",
+            "output.unit is %, and there is no output.range",
+        ),
+        (",Deadband [K],unit,range low,range high", ",2 K,°C,0,400", "the key is in °C, not in K"),
+    ],
+)
+def test_a_unit_without_a_range_is_asked_for_by_name(vendor, columns, cells, asked):
+    with pytest.raises(SheetFaultsError) as caught:
+        made(SCALED[vendor].format(columns, cells), vendor)
+    assert asked.replace("°C", "degC") in " ".join(caught.value.faults).replace("°C", "degC")
+
+
+@pytest.mark.parametrize("vendor", SCALED)
+def test_a_unit_in_a_header_is_no_range(vendor):
+    with pytest.raises(SheetFaultsError, match=r"value is 50 degC, and pv has no range .*; give pv.range"):
+        made(SCALED[vendor].replace("setpoint", "Setpoint [°C]").format("", ""), vendor)
+
+
+@pytest.mark.parametrize("vendor", SCALED)
+@pytest.mark.parametrize(
+    ("columns", "cells", "output"),
+    [
+        ("", "", ("0", "100")),
+        (",output.unit", ",%", ("0", "100")),
+        (",output.range low,output.range high", ",0,50", ("0", "50")),
+        (",output.range low,output.range high", ",,", None),
+        (",output.limits low,output.limits high", ",0,4095", None),
+    ],
+)
+def test_an_output_of_which_no_more_is_said_is_in_per_cent(vendor, columns, cells, output):
+    result = made(SCALED[vendor].format(columns, cells), vendor)
+    given = config(result.text).loops[0].output
+    assert given.range == (output and tuple(map(Decimal, output)))
+    assert any("output.range is" in remark for remark in result.remarks) == (output == ("0", "100"))
 
 
 @pytest.fixture
@@ -515,7 +569,7 @@ def test_names_that_look_like_numbers_stay():
         names = ["1.10", "1.1", "nan", "1.101", "12345678901234567890"]
         whole = made(text).text
         assert [loop.name for loop in config(whole).loops] == names
-        doc = read_document(whole.replace("'", "").encode(), "x.yaml")
+        doc = read_document(whole.replace("'%'", '"%"').replace("'", "").encode(), "x.yaml")
         assert [loop.name for loop in config(plain_text(doc)).loops] == names
         for data in (as_csv(doc, VENDORS["dl06"], comma=True).encode(), as_workbook(doc, VENDORS["dl06"])):
             assert [loop.name for loop in config(from_sheet(data, "x", None, DEFAULT).text).loops] == names

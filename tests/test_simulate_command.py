@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 from pathlib import Path
 
 import pytest
@@ -94,6 +95,22 @@ def test_the_reactor_meets_its_expectations(folder):
     head = "  1800 s in steps of 0.2 s, after 960 s to the steady state"
     assert full.replace("; engine: python\n  V7642 = 0x0000", "").startswith(text), "the same, and tables behind it"
     assert (head in text, len(text.splitlines())) == (True, 8)
+
+
+def test_tables_show_an_output_without_a_range_in_per_cent_and_data_in_counts(folder):
+    path = folder / "reactor.yaml"
+    text = path.read_text("utf-8")
+    assert text.count('output: {range: [0, 100], unit: "%"}') == 1
+    path.write_text(text.replace('output: {range: [0, 100], unit: "%"}', "output: {}"), "utf-8")
+    scenario = folder / "reactor.scenario.yaml"
+    scenario.write_text(scenario.read_text("utf-8").replace("gain: -0.02, load: 1.0", "gain: -0.000488, load: 1.0"))
+    full = run("simulate", "reactor.scenario.yaml", "-v", cwd=folder).stdout.decode()
+    final = report(folder)[0]["signals"]["LIC-103.OUT"]["final"]
+    (shown,) = re.findall(r"LIC-103\.OUT .* ([0-9.]+) %\n", full)
+    assert final > 100
+    assert float(shown) == pytest.approx(final / 40.95, abs=0.01)
+    assert re.search(r"LIC-103\.BIAS .* [0-9.]+ %\n", full)
+    assert not re.search(r"TIC-101\.OUT .*%\n", full)
 
 
 def test_the_json_report_has_the_published_layout(folder):

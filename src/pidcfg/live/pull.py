@@ -179,9 +179,16 @@ def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> 
             findings=configuration.findings,
             data=configuration.data,
             text=configuration.text,
-            notes=(*source.left_out, *result.notes, *configuration.notes),
+            notes=(*source.left_out, *result.notes, *_unknown_mode(source), *configuration.notes),
         )
     return _listed(result, image, source, name, configuration.data)
+
+
+def _unknown_mode(source: Source) -> tuple[str, ...]:
+    """A note where nothing tells in which mode the loops are."""
+    if source.like is not None or getattr(source.vendor.module("encode"), "MODE_REGISTER", "") is not None:
+        return ()
+    return ("mode is manual, as after each start: no register tells it; write the mode the loop is meant to run in",)
 
 
 def read_plc(source: Source, patience: Patience) -> AnyImage:

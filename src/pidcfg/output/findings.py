@@ -182,9 +182,9 @@ def check_any(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
 
     if is_scenario(doc):
         from pidcfg.study.scenario import check_scenario
-        from pidcfg.validate.engine import curly_quotes
+        from pidcfg.validate.engine import odd_texts
 
-        return [*check_scenario(doc, reader), *curly_quotes(doc)]
+        return [*check_scenario(doc, reader), *odd_texts(doc)]
     checked = check_document(doc)
     if checked.vendor is None or checked.encoding is None or not checked.encoding.whole or not has_map(doc):
         return list(checked.findings)

@@ -11,7 +11,7 @@ from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.sim.engine.recording import Recording
     from pidcfg.sim.judgement.report import LoopReport, Report, Standing
@@ -77,6 +77,18 @@ def difference_of_accepted(before: bytes, after: str) -> str:
         return str(error)
     told = told_differences(old, run_of_data(after.encode(), len(after.encode())))
     return f"differs: {told}" if told else "differs, within the tolerances"
+
+
+def signal_rows(outcome: Outcome, text: Callable[[float], str]) -> Iterator[tuple[str, ...]]:
+    """Each signal with its ends as texts: an output without a range, and its bias, in per cent of the counts."""
+    signals = {} if outcome.report is None else outcome.report.signals
+    counts = {name: a.output_counts for loop, a in outcome.axes.items() for name in (a.output, f"{loop}.BIAS")}
+    for name, seen in signals.items():
+        values = (seen.low, seen.high, seen.final)
+        if scale := counts.get(name):
+            yield name, *(f"{100 * (value - scale[0]) / (scale[1] - scale[0]):.4g} %" for value in values)
+        else:
+            yield name, *map(text, values)
 
 
 def runs_data(outcomes: Sequence[Outcome]) -> Data:

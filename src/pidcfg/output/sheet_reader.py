@@ -12,7 +12,6 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.output.sheets import (
-    ENDS,
     TEXTS,
     UnknownColumnError,
     is_known,
@@ -22,6 +21,8 @@ from pidcfg.output.sheets import (
     to_yaml_value,
     unit_of,
 )
+from pidcfg.schemas.limits import scaled_sides
+from pidcfg.schemas.terms import ENDS
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
@@ -271,13 +272,19 @@ HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "t
 """Keys of the whole file, each with its value in the cell behind it, above the header."""
 NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
 ROWS_NAMED = 10
-"""Rows that are listed of those with an error that was told before."""
+"""Rows, or loops, that are listed of those of which the same is told."""
 FAMILY_HEADERS = {"vendor", "plc family", "hersteller"}
 """Headers of a column that says the vendor: the same in every row."""
 LEFT_OUT = "#"
 """Begins the header of a column that is for people alone."""
 LEAST_KNOWN = 2
 """Known columns by which a row is the header."""
+SCALES = {"pv": "range low and range high", "output": "output.range low and output.range high"}
+"""The sides of a loop, and the headers of their ranges."""
+OUTPUT_NUMBERS = ("limits", "offset")
+"""Numbers of an output, which without a range are counts."""
+PERCENT = {"range": [0, 100], "unit": "%"}
+"""An output of which nothing is said."""
 
 
 # --- What people write in cells, in English and German, as the vendor's own words ------------------------------------
@@ -358,9 +365,11 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     columns = reader.columns(header)
     loops = [reader.loop(row, columns, i) for i, row in enumerate(rows)]
     reader.refuse_equal_names(loops)
+    remarks_of_scales = reader.scales(loops, columns)
     content = reader.head(head)
     remarks = [sheet.remark] * bool(sheet.remark)
     remarks += [f"only the first sheet is read; also there: {', '.join(sheet.left_out)}"] if sheet.left_out else []
+    remarks += remarks_of_scales
     if "plc" not in content and _needs_plc(vendor):
         content["plc"] = _starter_plc(vendor)
         remarks.append(f"plc is as in the starter file of {vendor.key}; look at it")
@@ -426,6 +435,11 @@ def _vendor(said: str | None, wanted: str | None, name: str) -> Vendor:
     if key not in VENDORS:
         raise SheetError(f"there is no vendor {key}; there are {', '.join(VENDORS)}")
     return VENDORS[key]
+
+
+def _few(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
+    return ", ".join(names[:ROWS_NAMED]) + (f" and {len(names) - ROWS_NAMED} more" if len(names) > ROWS_NAMED else "")
 
 
 def _needs_plc(vendor: Vendor) -> bool:
@@ -547,6 +561,30 @@ class _Reader:
                 self.fault(cell, f"{name} is the name of the loop in row {first[name].row}, too; give each its own")
             first.setdefault(name, cell)
 
+    def scales(self, loops: list[dict[str, Any]], columns: dict[int, tuple[str, str]]) -> list[str]:
+        """Asks for the range of a side that has a unit; an output of which no more is said is 0 to 100 %."""
+        added: list[str] = []
+        said = {key.partition(" ")[0] for key, _ in columns.values()}
+        masters = {str(loop.get("cascade_from")) for loop in loops}
+        for i, loop in enumerate(loops):
+            for side, headers in SCALES.items():
+                scale, unit = loop.get(side, {}), value_at(loop, (side, "unit"))
+                if side not in scaled_sides(self.vendor.model) or "use" in loop or "range" in scale:
+                    continue
+                name = str(loop.get("name", i + 1))
+                is_open = not {"output.range", *(f"output.{key}" for key in OUTPUT_NUMBERS)} & said
+                if side == "output" and is_open and unit in {None, "%"} and name not in masters:
+                    loops[i] = self._in_order({**loop, side: {**PERCENT, **scale}})
+                    added.append(name)
+                elif unit is not None:
+                    cell = self.places["loops", i, side, "unit"][0]
+                    self.fault(
+                        cell,
+                        f"{side}.unit is {unit}, and there is no {side}.range: add the columns {headers}, "
+                        "what 0 % and 100 % of the signal stand for",
+                    )
+        return [f"output.range is [0, 100] % in {_few(added)}, since the sheet says none"] if added else []
+
     def _in_order(self, loop: dict[str, Any]) -> dict[str, Any]:
         """A loop with its sections as the schema has them, whatever the order of the columns."""
         first: dict[str, int] = {}
@@ -609,8 +647,7 @@ class _Reader:
 
     def _further(self, same: Sequence[Diagnostic]) -> str:
         rows = [str(self.rows[int(d.path[1])].row) for d in same]
-        more = f" and {len(rows) - ROWS_NAMED} more" if len(rows) > ROWS_NAMED else ""
-        return f"; so it is in row{'s' if rows[1:] else ''} {', '.join(rows[:ROWS_NAMED])}{more}" if rows else ""
+        return f"; so it is in row{'s' if rows[1:] else ''} {_few(rows)}" if rows else ""
 
     def with_row(self, d: Diagnostic) -> str:
         """A finding with the row and the cell that it is about."""

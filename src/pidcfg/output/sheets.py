@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.schemas.base import SECONDS, UNIT_WORDS
 from pidcfg.schemas.document import models_in
+from pidcfg.schemas.limits import scaled_sides
 from pidcfg.schemas.numbers import NUMBER
+from pidcfg.schemas.terms import ENDS, WORDS, leaves, types_of
 from pidcfg.text.document import Plain
+from pidcfg.text.paths import value_at
 from pidcfg.text.signs import FORMULA, UNPRINTABLE
 from pidcfg.text.writer import Number, json_line, yaml_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pydantic import BaseModel
+    from collections.abc import Iterator, Sequence
 
     from pidcfg.text.document import Document
     from pidcfg.vendors import Vendor
@@ -29,59 +30,10 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------------------------------------------------
 # What a column of a sheet is: a key of the vendor's loops as the file format writes it, or a common word for one.
 
-ENDS = (" low", " high")
-"""Behind the key of a pair: its two ends, each a column."""
 BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
 TIME = re.compile("(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?", re.IGNORECASE)
 UNIT = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 BETWEEN_WORDS = re.compile(r"[\s_\-/]+")
-WORDS: dict[str, tuple[str, ...]] = {
-    "name tag loop regler kreis messstelle": ("name",),
-    "description text service beschreibung bezeichnung": ("description",),
-    "mode betriebsart": ("mode",),
-    "range_low range_min low pv_low pv_min lrv min von messbereich_von messbereich_anfang anfang": (
-        "pv.range low",
-        "MinPV",
-    ),
-    "range_high range_max high pv_high pv_max urv max bis messbereich_bis messbereich_ende ende": (
-        "pv.range high",
-        "MaxPV",
-    ),
-    "unit pv_unit einheit": ("pv.unit",),
-    "gain kp p kr proportional_gain verstärkung": ("tuning.gain", "tuning.proportional_gain", "Kp", "Kc_Kp"),
-    "reset ti integral integral_time nachstellzeit": (
-        "tuning.reset",
-        "tuning.reset_time",
-        "tuning.integral_time",
-        "Ti_Ki",
-    ),
-    "rate td derivative derivative_time vorhaltezeit": (
-        "tuning.rate",
-        "tuning.derivative_time",
-        "tuning.derivative_gain",
-        "Td_Kd",
-    ),
-    "action direction wirkrichtung wirksinn regelsinn": ("action", "Direct", "PID_DIR", "output_raises_pv"),
-    "setpoint set_point sp sollwert": ("setpoint.value", "SP", "SV"),
-    "sp_low setpoint_low sollwert_min": ("setpoint.limits low", "setpoint.lower_limit"),
-    "sp_high setpoint_high sollwert_max": ("setpoint.limits high", "setpoint.upper_limit"),
-    "sample sample_time sample_rate abtastzeit": ("sample_rate", "sample_time", "CYCLE"),
-    "filter pv_filter filterzeit": ("pv.filter",),
-    "out_low output_low stellgrösse_min stellgröße_min": ("output.limits low", "MinMV", "MV_MIN"),
-    "out_high output_high stellgrösse_max stellgröße_max": ("output.limits high", "MaxMV", "MV_MAX"),
-    "out_unit output_unit": ("output.unit",),
-    "deadband totzone": ("error.deadband", "deadband", "DeadBand", "ERR_DBW"),
-    "lolo low_low alarm_ll": ("alarms.pv.low_low",),
-    "lo alarm_low alarm_l": ("alarms.pv.low",),
-    "hi alarm_high alarm_h": ("alarms.pv.high",),
-    "hihi high_high alarm_hh": ("alarms.pv.high_high",),
-    "master master_loop primary primary_loop major major_loop slave_of cascade_master führungsregler hauptregler": (
-        "cascade_from",
-        "setpoint.source",
-    ),
-    "template vorlage": ("use",),
-}
-"""Common words, in English and German, and the keys that vendors have for them: the first that a vendor has."""
 TOPICS = (
     (
         re.compile(r"cascade|master|slave|primary|secondary|kaskade|führung|folgeregler", re.IGNORECASE),
@@ -164,7 +116,7 @@ def _keys(vendor: Vendor) -> tuple[str, ...]:
     """All keys of a vendor's loops, and the two ends of each pair."""
     pairs: dict[str, bool] = {"name": False}
     for model in models_in(vendor.model.model_fields["loops"].annotation):
-        pairs |= _leaves(model)
+        pairs |= leaves(model)
     return (*pairs, "use", *(f"{key}{end}" for key, pair in pairs.items() if pair for end in ENDS))
 
 
@@ -189,25 +141,9 @@ def switches(vendor: Vendor) -> frozenset[str]:
     return frozenset(
         key
         for model in models_in(vendor.model.model_fields["loops"].annotation)
-        for key, annotation in _annotations(model)
+        for key, annotation in types_of(model)
         if "bool" in annotation
     )
-
-
-def _annotations(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
-    """The keys that have a value, each with its type as text."""
-    for name, field in model.model_fields.items():
-        inner, kind = models_in(field.annotation), str(field.annotation).lower()
-        key = f"{above}{field.alias or name}"
-        if len(inner) == 1 and "tuple" not in kind:
-            yield from _annotations(inner[0], f"{key}.")
-        else:
-            yield key, kind
-
-
-def _leaves(model: type[BaseModel]) -> Iterator[tuple[str, bool]]:
-    """The keys that have a value, and whether it is a pair."""
-    return ((key, "tuple" in kind and "..." not in kind) for key, kind in _annotations(model))
 
 
 # --- Plain texts of a file as the numbers, switches and words that YAML writes without quotes -------------------------
@@ -269,9 +205,17 @@ def table_of(doc: Document, vendor: Vendor) -> tuple[list[tuple[str, Value]], li
             head += _cells(value, key)
     rows = [dict(_cells(loop)) for loop in data["loops"]]
     order = order_of(vendor)
-    names = {name: None for row in rows for name in row}
+    names = {name: None for row in rows for name in row} | dict.fromkeys(_open_range(data["loops"], vendor))
     columns = sorted(names, key=lambda name: (_base(name, order), name.endswith(ENDS[1])))
     return head, columns, [[row.get(name, "") for name in columns] for row in rows]
+
+
+def _open_range(loops: Sequence[Any], vendor: Vendor) -> list[str]:
+    """The columns of the output's range, be they empty, so that a sheet says that a loop has none."""
+    says_none = "output" in scaled_sides(vendor.model) and any(
+        value_at(loop, ("output", "range")) is None for loop in loops
+    )
+    return [f"output.range{end}" for end in ENDS] if says_none else []
 
 
 def _base(name: str, order: dict[str, int]) -> int:

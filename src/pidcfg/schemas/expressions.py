@@ -40,6 +40,7 @@ ALLOWED = "allowed are numbers, names of signals, + - * / ( ) and min, max, abs,
 
 NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 WORD = re.compile(r"[^\W\d][\w.\-]*")
+DECIMAL_COMMA = re.compile(r"(?P<whole>[0-9]+)(?P<comma>,)(?P<part>[0-9]+)")
 SPACE = re.compile(r"\s*")
 
 
@@ -97,7 +98,7 @@ class Parser:
         self.skip()
         self.whole(0)
         if self.at < len(self.text):
-            raise ExpressionError(f"unexpected {self.here()}", self.at, self.cure)
+            raise ExpressionError(f"unexpected {self.here()}", self.at, self.rest_cure())
         signals = frozenset(self.code[i + 1] for i in range(0, len(self.code), 2) if self.code[i] == SIGNAL)
         return Expression(self.text, tuple(self.code), tuple(self.constants), signals, self.deepest)
 
@@ -207,6 +208,14 @@ class Parser:
             raise ExpressionError(f"{word.group()} takes {wanted} argument{'s' * (most > 1)}, not {count}", start)
         if most == 1:
             self.emit(op)
+
+    def rest_cure(self) -> str:
+        """What to do about something behind an expression, such as a decimal comma or a unit."""
+        number = next((one for one in DECIMAL_COMMA.finditer(self.text) if one.start("comma") == self.at), None)
+        if number is not None:
+            return f"write {number['whole']}.{number['part']}: the decimal sign is a point"
+        unit = "a number has no unit here; " if self.text[self.at].isalpha() or self.text[self.at] in "°%" else ""
+        return f"{unit}{self.cure}"
 
     def similar(self, word: str) -> str:
         """A cure: the declared name or function that looks most like the word."""

@@ -7,14 +7,13 @@ from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Any, get_args
 
-from pidcfg.schemas.numbers import (
-    plain_number,
-)
+from pidcfg.schemas.base import Quantity, Rate
+from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pydantic import BaseModel
 
@@ -110,3 +109,25 @@ def unit_text(unit: str, units: Mapping[str, str], nested: str = " per ") -> str
         return " per ".join(unit_text(part, units, nested) for part in unit.split(" per "))
     parts = [units.get(part, part) for part in unit.split("/")]
     return (nested if len(parts) > 1 and any("/" in part for part in parts) else "/").join(parts)
+
+
+# --- Keys on a scale: the PLC holds them in counts, of which a range of their side makes engineering units ------------
+
+ON_SIDES = {"pv": ("setpoint", "value"), "output": ("output", "limits")}
+"""A key on the scale of each side."""
+
+
+def is_scaled(model: type[BaseModel], path: Sequence[str]) -> bool:
+    """Whether a key of a file holds counts where its side has no range."""
+    key, *rest = path
+    field = model.model_fields.get(key)
+    inside = [] if field is None else [*_inside(field.annotation)]
+    if rest:
+        return any(is_scaled(inner, rest) for inner in inside if _fields(inner))
+    return Quantity in inside or Rate in inside
+
+
+@cache
+def scaled_sides(model: type[BaseModel]) -> frozenset[str]:
+    """The sides of a loop that the PLC of a file holds in counts."""
+    return frozenset(side for side, path in ON_SIDES.items() if is_scaled(model, ("loops", *path)))

@@ -25,6 +25,8 @@ GROUPED = re.compile(
     rf"(?P<whole>[-+]?[0-9]{{1,3}}(?P<group>{GROUP})[0-9]{{3}}(?:(?P=group)[0-9]{{3}})*)(?:[.,](?P<part>[0-9]+))?"
 )
 WITH_UNIT = re.compile(r"(?P<number>[-+]?[0-9][0-9.,']*) *(?P<unit>(?:[^\W\d_]|[%°℃℉]|/(?=[^\W\d_])).*)")
+BEHIND = re.compile(r"(?P<number>[-+]?[0-9]+(?:\.[0-9]+)?) *(?P<sign>//|\(\*|--|[#;,])\s*(?P<rest>.*)")
+"""A number with a comment of another language, or the end of a line of one, behind it."""
 LIKE_DIGITS = str.maketrans("OoIl", "0011")
 """Letters that are typed for digits."""
 WRITTEN_NUMBER = re.compile(r"[-+]?[0-9]+(?:\.[0-9]+)?")
@@ -39,8 +41,8 @@ KEPT = frozenset(
 def cure(text: str) -> str | None:
     """How to write the number that a text seems to mean; None where nothing can be said."""
     bare = to_ascii(text)
-    if decimal := _decimal(bare):
-        return decimal
+    if plain := _decimal(bare) or _without_rest(bare):
+        return plain
     if bare != text and WRITTEN_NUMBER.fullmatch(bare):
         sign = find_lookalike(text)
         return f"write {bare}" + (f": {code_point(sign)} is {describe_sign(sign)}" if sign else "")
@@ -53,6 +55,19 @@ def cure(text: str) -> str | None:
     if unit in KEPT:
         return inner and f"{inner}; {unit} may stay"
     return f"{inner or 'write the number alone'}; it is taken in the key's own unit, which need not be {unit}"
+
+
+def _without_rest(text: str) -> str | None:
+    """The cure of a number with a comment, or the end of a line of another language, behind it."""
+    match = BEHIND.fullmatch(text)
+    if match is None or (match["rest"] and match["sign"] in ";,"):
+        return None
+    return f"write {match['number']}{comment_of(match['rest']) if match['rest'] else ': nothing stands behind it'}"
+
+
+def comment_of(rest: str) -> str:
+    """A comment behind a value, as YAML has it, and why."""
+    return f"  # {rest.removesuffix('*)').strip()}: a comment begins with two blanks and #"
 
 
 def alone(text: str) -> str:

@@ -53,6 +53,8 @@ class Axes:
     pv_unit: str = ""
     output_unit: str = ""
     output_range: tuple[float, float] | None = None
+    output_counts: tuple[float, float] | None = None
+    """Counts of the output at 0 % and 100 %, where no range says what they stand for."""
     pv_range: tuple[float, float] = PERCENT
     sample_time: float = 0.0
     """In s; 0: each base step."""
@@ -81,6 +83,7 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
             pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
             output_unit=str(unit or ("counts" if plc.outputs and "range" not in output else "")),
             output_range=None if shown is None else (float(shown[0]), float(shown[1])),
+            output_counts=plc.outputs[i] if plc.outputs and "range" not in output else None,
             pv_range=(low, high),
             sample_time=config.period / TICKS,
             root=root_of(plc, i),

@@ -16,6 +16,7 @@ from pidcfg.study.scenario import Loaded, read_scenario
 from pidcfg.study.verification.comparison import loops_of
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import value_at
 from pidcfg.text.signs import one_line
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
@@ -173,6 +174,7 @@ MOST_NAMES = 3
 """Loops that a title names."""
 PROFILE = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
 CONTRADICTION = "fails: the {place} says {word!r} ({purpose}), and {here} is for the opposite"
+COUNTED = "{name}: gain and load are in counts of the output, {low} to {high}; with an output.range in its unit"
 NOT_EXPECTED = "{text} is not expected: on this plant it is {value}"
 
 
@@ -187,6 +189,14 @@ class Draft:
     text: str
     left_out: tuple[str, ...] = ()
     """Loops that have no plant, or whose verdict is allowed to fail, each with the reason."""
+
+
+def _counted(units: PlanUnits, loops: Sequence[Any]) -> list[str]:
+    """Remarks on outputs in counts: those of a PLC that scales them, without a range."""
+    if not units.plc.outputs:
+        return []
+    plans = (p for p in units.plans.values() if not p.switches and value_at(loops[p.i], ("output", "range")) is None)
+    return [COUNTED.format(name=p.name, low=f"{units.scale(p)[0]:g}", high=f"{units.scale(p)[1]:g}") for p in plans]
 
 
 def draft_scenario(checked: Checked, config: str, title: str = "", most: int | None = None) -> Draft:
@@ -231,7 +241,9 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
         raise NoDraftError(f"{checked.document.file}: no scenario runs with it{refused}; write one by hand")
     course = _settled(min(trials, key=lambda trial: (not trial.is_short, len(trial.failing))), wrong)
     course.remarks = [f"{plan.name} {text}" for plan in plans if (text := signs[plan.i].contradiction)] + course.remarks
-    course.remarks += [PROFILE.format(name=plan.name) for plan in plans if _has_profile(checked.config.loops[plan.i])]
+    loops = checked.config.loops
+    course.remarks += _counted(units, loops)
+    course.remarks += [PROFILE.format(name=plan.name) for plan in plans if _has_profile(loops[plan.i])]
     key = next((sign.key for sign in signs if sign.assumed), "")
     return Draft(scenario_text(course, title, config, key), tuple(course.remarks))
 

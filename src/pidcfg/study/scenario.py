@@ -133,7 +133,7 @@ def _use_own_units(loaded: Loaded) -> None:
             if isinstance(value, str) and " " in value and value.split()[-1] not in SECONDS:
                 path = steps(loaded.plc().setpoint) if dotted(keys) == "setpoint" else keys
                 said, place_of = stated_number(loaded.vendor, loop, path, value), ("events", i, "set", *below)
-                if said is not None and said.unit == said.own:
+                if said is not None and said.fits:
                     numbers[place_of] = said.number
                 elif said is not None:
                     loaded.cures[place_of] = said.cure

@@ -15,8 +15,9 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import QUOTES, code_point, in_curly_quotes, same_word, to_ascii
+from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import is_to_check, lines
-from pidcfg.validate.rule import D720, LOOPS, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
+from pidcfg.validate.rule import D720, D931, LOOPS, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
 from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, quote_edit, read_model, value_edit
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
+    from pidcfg.text.references import Decision
     from pidcfg.validate.rule import Finding, Rule
     from pidcfg.validate.shared_checks import Context
 
@@ -90,14 +92,22 @@ def _has_keys_of(vendor: Vendor, doc: Document) -> bool:
     return True
 
 
-# --- Texts in the quotes of a word processor, which are letters to YAML -----------------------------------------------
+# --- Texts that are stored otherwise than they look: in the quotes of a word processor, or cut off by a comment -------
+
+FREE_TEXTS = frozenset(("name", "description", "unit", "scenario"))
+"""Keys whose values are texts for people, in which a # may stand."""
+CUT = re.compile(r" #(?! *pidcfg:).*")
+"""What follows a text that is cut off: two blanks and more are those of a comment (D931)."""
 
 
-def curly_quotes(doc: Document) -> list[Diagnostic]:
-    """A warning for each plain text of a file that begins and ends so."""
-    if not any(quote in doc.text for quote in QUOTES):
+def odd_texts(doc: Document) -> list[Diagnostic]:
+    """A warning for each plain text of a file that is not what it looks like."""
+    if not any(sign in doc.text for sign in ("#", *QUOTES)):
         return []
-    return [_quotes_warning(doc, path, text) for path, text in _plain_texts(doc.data, ()) if in_curly_quotes(text)]
+    texts = [*_plain_texts(doc.data, ())]
+    quoted = [_quotes_warning(doc, path, text) for path, text in texts if in_curly_quotes(text)]
+    cut = [_cut_warning(doc, path, text, rest) for path, text in texts if (rest := _rest(doc, path))]
+    return quoted + cut
 
 
 def _plain_texts(data: object, path: Path) -> Iterator[tuple[Path, str]]:
@@ -113,8 +123,28 @@ def _plain_texts(data: object, path: Path) -> Iterator[tuple[Path, str]]:
 def _quotes_warning(doc: Document, path: Path, text: str) -> Diagnostic:
     message = f"{path[-1]}: the quotes of {text[:60]} are a part of the text: {code_point(text[0])} is a letter to YAML"
     cure = f'write "{text[1:-1]}" with straight quotes'
+    return _text_warning(doc, "PID018", D720, path, message, cure)
+
+
+def _rest(doc: Document, path: Path) -> str:
+    """What stands behind a text for people as a comment, and seems to belong to it."""
+    if path[-1] not in FREE_TEXTS:
+        return ""
+    span = doc.locate(path)
+    match = CUT.fullmatch(doc.lines[span.end_line - 1], span.end_column - 1)
+    return match.group().rstrip() if match else ""
+
+
+def _cut_warning(doc: Document, path: Path, text: str, rest: str) -> Diagnostic:
+    shown = rest[1:60]
+    message = f"{path[-1]} is {text[:60]!r} alone: what follows, {shown!r}, is a comment to YAML"
+    cure = f"write {path[-1]}: {json_line(text[:60] + ' ' + shown)}, or two blanks before the # of a comment"
+    return _text_warning(doc, "PID019", D931, path, message, cure)
+
+
+def _text_warning(doc: Document, code: str, basis: Decision, path: Path, message: str, cure: str) -> Diagnostic:
     return Diagnostic(
-        code="PID018",
+        code=code,
         severity=Severity.WARNING,
         message=message,
         file=doc.file,
@@ -122,7 +152,7 @@ def _quotes_warning(doc: Document, path: Path, text: str) -> Diagnostic:
         path=path,
         loop=loop_name(doc, path),
         help=cure,
-        reference=str(D720),
+        reference=str(basis),
     )
 
 
@@ -306,7 +336,7 @@ def check_document(doc: Document) -> Checked:
     encoding = encoder_of(vendor).encode(config)
     of_rules = _findings_of_rules(vendor, config, encoding, doc)
     findings += (d for d in of_rules if not is_to_check(d))
-    findings += curly_quotes(doc)
+    findings += odd_texts(doc)
     to_check = tuple(sort_findings([d for d in of_rules if is_to_check(d)]))
     return Checked(doc, tuple(sort_findings(findings)), vendor, config, encoding, to_check)
 

@@ -197,6 +197,23 @@ D720 = Decision(
     "YAML 1.2 knows two quotes, ' and \". Which of the two readings is meant in a text only its writer can say.",
 )
 
+D930 = Decision(
+    930,
+    "a unit wants a range",
+    "A number with a unit at a key that the PLC holds in counts (DL06, EZLogix) is an error where the loop gives no range "
+    "of that side (PID039), in files, sheets and scenarios. A bare number there is counts; where the loop names a unit, a "
+    "warning says so (PID109), and `2048 counts` says it without one.",
+    "Without a range 85 °C can only become 85 counts, 4.2 °C of a range of 200. Who writes a unit means the unit; who "
+    "writes none may mean either.",
+)
+D931 = Decision(
+    931,
+    "what follows # in a name or a description",
+    "YAML ends a text at a blank and `#`. In a name, a description or a unit of one line one blank before `#` is taken for a "
+    "part of the text and warned of (PID019); two blanks and more are a comment, and so is what begins with `pidcfg:`.",
+    "`Ofen # 3` is stored as `Ofen`, and nothing else shows it. Style guides and formatters of YAML put two blanks before "
+    "a comment, so that few are warned of.",
+)
 D315 = Decision(
     315,
     "what may be ignored, and where that counts",
@@ -287,7 +304,9 @@ SCHEMA = (
     _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),
     _row("PID017", "unused-template", "No loop uses a template.", "Nothing in it is checked, and somebody may believe that it is in force.", "Use it, or delete it.", Severity.WARNING),
     replace(_row("PID018", "curly-quotes", "A text stands in quotes of a word processor.", "They are letters to YAML, so that the unit or the name has them in it, also in the PLC's tables and in reports.", "Write straight quotes, or none.", Severity.WARNING), basis=D720),
+    replace(_row("PID019", "text-cut-off", "A text is cut off by a comment.", "YAML ends a text at a blank and #, so that the rest stands in no register, no table and no report.", "Put the text into quotes; put two blanks before a # that begins a comment.", Severity.WARNING), basis=D931),
     _row("PID038", "loops-not-checked", "Some loops cannot be read, so what concerns several loops was not checked.", "Rules that compare loops would find faults of a loop that is not there; the other loops were checked each by itself.", "Correct the errors of the loops that cannot be read, and check again.", Severity.INFO),
+    replace(_row("PID039", "unit-without-range", "A number has a unit, and no range makes counts of it.", "The PLC would get the bare number as counts: 85 °C of a range of 200 would be 4.2 °C.", "Give the range of that side, or write counts."), basis=D930),
 )
 SUPPRESSION = (
     _remark("PID043", "unused-ignore", "A comment ignores findings that are not there.", "It would hide the next one of its kind that comes to this line.", "Delete the comment, or the code; `--fix` does it."),

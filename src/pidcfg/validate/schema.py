@@ -205,6 +205,11 @@ LIKE, CLEARLY = 0.5, 0.05
 """How like a word must be to one that is suggested, and how much more than to any other."""
 MAX_VALUE_LENGTH = 60
 DID_YOU_MEAN = "did you mean "
+BEHIND_WORD = re.compile(r"(?P<word>[\w -]*\w) *(?:#|//|\(\*|[;,]$)\s*(?P<rest>.*)")
+"""A word with a comment, or the end of a line of another language, behind it."""
+SWITCHED = {"on", "off", "yes", "no", "true", "false"}
+MEANT = re.compile(rf"{DID_YOU_MEAN}([^?]+)\?")
+WORD = re.compile(r"\w+")
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -236,12 +241,16 @@ def _nulls(value: Any, path: Path) -> Iterator[Path]:
 
 def _without_echoes(errors: list[Diagnostic]) -> Iterator[Diagnostic]:
     """Without the errors for missing keys that another error suggests as the spelling of an unknown key."""
-    suggested = {
-        (*d.path[:-1], d.help.removeprefix(DID_YOU_MEAN)[:-1])
-        for d in errors
-        if d.code == "PID020" and d.help and DID_YOU_MEAN in d.help
-    }
+    suggested = {path for d in errors if d.code == "PID020" for path in _suggested(d)}
     yield from (d for d in errors if d.code != "PID021" or d.path not in suggested)
+
+
+def _suggested(d: Diagnostic) -> Iterator[Path]:
+    """The keys that the cure of an unknown one names, beside it and below the loop."""
+    match = MEANT.search(d.help or "")
+    words = WORD.findall(match[1]) if match else []
+    yield from ((*d.path[:-1], word) for word in words)
+    yield from ((*d.path[:2], *words[: i + 1]) for i in range(len(words)))
 
 
 def _no_value(doc: Document, path: Path) -> Diagnostic:
@@ -259,6 +268,8 @@ def _comma(doc: Document, path: Path) -> str | None:
     parent = value_at(doc.data, path[:-1])
     before = "".join(f"{key}={parent[key]}" for key, following in pairwise(parent) if following == path[-1])
     number = before.partition("=")[2]
+    if number.startswith("(") and str(path[-1]).endswith(")"):
+        return f"write [{number[1:]}, {str(path[-1])[:-1]}]: a list stands in square brackets"
     if not (number[-1:].isdigit() and str(path[-1])[:1].isdigit()):
         return None
     help_text = numbers.cure(f"{number},{path[-1]}")
@@ -314,7 +325,8 @@ def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str |
         problem = "is missing" if kind == "missing" else f"{quoted_value(value)} is not one that this pidcfg reads"
         return f"the format version {problem}", "write 'pidcfg: 1'"
     if kind == "extra_forbidden":
-        return _unknown(key, model, model_at(model, error["loc"][:-1]))
+        keys = tuple(step for step in path[:-1] if isinstance(step, str))
+        return _unknown(key, model, model_at(model, error["loc"][:-1]), keys)
     if "expected_tags" in context:
         return not_a_choice(key, context["tag"], _choices(context["expected_tags"]))
     text = _text_of(model, error["loc"])
@@ -331,10 +343,17 @@ def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str |
 
 
 @lru_cache(maxsize=1000)
-def _unknown(key: str, root: type[BaseModel], below: type[BaseModel] | None) -> tuple[str, str | None]:
+def _unknown(key: str, root: type[BaseModel], below: type[BaseModel] | None, place: Path) -> tuple[str, str | None]:
     """The message and cure for an unknown key at a place of a file."""
+    from pidcfg.validate.terms import foreign_key, pair_for, shown
+
     if below is None:
         return unknown_key(key, [])
+    if pair := pair_for(key, keys_of(below)):
+        return unknown_key(key, keys_of(below), pair)
+    if (foreign := foreign_key(key, root, place)) is not None:
+        message, cure = unknown_key(key, keys_of(below), shown(foreign.key, place))
+        return message, f"{cure} {foreign.note}".rstrip()
     return unknown_key(key, keys_of(below), spoken_of(key, below), places_of(key, root))
 
 
@@ -401,7 +420,18 @@ def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str 
     clear = ranked[0][0] >= LIKE and (len(ranked) == 1 or ranked[0][0] - ranked[1][0] > CLEARLY)
     odd = lookalike_remark(value) if isinstance(value, str) else ""
     message = f"{key} is {quoted_value(value)}, not one of {', '.join(choices)}{odd}"
-    return message, f"{DID_YOU_MEAN}{ranked[0][1]}?" if clear else None
+    return message, _choice_cure(str(value), choices) or (f"{DID_YOU_MEAN}{ranked[0][1]}?" if clear else None)
+
+
+def _choice_cure(value: str, choices: Sequence[str]) -> str | None:
+    """What to write for a word with something behind it, or for the state of a switch; None: nothing is certain."""
+    match = BEHIND_WORD.fullmatch(value)
+    if match and match["word"] in choices:
+        rest = match["rest"]
+        return f"write {match['word']}{numbers.comment_of(rest) if rest else ': nothing stands behind it'}"
+    if value.casefold() in SWITCHED and {"auto", "manual"} <= {*choices}:
+        return "write auto for a loop that is to control, manual for one that is operated by hand"
+    return None
 
 
 def quoted_value(value: object) -> str:

@@ -153,6 +153,8 @@ MORE = "-v has the lines and cures of what several loops share\n"
 def text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = False) -> str:
     """One block a rule and cure: place, message, the line with a caret, the PLC, the manual, the cure, further places.
 
+    In each file errors come first, infos last.
+
     Grouping is for the eye alone: findings are collected, counted, ignored and known one by one before. ``brief``: an
     info that several loops share is one line, behind all blocks.
     """
@@ -161,7 +163,8 @@ def text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = 
         file = d.file if d.severity is Severity.ERROR else ""
         groups.setdefault((file, d.code, d.severity, d.reference, d.help, d.plc_effect is None), []).append(d)
     blocks, rows = [], []
-    for group in groups.values():
+    files = list(dict.fromkeys(d.file for d in findings))
+    for group in sorted(groups.values(), key=lambda group: (files.index(group[0].file), -group[0].severity)):
         if brief and len(group) > 1 and group[0].severity is Severity.INFO:
             rows.append(f"{one_line(_row_of(group))}\n")
         else:

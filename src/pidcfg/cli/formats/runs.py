@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 from pidcfg.cli.formats import Format, Kind, load, render
 from pidcfg.cli.formats.findings import Findings, details, display_name
 from pidcfg.cli.formats.findings import text as findings_text
-from pidcfg.output.runs import batches_data, runs_data
+from pidcfg.output.runs import batches_data, runs_data, signal_rows
 from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
 from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
@@ -54,7 +54,7 @@ def _run_section(outcome: Outcome, *, tables: bool) -> str:
         return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
     parts = [_head(outcome, report, tables=tables), findings and f"{findings}\n", _verdicts(outcome, report)]
     if tables:
-        parts += [_judged(report), _happenings(report), _tables(report), _flags(report)]
+        parts += [_judged(report), _happenings(report), _tables(report, outcome), _flags(report)]
     return "\n".join(part for part in parts if part)
 
 
@@ -153,7 +153,7 @@ def _happenings(report: Report) -> str:
     return "What happened\n" + table(lines, right=1) + more if rows else ""
 
 
-def _tables(report: Report) -> str:
+def _tables(report: Report, outcome: Outcome) -> str:
     metrics: list[tuple[str, ...]] = [("", *METRICS)]
     for name, loop in report.loops.items():
         values = [loop.metrics.get(metric) for metric in METRICS]
@@ -165,8 +165,7 @@ def _tables(report: Report) -> str:
         for name, loop in report.loops.items()
         if 0 < loop.time_in_control < report.duration
     ]
-    signals: list[tuple[str, ...]] = [("", "min", "max", "final")]
-    signals += [(name, *map(number_text, (s.low, s.high, s.final))) for name, s in report.signals.items()]
+    signals = [("", "min", "max", "final"), *signal_rows(outcome, number_text)]
     return "Metrics\n" + table(metrics, left=1) + "".join(parts) + "\nSignals\n" + table(signals, left=1)
 
 

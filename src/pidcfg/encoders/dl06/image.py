@@ -280,7 +280,7 @@ MODE_BITS = 0b111
 
 
 def intended_mode(status: int, otherwise: str) -> str:
-    """From the status word (+06); a listing made before the first run has none: then ``otherwise``."""
+    """From the status word (+06), or the requests (+00): where no bit or several are on, ``otherwise``."""
     return MODES.get(status & MODE_BITS) or otherwise
 
 
@@ -301,6 +301,12 @@ class LoopReader:
     """The words of all loops."""
     notes: list[str] = field(default_factory=list)
 
+    @property
+    def wanted_mode(self) -> str:
+        """What stands beside the words; else the one mode that is requested (+00), as before the first run."""
+        stated = "mode" in self.settings.model_fields_set
+        return self.settings.mode if stated else intended_mode(self.block.word("mode_setting_1"), self.settings.mode)
+
     def data(self, words: Mapping[int, int], names: Mapping[int, str]) -> Data:
         """The loop as a mapping, in the order of a hand-written file; ``names``: loops by their output words."""
         scales = self.scales()
@@ -312,7 +318,7 @@ class LoopReader:
         if values["alarms.pv.enabled"] or values["alarms.deviation.enabled"]:
             always.add("alarms.hysteresis")
         values |= {
-            "mode": intended_mode(self.block.word("mode_and_alarm_status"), self.settings.mode),
+            "mode": intended_mode(self.block.word("mode_and_alarm_status"), self.wanted_mode),
             **_source(values["remote_setpoint"], names),
             "tuning.reset": reset_of(self.block.word("reset"), values["tuning.reset"]),
             "pv.transfer": _transfer_data(values["pv.transfer"]),

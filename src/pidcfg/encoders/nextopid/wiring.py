@@ -54,6 +54,11 @@ D205 = Decision(
     "Which of two arguments of one call is assigned first is nothing to rely on.",
 )
 
+DIRECTIONS = {
+    **dict.fromkeys(("reverse", "heating"), "write false: MV falls when the PV rises, which is heating"),
+    **dict.fromkeys(("direct", "cooling"), "write true: MV rises with the PV, which is cooling; false is heating"),
+}
+"""What to write for the words that other families have for a direction."""
 NAMED = re.compile(r"[A-Za-z_][\w.]*")
 PASSES = frozenset(("ControlSelectMax", "ControlSelectMin", "ControlSplitRange", "ControlLeadLag"))
 """Blocks whose output answers to their input within the same call."""
@@ -148,7 +153,7 @@ class Layout:
         if NAMED.fullmatch(text) and wanted == "bool" and text.upper() not in TRUTHS:
             near = closest_name(text, [name for name, of in self.types.items() if of.kind == "bool"])
             cure = f"did you mean {near!r}?" if near else "wire the name of a BOOL, or a condition such as PV < 4.0"
-            raise ExpressionError(f"{text!r} is no declared BOOL", 0, cure)
+            raise ExpressionError(f"{text!r} is no declared BOOL", 0, DIRECTIONS.get(text.casefold(), cure))
         parser = Typed(text, self.numbers, self._lengths, types=self.kinds.__getitem__)
         expression = parser.read()
         parser.expect(parser.operands[-1], wanted)

@@ -79,10 +79,29 @@ class NoValue(NamedTuple):
 def unknown_name(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
     """A name that is unknown here, with the nearest known one as help."""
     names = list(known)
-    near = closest_name(str(name), names)
+    near = _same_signal(str(name), names) or closest_name(str(name), names)
     few = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
     cure = f"did you mean {near}?" if near else f"known: {few}" if names else f"there is no {what} here to be named"
     return Problem(path, f"{str(name)[:60]!r} is no {what}", "unknown_name", help=cure, key=key)
+
+
+PARTS = {"output": "out", "mv": "out", "cv": "out", "setpoint": "sp", "sv": "sp", "process_value": "pv"}
+"""Other words for the signals of a loop."""
+
+
+def _same_signal(name: str, names: Sequence[str]) -> str | None:
+    """The only name that one is in other capitals, by another word, or without its loop."""
+    loop, point, part = name.casefold().rpartition(".")
+    wanted = f"{loop}{point}{PARTS.get(part, part)}"
+    folded = [(one.casefold(), one) for one in names]
+    for same in (
+        [one for text, one in folded if text == name.casefold()],
+        [one for text, one in folded if text == wanted],
+        [one for text, one in folded if not point and text.endswith(f".{wanted}")],
+    ):
+        if same:
+            return same[0] if len(same) == 1 else None
+    return None
 
 
 # --- Expressions of signals as they run: numbers on a stack -----------------------------------------------------------

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 from pydantic import BaseModel
 
+from pidcfg.schemas.base import Quantity, Rate
 from pidcfg.schemas.limits import SIDES, Limits, unit_text, units_of
 from pidcfg.schemas.numbers import MAX_DIGITS, decimal_text
 from pidcfg.text.paths import value_at
 from pidcfg.text.references import Decision
 from pidcfg.validate.purpose import action_of, purpose_of
-from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
+from pidcfg.validate.rule import D930, Finding, Findings, always, error, finding, warning
 from pidcfg.validate.shared_checks import list_names
 from pidcfg.vendors import VENDORS
 
@@ -221,6 +222,45 @@ def rounded_value(context: AnyContext) -> Findings:
                 stored=decimal_text(rounded.stored),
                 percent=f"{percent:.1f}",
             )
+
+
+def _bare_numbers(model: BaseModel, path: Path) -> Iterator[tuple[Path, Quantity | Rate]]:
+    """Every number on a scale that a model was given without ``counts``."""
+    for name in sorted(model.model_fields_set):
+        value = getattr(model, name)
+        if isinstance(value, Quantity | Rate):
+            if not value.counts:
+                yield (*path, name), value
+            continue
+        for step, inner in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
+            place = (*path, name) if step is None else (*path, name, step)
+            if isinstance(inner, Quantity) and not inner.counts:
+                yield place, inner
+            elif isinstance(inner, BaseModel):
+                yield from _bare_numbers(inner, place)
+
+
+@warning("PID109", D930, "{key}: {value} is taken as {counts}, not {unit}: {side} has a unit and no range")
+def bare_number_under_a_unit(context: AnyContext) -> Findings:
+    """A number is counts, since its side of the loop has a unit and no range.
+
+    Why: whoever reads the unit reads the number in it: 85 under °C is 85 counts, which is 4.2 °C of a range of 200.
+
+    Fix: give the range of that side, what 0 % and 100 % of the signal stand for, or write `870 counts`.
+    """
+    vendor = VENDORS[context.config.vendor]
+    for i, loop in enumerate(context.config.loops):
+        units = units_of(loop)
+        if any(value_at(loop, (side, "range")) is None for side in SIDES if side in units):
+            from pidcfg.validate.own_units import side_without_range
+
+            for path, number in _bare_numbers(loop, ()):
+                side = side_without_range(vendor, loop, path)
+                if side in units:
+                    key = next(step for step in reversed(path) if isinstance(step, str))
+                    counts = number._replace(counts=True)
+                    values = {"key": key, "value": number, "counts": counts, "unit": units[side], "side": side}
+                    yield Finding(("loops", i, *path), values)
 
 
 @always

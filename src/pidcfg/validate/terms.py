@@ -1,0 +1,172 @@
+"""Keys of other families, and words of the field, in a file: the key here, and how the number changes."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.schemas.document import models_in
+from pidcfg.schemas.terms import ENDS, WORDS, leaves
+from pidcfg.text.signs import fold_word
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pydantic import BaseModel
+
+    from pidcfg.text.paths import Path
+
+# --- What the families have different keys for, beside the table of words that sheets use as well ---------------------
+
+DIRECTION = ("action", "Direct", "PID_DIR", "output_raises_pv")
+ANTI_WINDUP = ("bias_freeze", "freeze_bias", "anti_windup")
+MORE_WORDS: dict[str, tuple[str, ...]] = {
+    "action direction richtung wirkrichtung wirksinn regelsinn": DIRECTION,
+    "bias offset": ("output.offset", "output.bias", "BIAS"),
+    "windup integral_stop": ANTI_WINDUP,
+    "istwert messwert regelgrösse regelgröße process_value process_variable": ("pv", "PV"),
+    "stellgrösse stellgröße stellwert ausgang": ("output", "MV"),
+    "grenzwerte alarme": ("alarms",),
+    "regelparameter parameter": ("tuning",),
+}
+"""Words that stand for no column of a sheet."""
+GAIN = WORDS["gain kp p kr proportional_gain verstärkung"]
+RESET = WORDS["reset ti integral integral_time nachstellzeit"]
+SAMPLE = WORDS["sample sample_time sample_rate abtastzeit"]
+ROWS = {word: keys for table in (WORDS, MORE_WORDS) for words, keys in table.items() for word in words.split()}
+GAIN_UNITS = {
+    "dl06": "% of output per % of PV",
+    "click": "% of output per unit of the PV",
+    "ezlogix": "output counts per PV count",
+    "nextopid": "MV units per PV unit",
+    "dpide": "output units per PV unit",
+    "generic": "output units per PV unit",
+}
+"""What a gain is in a file of each family."""
+IN_PERCENT = {"click"}
+"""Families whose output is always in %."""
+OF_SPANS = {"dl06", "ezlogix"}
+"""Families whose gain is a share of the one span by a share of the other."""
+HEATING = {
+    "dl06": "action: direct",
+    "click": "action: direct",
+    "ezlogix": "action: reverse",
+    "nextopid": "Direct: false",
+    "dpide": "PID_DIR: true",
+    "generic": "output_raises_pv: true",
+}
+"""How each family writes that the PV rises with the output."""
+SAMPLE_UNITS = {"dl06": "s", "ezlogix": "s", "nextopid": "s", "dpide": "ms"}
+"""What a bare sample time is in; the others want a unit."""
+BANDS = {"proportional_band", "prop_band", "p_band", "pb", "xp", "proportionalbereich", "p_bereich"}
+REPEATS = {"repeats_per_minute", "repeats_per_min", "repeats", "reset_rate"}
+PAIRS = {
+    ("limits", "lower_limit"): "lower_limit and upper_limit",
+    ("lower_limit", "limits"): "limits: [low, high]",
+    ("upper_limit", "limits"): "limits: [low, high]",
+}
+"""What a key of limits is where the place knows another one."""
+
+
+class Foreign(NamedTuple):
+    """The key that another one stands for, from the loop, and what to know of the number."""
+
+    key: str
+    note: str
+
+
+def foreign_key(key: str, root: type[BaseModel], place: Path) -> Foreign | None:
+    """What a key of another family, or a word of the field, is in a file of this family; None where nothing tells."""
+    own = next((vendor.key for vendor in VENDORS.values() if vendor.model is root), None)
+    if own is None or place[:1] != ("loops",) or fold_word(key) in {fold_word(_last(k)) for k in _keys(own)}:
+        return None
+    word = key.casefold().replace("-", "_").replace(" ", "_")
+    if word in BANDS:
+        return Foreign(_known(GAIN, own), _of_band(own))
+    if word in REPEATS:
+        return Foreign(_known(RESET, own), "60 / repeats per minute is the time in s")
+    keys = _row_of(key, word)
+    target = _known(keys, own)
+    if not target:
+        return None
+    owners = [vendor.key for vendor in VENDORS.values() if vendor.key != own and _has(vendor.key, key, keys)]
+    return Foreign(target, _note(keys, owners, own))
+
+
+def pair_for(key: str, known: Sequence[str]) -> str | None:
+    """What a key of limits is where the place knows another one."""
+    return next((text for (written, other), text in PAIRS.items() if written == key and other in known), None)
+
+
+def shown(target: str, place: Path) -> str:
+    """A key of a loop as it is written at a place of it."""
+    section, _, last = target.removesuffix(ENDS[0]).removesuffix(ENDS[1]).rpartition(".")
+    pair = ": [low, high]" * target.endswith(ENDS)
+    here = ".".join(step for step in place[1:] if isinstance(step, str))
+    return f"{section}: {{{last}{pair or ': …'}}}" if section not in {here, ""} else f"{last}{pair}"
+
+
+def _row_of(key: str, word: str) -> tuple[str, ...]:
+    """All keys for what a word stands for."""
+    if word in ROWS:
+        return ROWS[word]
+    named = (keys for keys in (DIRECTION, ANTI_WINDUP, *WORDS.values()) if key in map(_last, keys))
+    return next(named, ()) if key not in AMBIGUOUS else ()
+
+
+AMBIGUOUS = {"value", "low", "high", "limits", "range", "unit", "low_low", "high_high", "source", "name", "use"}
+"""Last words of keys that stand below several others."""
+
+
+def _last(key: str) -> str:
+    return key.removesuffix(ENDS[0]).removesuffix(ENDS[1]).rpartition(".")[2]
+
+
+@cache
+def _keys(vendor: str) -> Mapping[str, None]:
+    """The keys of a family's loops, from the loop, sections with them."""
+    keys: dict[str, None] = {}
+    for model in models_in(VENDORS[vendor].model.model_fields["loops"].annotation):
+        for key, is_pair in leaves(model):
+            keys |= dict.fromkeys((key.partition(".")[0], key, *(f"{key}{end}" for end in ENDS if is_pair)))
+    return keys
+
+
+def _known(keys: Sequence[str], vendor: str) -> str:
+    return next((key for key in keys if key in _keys(vendor)), "")
+
+
+def _has(vendor: str, key: str, keys: Sequence[str]) -> bool:
+    """Whether a family has a key of this name for the same thing."""
+    return any(fold_word(_last(one)) == fold_word(key) for one in keys if one in _keys(vendor))
+
+
+def _of_band(own: str) -> str:
+    """The gain of a proportional band in %."""
+    spans = "" if own in OF_SPANS else " * 100 / PV span" if own in IN_PERCENT else " * output span / PV span"
+    return f"100 / proportional band{spans} is the gain, in {GAIN_UNITS[own]}"
+
+
+def _note(keys: Sequence[str], owners: Sequence[str], own: str) -> str:
+    """What to know of the number of a key of other families."""
+    if keys == DIRECTION:
+        others: dict[str, list[str]] = {}
+        for owner in owners:
+            others.setdefault(HEATING[owner], []).append(owner)
+        there = "".join(f"{text} in {' and '.join(names)}, " for text, names in others.items())
+        return f"Heating is {there}{HEATING[own]} here"
+    if keys == GAIN:
+        there = "".join(f"; {owner}: {GAIN_UNITS[owner]}, {_factor(owner, own)}" for owner in owners)
+        return f"Here it is in {GAIN_UNITS[own]}{there}"
+    if keys == SAMPLE:
+        unit = SAMPLE_UNITS.get(own)
+        return f"A bare number is in {unit} here" if unit else "Write it with its unit here, as in 500 ms"
+    return ""
+
+
+def _factor(owner: str, own: str) -> str:
+    """What the gain of another family is times, to be one here."""
+    if (owner in OF_SPANS) != (own in OF_SPANS):
+        return "times PV span / output span" if own in OF_SPANS else "times output span / PV span"
+    return "the same number if the output is in %" if IN_PERCENT & {owner, own} else "the same number"
