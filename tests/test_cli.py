@@ -58,6 +58,214 @@ def test_a_finding_shows_line_caret_limit_and_cure(reactor):
     assert lines[0] == "reactor.yaml:17:20: error PID101: gain is 120 %/%; allowed is 0 to 99.99 %/% [FIC-102]"
     assert lines[1] == "   17 |     tuning: {gain: 120, reset: 4.0, reset_unit: seconds, rate: 0}"
     assert lines[2] == "      |                    ^^^"
+    assert any(line.startswith("      = cure: ") for line in lines)
+    assert "\x1b" not in result.stdout.decode(), "no colour in a pipe"
+
+
+def test_json_findings_have_the_published_layout(reactor):
+    changed(reactor, "gain: 0.80", "gain: 120")
+    result = run("validate", str(reactor), "--format", "json", "--severity", "error")
+    document = json.loads(result.stdout)
+    assert result.returncode == 1
+    assert document["version"] == 1
+    assert document["summary"] == {"files": 1, "errors": 1, "warnings": 0, "infos": 0}
+    (found,) = document["findings"]
+    assert (found["code"], found["severity"], found["line"], found["column"]) == ("PID101", "error", 17, 20)
+    assert (found["path"], found["loop"]) == ("loops[0].tuning.gain", "FIC-102")
+    assert list(found) == [
+        "code",
+        "severity",
+        "message",
+        "file",
+        "line",
+        "column",
+        "path",
+        "loop",
+        "with",
+        "plc_effect",
+        "reference",
+        "help",
+    ]
+
+
+def test_json_is_one_valid_document_even_when_nothing_could_be_read(tmp_path):
+    result = run("validate", "none.yaml", "--format", "json", cwd=tmp_path)
+    assert result.returncode == 2
+    assert json.loads(result.stdout)["findings"][0]["code"] == "PID040"
+
+
+def test_one_bad_file_does_not_hide_the_findings_of_another(reactor, tmp_path):
+    (tmp_path / "broken.yaml").write_text("pidcfg: 1\nvendor: [\n", "utf-8")
+    changed(reactor, "gain: 0.80", "gain: 120")
+    result = run("validate", str(tmp_path), "--format", "json")
+    assert result.returncode == 2, "unusable input outweighs findings"
+    assert {f["code"] for f in json.loads(result.stdout)["findings"]} >= {"PID001", "PID101"}
+
+
+def test_findings_point_through_aliases_at_the_text_to_edit(tmp_path):
+    text = (ROOT / "examples/dl06/extruder.yaml").read_text("utf-8").replace("gain: 4.00", "gain: 400", 1)
+    (tmp_path / "x.yaml").write_text(text, "utf-8")
+    found = json.loads(run("validate", "x.yaml", "--format", "json", "--severity", "error", cwd=tmp_path).stdout)
+    line = next(i for i, row in enumerate(text.splitlines(), start=1) if "gain: 400" in row)
+    assert [(f["code"], f["line"]) for f in found["findings"]] == [("PID101", line)] * 4, (
+        "of each loop, where it is written"
+    )
+    assert [f["loop"] for f in found["findings"]] == ["TIC-Z1", "TIC-Z2", "TIC-Z3", "TIC-Z4"]
+
+
+def test_folders_take_files_with_our_key_only(reactor, tmp_path):
+    (tmp_path / "other.yaml").write_text("services: {}\n", "utf-8")
+    (tmp_path / ".hidden").mkdir()
+    (tmp_path / ".hidden" / "x.yaml").write_text("pidcfg: 1\n", "utf-8")
+    assert "1 file checked" in run("validate", str(tmp_path)).stderr.decode()
+
+
+def test_patterns_that_the_shell_has_left_alone_are_expanded(reactor, tmp_path):
+    assert "1 file checked" in run("validate", "*.yaml", cwd=tmp_path).stderr.decode()
+    assert run("validate", "*.nothing", cwd=tmp_path).returncode == 2
+
+
+def test_folders_do_not_pass_over_files_of_ours_that_cannot_be_read(tmp_path):
+    """A file saved as UTF-16, or with a tab before the key, is ours to complain about; others are counted."""
+    (tmp_path / "good.yaml").write_bytes(REACTOR.read_bytes())
+    (tmp_path / "u16.yaml").write_bytes("pidcfg: 1\n".encode("utf-16"))
+    (tmp_path / "tab.yaml").write_text("\tpidcfg: 1\n", "utf-8")
+    (tmp_path / "compose.yaml").write_text("services: {}\n", "utf-8")
+    result = run("validate", str(tmp_path), "--format", "json")
+    assert result.returncode == 2
+    assert {f["code"] for f in json.loads(result.stdout)["findings"]} >= {"PID002", "PID014"}
+    assert "1 without a pidcfg key skipped" in run("validate", str(tmp_path)).stderr.decode()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes by name are POSIX")
+def test_pipes_and_devices_are_neither_waited_for_nor_replaced(reactor, tmp_path):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    assert "1 file checked" in run("validate", str(tmp_path)).stderr.decode()
+    for target in (tmp_path / "pipe.yaml", Path(os.devnull), tmp_path):
+        result = run("encode", str(reactor), "-o", str(target), "--force")
+        assert result.returncode == 2
+        assert b"Error: " in result.stderr
+    assert not Path(os.devnull).is_file()
+
+
+def test_a_link_is_written_through(reactor, tmp_path):
+    target, link = tmp_path / "target.txt", tmp_path / "link.txt"
+    target.write_text("old", "utf-8")
+    try:
+        link.symlink_to(target)
+    except OSError:
+        return  # Windows without the right to make links
+    assert run("encode", str(reactor), "-o", str(link), "--force").returncode == 0
+    assert link.is_symlink()
+    assert "V2000" in target.read_text("utf-8")
+
+
+def test_a_full_disk_is_no_bug(reactor):
+    if Path("/dev/full").exists():
+        with Path("/dev/full").open("wb") as full:
+            command = [sys.executable, "-m", "pidcfg", "encode", str(reactor)]
+            result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, check=False)
+        assert result.returncode == 2
+        assert b"Traceback" not in result.stderr
+
+
+def test_encode_json_is_a_document_even_when_nothing_can_be_encoded(reactor):
+    changed(reactor, "gain: 0.80", "gain: 120")
+    result = run("encode", str(reactor), "--format", "json")
+    assert result.returncode == 1
+    assert json.loads(result.stdout)["findings"][0]["code"] == "PID101"
+
+
+def test_json_escapes_what_the_code_page_lacks(reactor):
+    changed(reactor, "unit: degC", 'unit: "°C"')
+    result = run("encode", str(reactor), "--format", "json", PYTHONIOENCODING="ascii")
+    assert json.loads(result.stdout)["settings"][1]["pv"]["unit"] == "°C"
+
+
+def test_decode_says_which_words_it_leaves_out(reactor, tmp_path):
+    run("encode", str(reactor), "-o", "image.txt", cwd=tmp_path)
+    lines = (tmp_path / "image.txt").read_text("utf-8").splitlines()
+    kept = [line for line in lines if not line.startswith(("V301", "V302"))] + ["V1400   1234"]
+    (tmp_path / "cut.txt").write_text("\n".join(kept), "utf-8")
+    result = run("decode", "cut.txt", "--vendor", "dl06", cwd=tmp_path)
+    notes = result.stderr.decode()
+    assert "V3010 of the ramp/soak table is missing" in notes
+    assert "belong to no loop and are left out: V1400, V3000, V3001" in notes
+
+
+def test_an_empty_folder_is_said_so(tmp_path):
+    result = run("validate", str(tmp_path))
+    assert result.returncode == 2
+    assert "holds no .yaml" in result.stdout.decode()
+
+
+def test_standard_input_is_read():
+    result = run("validate", "-", stdin=REACTOR.read_bytes())
+    assert result.returncode == 0
+    assert run("validate", "-", stdin=b"").returncode == 2
+
+
+def test_byte_order_mark_and_crlf_are_fine(reactor):
+    reactor.write_bytes(b"\xef\xbb\xbf" + reactor.read_bytes().replace(b"\n", b"\r\n"))
+    assert run("validate", str(reactor)).returncode == 0
+
+
+def test_select_ignore_severity_and_strict(reactor):
+    changed(reactor, "gain: 0.80", "gain: 120")
+    assert run("validate", str(reactor), "--ignore", "PID101").returncode == 0
+    assert run("validate", str(reactor), "--select", "DL2").returncode == 0
+    assert run("validate", str(reactor), "--select", "PID1").returncode == 1
+    changed(reactor, "gain: 120", "gain: 0.80")
+    assert run("validate", str(reactor), "--strict").returncode == 1
+    assert run("validate", str(reactor), "--strict", "--severity", "error").returncode == 1, "shown is not counted"
+
+
+def test_a_code_that_no_rule_has_is_wrong_usage(reactor):
+    result = run("validate", str(reactor), "--select", "XYZ")
+    assert result.returncode == 2
+    assert b"no rule begins with 'XYZ'" in result.stderr
+
+
+def test_unreadable_text_cannot_be_ignored(tmp_path):
+    (tmp_path / "x.yaml").write_bytes(b"pidcfg: 1\nvendor: \xff\n")
+    assert run("validate", str(tmp_path / "x.yaml"), "--ignore", "PID0", "--select", "PID9").returncode == 2
+
+
+@pytest.mark.parametrize("limit", ["file_bytes=100", "nodes=10", "depth=2", "scalar_bytes=3"])
+def test_limits_end_with_exit_code_2_and_their_value(reactor, limit):
+    result = run("validate", str(reactor), "--limit", limit)
+    assert result.returncode == 2
+    assert limit.partition("=")[2] in result.stdout.decode()
+
+
+def test_wrong_usage_is_exit_code_2():
+    assert run("validate").returncode == 2
+    assert run("nonsense").returncode == 2
+    assert run("validate", str(REACTOR), "--limit", "depth=x").returncode == 2
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("simulat", "did you mean simulate?"),
+        ("check", "did you mean validate?"),
+        ("Validate", "did you mean validate?"),
+        ("zzz", f"there are {', '.join(COMMANDS)}"),
+    ],
+)
+def test_an_unknown_command_says_which_one_is_meant(word, meant):
+    result = CliRunner().invoke(cli, [word, "x.yaml"])
+    assert result.exit_code == 2
+    assert f"no such command: {word}; {meant}\n" in result.stderr
+
+
+@pytest.mark.parametrize("vendor", sorted(VENDORS))
+def test_demo_shows_a_mistake_words_and_a_run_on_one_screen(vendor):
+    result = CliRunner().invoke(cli, ["demo", "--vendor", vendor])
+    assert result.exit_code == 0, result.output
+    lines = result.output.splitlines()
+    assert len(lines) <= 30
+    assert max(map(len, lines)) <= 80
     assert re.search(r"pidcfg encode gives \d+ words .*\n(  \S.* \S.*\n){2,3}pidcfg simulate", result.output)
     assert sum("●" in line for line in lines) >= 5
     assert sum("  proven  " in line for line in lines) == 1
@@ -136,7 +344,7 @@ def test_a_bug_is_exit_code_3_and_no_finding():
 
 
 def test_a_reader_that_goes_away_is_no_error(reactor):
-    shell = f"{sys.executable} -m pidcfg encode {reactor} | head -1"
+    shell = f"{sys.executable} -m pidcfg encode --quiet {reactor} | head -1"
     if os.name == "posix":
         result = subprocess.run(["sh", "-c", shell], capture_output=True, check=False)
         assert (result.returncode, result.stderr) == (0, b"")

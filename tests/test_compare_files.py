@@ -25,9 +25,9 @@ def test_a_file_whose_registers_are_not_there_leaves_the_others_alone(desk):
         report = run("compare", CLICK, BREWERY, "--plc", url, "--format", "json")
     assert (done.exit_code, report.exit_code) == (2, 2)
     assert "sample_rate: the PLC holds 0.501 s (DS106 501)" in done.stdout
-    assert "1 difference; 1 file not compared" in done.stderr
-    codes = {d["file"]: d["code"] for d in json.loads(report.stdout)["findings"]}
-    assert codes == {str(CLICK): "PID065", str(BREWERY): "PID066"}
+    assert "1 difference; 1 setting could not be read; 1 file not compared" in done.stderr
+    codes = {(d["file"], d["code"]) for d in json.loads(report.stdout)["findings"]}
+    assert codes == {(str(CLICK), "PID065"), (str(CLICK), "PID069"), (str(BREWERY), "PID066")}
 
 
 def test_a_plc_that_is_silent_is_not_asked_for_each_file(desk):
@@ -50,7 +50,7 @@ def test_a_file_that_is_none_is_no_difference(desk, tmp_path):
         both = run("compare", CLICK, tmp_path / "none.yaml", "--plc", url)
     assert (done.exit_code, both.exit_code) == (2, 2)
     assert done.stderr.endswith("1 file not compared\n")
-    assert both.stderr.endswith(": alike; 1 file not compared\n")
+    assert both.stderr.endswith(": alike as far as read; 1 setting could not be read; 1 file not compared\n")
 
 
 @pytest.mark.parametrize("start", [0, 0xFFFF, 0o2001])
@@ -126,7 +126,8 @@ def test_watching_prints_what_comes_and_goes(desk, monkeypatch):
     monkeypatch.setattr("pidcfg.cli.commands.compare.time", SimpleNamespace(sleep=sleep))
     with desk.plc(registers) as url:
         done = run("compare", CLICK, "--plc", url, "--watch", "7.5", "--retries", "0")
-    said = [line.split(" ", 2)[2] for line in done.stdout.splitlines() if line]
+    said = [line.split(" ", 2)[2] for line in done.stdout.splitlines() if line.startswith("20")]
+    assert done.stdout.count("PID069") == 1, "what no register has is said once"
     row = "14:18: sample_rate: the PLC holds 0.501 s (DS106 501), the file says 0.5 s (500)"
     assert [words.partition(": ")[0] for words in said] == [
         "differs",

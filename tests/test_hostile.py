@@ -251,6 +251,7 @@ OWN_FILES = {
     "text.store": "entries of the cache",
     "study.certification.samples": "the package's own sources",
     "cli.commands.completion": "a script of the package",
+    "cli.commands.demo": "a starter of the package",
     "cli.commands.init": "a starter of the package",
     "cli.completion": "a list of the package",
     "cli.findings": "the record of the installation",
@@ -260,6 +261,8 @@ OWN_FILES = {
     "encoders.click.nicknames": "a temporary file of its own",
     "pictures.page": "a style sheet of the package",
     "output.report.page": "a temporary file of its own",
+    "output.explanation.messages": "a table of the package",
+    "output.explanation.symptoms": "a table of the package",
     "output.sheet_reader": "a starter of the package",
 }
 """Who opens files, and which: those of the user and those that files name have one door."""

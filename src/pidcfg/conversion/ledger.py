@@ -102,6 +102,8 @@ class TargetFile:
     fields: list[list[TargetField]]
     model: Any = None
     """The data as the vendor's model, as long as it is up to date."""
+    encoding: Any = None
+    """What registers hold of it; of a rounded number as it was wanted."""
 
 
 @frozen

@@ -380,7 +380,7 @@ class _Conversion:
             generic.loops, before, source_of(self.target).to_neutral(model), source_of(self.target).operations(model)
         )
         reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.source_places)}
-        reports = self._with_counts(reports, model)
+        reports = self._with_counts(reports, model, file.encoding)
         reports |= {self.source_places[j]: list(map(_as_begun, reports[self.source_places[j]])) for j in first}
         reported = [row for rows in reports.values() for row in rows]
         reports[self.source_places[0]] += items_beside_loops(self.config, reported, self._reasons())
@@ -403,10 +403,12 @@ class _Conversion:
             if first_output(rules, _with_output(loops[j], output)) != first_output(rules, loops[j])
         }
 
-    def _with_counts(self, reports: Mapping[int, Sequence[Change]], model: Any) -> dict[int, list[Change]]:
+    def _with_counts(
+        self, reports: Mapping[int, Sequence[Change]], model: Any, encoding: AnyEncoding
+    ) -> dict[int, list[Change]]:
         """The lines of all loops; an exact one says how far the words are apart where one side rounds to counts."""
         one = rests_of(self.config, encoder_of(self.source).encode(self.config))
-        two = rests_of(model, encoder_of(self.target).encode(model))
+        two = rests_of(model, encoding)
 
         def line(row: Change, i: int, j: int) -> Change:
             if row.kind != "exact" or not row.target_field:

@@ -67,7 +67,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
         for path, stored in outside.items():
             put(file.data, path, stored.value)
     image = encoding.image
-    file.model = model
+    file.model, file.encoding = model, encoding
     held = encoder_of(target).decode(image.words, image.settings, image.plc).data
     coarse = {path: rounded.stored for path, rounded in encoding.rounded if isinstance(rounded.word.codec, SCALED)}
     widths = {path: width for path, width in _widths(encoding) if path not in coarse}
