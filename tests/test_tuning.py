@@ -250,11 +250,14 @@ def test_a_recorded_step_is_identified_and_drawn(tmp_path):
         (["--method", "simc", "--from-csv", "ramp.csv"], "simc divides by the dead time, which is 0"),
         (["--method", "zn-open", "--from-csv", "none.csv"], "none.csv"),
         (
-            ["--method", "zn-open", "--from-csv", "bad.csv"],
+            ["--method", "zn-open", "--from-csv", "bad.csv", "--columns", "time=1,output=2,pv=3"],
             "bad.csv:2:2: 'x' in column 2 is not a number; correct or remove the row",
         ),
         (["--method", "zn-open", "--from-csv", "back.csv"], "back.csv:4: the time does not go on (1 after 2 s)"),
-        (["--method", "zn-open", "--from-csv", "flat.csv"], "flat.csv: the output never changes"),
+        (
+            ["--method", "zn-open", "--from-csv", "flat.csv", "--columns", "time=1,output=2,pv=3"],
+            "flat.csv: the output never changes",
+        ),
         (["--method", "zn-open", "--from-csv", "empty.csv"], "holds no samples"),
         (["--method", "zn-open", "--from-csv", "bytes.csv"], "is not UTF-8"),
         (["--method", "zn-open", "--from-csv", "good.csv", "--gain", "2"], "do not go together"),

@@ -286,9 +286,14 @@ def _second_lag(record: Record, segments: Sequence[Segment], best: Fit) -> tuple
     return two if better and shown else best, min(best, two, key=lambda one: one.squares)
 
 
+def _seen(record: Record, segments: Sequence[Segment], best: Fit) -> float:
+    """For how long the answer is recorded, in s."""
+    return record.time[-1] - segments[0].time - best.dead
+
+
 def _refuse_upset(record: Record, segments: Sequence[Segment], best: Fit) -> None:
     """Refuses a record with a second change of the PV, with the part that is without it."""
-    if best.constant == inf:
+    if best.constant == inf or _seen(record, segments, best) < RECORDED_CONSTANTS * best.constant:
         return
     at = find_upset(Samples(record.time, record.pv), segments, best)
     if at is None:
@@ -303,7 +308,7 @@ def _refuse_upset(record: Record, segments: Sequence[Segment], best: Fit) -> Non
 
 def _refuse_unsure(best: Fit, record: Record, segments: Sequence[Segment], noise: float) -> None:
     """Refuses a record that does not tell the numbers."""
-    seen = record.time[-1] - segments[0].time - best.dead
+    seen = _seen(record, segments, best)
     moved = response.lags(record.time, segments, best.dead, best.constant, best.second)
     size = max(abs(best.gain * x) for x in moved)
     if size == 0 or best.left > WRONG * size + 3 * noise:
