@@ -16,16 +16,19 @@ D938 = Decision(
     938,
     "a second disturbance in a record is looked for, and refused",
     "The record is fitted again with a step of the load at each of 16 times after the change, at the PV or before the "
-    "process. Where one leaves less than 60 % of the squares that the best process without it leaves, by more than 40 "
-    "variances, and is larger than 3 % of the answer, the record is refused with the time where it begins and the "
-    "--until before it. A second lag is one where it lowers the squares by more than 12 variances; confidences are "
-    "widened by the correlation of what is left.",
+    "process. Where the best process leaves more than 0.5 % of the way of the PV on average, and a step leaves less "
+    "than 60 % of those squares, by more than 40 variances, and is larger than 3 % of the answer, the record is "
+    "refused with the time where it begins and the --until before it; one that has not settled is refused as such. A "
+    "second lag is one where it lowers the squares by more than 12 variances; confidences are widened by the "
+    "correlation of what is left.",
     "An upset 250 s after a step made gain 2.63 ± 0.07 of a true 1.5, and no warning.",
 )
 
 PLACES, FIRST, LAST = 16, 0.15, 0.97
 """Times that are tried, and the part of the answer in which they lie."""
 LEAST_GAINED, LEAST_VARIANCES, LEAST_SIZE = 0.6, 40.0, 0.03
+LEAST_LEFT = 0.005
+"""Of the way of the PV, what the best process leaves on average where a disturbance may be looked for."""
 POINTS, ROUNDS = 100, 40
 """Points of the record that are looked at, and rounds of each search."""
 
@@ -35,6 +38,8 @@ def find_upset(samples: Samples, output: Sequence[Segment], best: Fit) -> float 
     begin = output[0].time
     few = samples.averaged(POINTS, begin)
     plain = _left(few, output, best)
+    if plain <= len(few.time) * (LEAST_LEFT * (max(few.value) - min(few.value))) ** 2:
+        return None
     length = few.time[-1] - begin
     found: tuple[float, float, float] | None = None
     for n in range(PLACES):
