@@ -10,10 +10,12 @@ from typing import get_type_hints
 import pytest
 
 from pidcfg.api import check_text, convert
+from pidcfg.cli.formats.conversion import verdict_text
 from pidcfg.conversion import operation as rules
 from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import Change, Terms
 from pidcfg.conversion.operation import Deadband, Hand, Operation, Start, Transfer, Windup, Zero, first_output
+from pidcfg.output.conversion import verified_data
 from pidcfg.study.verification.comparison import CountSizes
 from pidcfg.study.verification.comparison import differences as compared
 from pidcfg.study.verification.stand_in import Rules, stand_in
@@ -26,6 +28,7 @@ from pidcfg.study.verification.verify import (
     tolerance_of,
     unsaid_numbers,
     unsaid_rules,
+    verify,
 )
 from pidcfg.text.paths import put
 from test_verify import BENCH, FEW, SWEPT, side
@@ -379,3 +382,19 @@ def test_a_single_sample_at_the_edge_of_a_limit_is_no_difference(changes, wanted
     fine = replace(FEW, closed=CountSizes(1.0, 0.01), shifts=(0,))
     found = [row for row in compared(replace(SWEPT, swept=False), one, two, BENCH, fine) if row.signal == "output"]
     assert [list(row.samples) for row in found] == ([wanted] if wanted else [])
+
+
+def test_the_verdict_tells_what_no_line_names_in_words_and_json():
+    one = Conversion.of(check_text(RANGED), "ezlogix", "ranged")
+    data = deepcopy(one.outcome.data)
+    put(data, ("loops", 0, "pv", "range", 1), 160)
+    put(data, ("loops", 0, "anti_windup"), value=False)
+    result = checked(data)
+    sides = (one.source.vendor, one.source.config), (result.vendor, result.config)
+    (found,) = verify(*sides, one.pairs, one.outcome.loops)
+    assert not found.passed
+    text = verdict_text([found])
+    assert "pv.range.1 is 150 in the source and 160 in the result, and no line says so" in text
+    assert "operation.windup is " in text
+    shown = [(row["signal"], row["from"], row["to"]) for row in verified_data(found)["differences"] if not row["at"]]
+    assert ("pv.range.1", 150.0, 160.0) in shown

@@ -5,9 +5,11 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
+from pidcfg.encoders.contract import tables_of
 from pidcfg.schemas.document import models_in
 from pidcfg.schemas.terms import ENDS, WORDS, leaves
 from pidcfg.text.signs import fold_word
+from pidcfg.validate.purpose import action_key, action_word
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
+    from pidcfg.encoders.regmap import GainUnit
     from pidcfg.text.paths import Path
 
 # --- What the families have different keys for, beside the table of words that sheets use as well ---------------------
@@ -44,19 +47,6 @@ GAIN_UNITS = {
     "generic": "output units per PV unit",
 }
 """What a gain is in a file of each family."""
-IN_PERCENT = {"click"}
-"""Families whose output is always in %."""
-OF_SPANS = {"dl06", "ezlogix"}
-"""Families whose gain is a share of the one span by a share of the other."""
-HEATING = {
-    "dl06": "action: direct",
-    "click": "action: direct",
-    "ezlogix": "action: reverse",
-    "nextopid": "Direct: false",
-    "dpide": "PID_DIR: true",
-    "generic": "output_raises_pv: true",
-}
-"""How each family writes that the PV rises with the output."""
 SAMPLE_UNITS = {"dl06": "s", "ezlogix": "s", "nextopid": "s", "dpide": "ms"}
 """What a bare sample time is in; the others want a unit."""
 BANDS = {"proportional_band", "prop_band", "p_band", "pb", "xp", "proportionalbereich", "p_bereich"}
@@ -144,7 +134,7 @@ def _has(vendor: str, key: str, keys: Sequence[str]) -> bool:
 
 def _of_band(own: str) -> str:
     """The gain of a proportional band in %."""
-    spans = "" if own in OF_SPANS else " * 100 / PV span" if own in IN_PERCENT else " * output span / PV span"
+    spans = {"span": "", "percent": " * 100 / PV span", "engineering": " * output span / PV span"}[_counted_in(own)]
     return f"100 / proportional band{spans} is the gain, in {GAIN_UNITS[own]}"
 
 
@@ -153,9 +143,9 @@ def _note(keys: Sequence[str], owners: Sequence[str], own: str) -> str:
     if keys == DIRECTION:
         others: dict[str, list[str]] = {}
         for owner in owners:
-            others.setdefault(HEATING[owner], []).append(owner)
+            others.setdefault(_heating(owner), []).append(owner)
         there = "".join(f"{text} in {' and '.join(names)}, " for text, names in others.items())
-        return f"Heating is {there}{HEATING[own]} here"
+        return f"Heating is {there}{_heating(own)} here"
     if keys == GAIN:
         there = "".join(f"; {owner}: {GAIN_UNITS[owner]}, {_factor(owner, own)}" for owner in owners)
         return f"Here it is in {GAIN_UNITS[own]}{there}"
@@ -167,6 +157,18 @@ def _note(keys: Sequence[str], owners: Sequence[str], own: str) -> str:
 
 def _factor(owner: str, own: str) -> str:
     """What the gain of another family is times, to be one here."""
-    if (owner in OF_SPANS) != (own in OF_SPANS):
-        return "times PV span / output span" if own in OF_SPANS else "times output span / PV span"
-    return "the same number if the output is in %" if IN_PERCENT & {owner, own} else "the same number"
+    there, here = _counted_in(owner), _counted_in(own)
+    if (there == "span") != (here == "span"):
+        return "times PV span / output span" if here == "span" else "times output span / PV span"
+    return "the same number if the output is in %" if "percent" in {there, here} else "the same number"
+
+
+def _counted_in(family: str) -> GainUnit:
+    """What the gain of a family is counted in."""
+    return tables_of(VENDORS[family]).TUNED.gain_unit
+
+
+def _heating(family: str) -> str:
+    """How a family writes that the PV rises with the output."""
+    vendor = VENDORS[family]
+    return f"{action_key(vendor)}: {action_word(vendor, raises_pv=True)}"
