@@ -1136,7 +1136,7 @@ def test_a_run_without_a_loop_in_control_says_so():
 @pytest.mark.parametrize(
     ("value", "digits", "text"),
     [(2.6842e06, 4, "2684000"), (1.2345e-5, 4, "0.00001234"), (0.0, 4, "0"), (-3.5, 4, "-3.5"),
-     (5.57682e8, 6, "557682000"), (96.63, 4, "96.63"), (4096, 4, "4096"), (12345.6, 4, "12350")],
+     (5.57682e8, 6, "557682000"), (96.63, 4, "96.63"), (4096, 4, "4096"), (12345.6, 4, "12350"), (1e300, 6, "1e+300")],
 )  # fmt: skip
 def test_numbers_are_written_without_an_exponent(value, digits, text):
     assert number_text(value, digits) == text

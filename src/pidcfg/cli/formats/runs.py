@@ -37,6 +37,8 @@ MAX_EVENTS = 60
 MAX_NOTES = 5
 """Of them in the short form."""
 FAILED, NOT_PROVEN, ERROR = "FAILED", "NOT PROVEN", "ERROR"
+PLAIN = (1e-9, 1e15)
+"""Sizes of numbers that are written without an exponent."""
 WORDS = {"proven": "proven", "failed": FAILED, "not-proven": NOT_PROVEN, "not-judged": "not judged"}
 """How a loop's verdict is written."""
 METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
@@ -80,8 +82,9 @@ def _head(outcome: Outcome, report: Report, *, tables: bool) -> str:
 
 
 def number_text(value: float, digits: int = 6) -> str:
-    """A number without an exponent."""
-    return f"{Decimal(f'{value:.{digits}g}'):f}"
+    """A number, without an exponent where people write none."""
+    text = f"{value:.{digits}g}"
+    return f"{Decimal(text):f}" if PLAIN[0] <= abs(value) < PLAIN[1] else text
 
 
 def figure_text(value: float | None) -> str:
