@@ -673,8 +673,6 @@ def render_batches(name: str, outcomes: Sequence[BatchOutcome], written: Mapping
 
 def junit(outcomes: Sequence[BatchOutcome]) -> str:
     """A suite a scenario: whether all samples ran, then each expectation, the standing ones last."""
-    from pidcfg.cli.formats.findings import display_name
-
     return document("pidcfg certify", {display_name(one.file): list(_cases(one)) for one in outcomes})
 
 
