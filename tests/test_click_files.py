@@ -9,11 +9,13 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from pyclickplc.dataview import _DATA_TYPE_TO_CDV_CODE, DataViewFile, check_cdv_file, read_cdv
 from pyclickplc.nicknames import CSV_COLUMNS, read_csv
 from pyclickplc.plcdata import read_plc_data, write_plc_data
 from pyclickplc.validation import validate_comment, validate_nickname
 
+from click_exports import export
 from click_strategies import configurations
 from command import run
 from pidcfg.encoders.click.files import CODES, FORMATS, ROWS, Numbering, checklist, write_dataviews
@@ -476,6 +478,97 @@ def test_a_modbus_address_that_is_another_registers_is_refused_before_rows_are_a
     with pytest.raises(ListingError, match="DF8 has the Modbus Address 700Eh, but the file says '700Ch'") as refused:
         NICKNAMES.merge(image, users)
     assert refused.value.line == 3
+
+
+# --- nickname CSV: rows that no loop can touch ------------------------------------------------------------------------
+
+FOREIGN = (
+    'X001,BIT,100001,"FC=02","",0,No,""',
+    'X002,BIT,100002,"FC=02","Start",0,No,"two\r\nlines"',
+    'Y001,INT,8193,"FC=01,05,15","",0,Maybe,""',
+    'T1,BIT,145057,"FC=02","start",0,No,""',
+    'SC1,BIT,161441,"FC=02","_Always_ON",0,No,""',
+    'SC2,BIT,161442,"FC=02","_Always_ON",0,No,""',
+    'SD1,FLOAT,361441,"FC=03,06,16","PLC_Error_Code",0,Yes,""',
+    'SD1,INT,361441,"FC=04","",7,No,""',
+    ',HEX,357348,"FC=04","",0,No,""',
+    ',HEX,E003h,"FC=04","",0,No,""',
+    'TXT1,TEXT,436865,"FC=03,06,16","",,Yes,""',
+    'DD1,INT2,416385,"FC=03,06,16","Total",many,Yes,""',
+)
+"""Rows of exports and tag lists that are no loop's, as CLICK writes them and otherwise."""
+
+
+@given(foreign=st.lists(st.sampled_from(FOREIGN), max_size=30), chance=st.randoms())
+@SLOW
+def test_rows_that_no_loop_touches_change_nothing_and_stay_in_place(foreign, chance):
+    """Any of them, as often as one likes, in any order between the rows of two loops."""
+    image = image_of(LOOP, SECOND)
+    own = [
+        modbus_row(line.split(",")[0], line.split(",", 2)[2], "984")
+        for line in rows_of(NICKNAMES.write(image, ())).values()
+    ]
+    mixed = [*own, *foreign]
+    chance.shuffle(mixed)
+    users = "".join(f"{line}\r\n" for line in (WITH_MODBUS, *mixed))
+    bare = "".join(f"{line}\r\n" for line in (WITH_MODBUS, *(line for line in mixed if line not in FOREIGN)))
+    read, wanted = NICKNAMES.read(users), NICKNAMES.read(bare)
+    assert (read.words, read.settings) == (wanted.words, wanted.settings)
+    assert len(read.notes) <= 1
+    changed = image_of({**LOOP, "tuning": {**LOOP["tuning"], "proportional_gain": 3}}, SECOND)
+    merged, report = NICKNAMES.merge(changed, users)
+    assert merged == users.replace('"TANK1_P",2.4,', '"TANK1_P",3,')
+    assert report[-len(read.notes) or len(report) :] == read.notes
+    few = "".join(f"{line}\r\n" for line in (WITH_MODBUS, *foreign))
+    assert NICKNAMES.merge(image, few)[0].startswith(few)
+
+
+@pytest.mark.parametrize("style", ["hex", "984"])
+def test_an_export_of_all_addresses_is_read_and_added_to(image, style):
+    text = export(style)
+    lines = text.splitlines(keepends=True)
+    assert len(lines) == 13_357
+    assert sum(line.startswith(",") for line in lines) == 16
+    note = "rows that no loop uses are left as they are: 16 without an address (lines 10575 to 10607) (D990)"
+    read = NICKNAMES.read(text)
+    assert len(read.words) == 2000 + 4500 + 500
+    assert read.settings == ()
+    assert read.notes[0] == note
+    assert "no nickname of the list is <loop>_SEL_DirectReverse" in read.notes[1]
+    merged, report = NICKNAMES.merge(image, text)
+    assert report == (f"created {len(nicknames(image))}, already there: 0", note)
+    ours = {row.address for row in nicknames(image)}
+    kept = merged.splitlines(keepends=True)
+    assert [new for old, new in zip(lines, kept, strict=True) if old.split(",")[0] not in ours] == [
+        old for old in lines if old.split(",")[0] not in ours
+    ]
+    again = NICKNAMES.read(merged)
+    assert again.notes == (note,)
+    assert [entry["loop"] for entry in again.settings] == ["TANK1", "VAT_2"]
+    assert setting_words(image).items() <= again.words.items()
+
+
+def test_a_tag_list_with_a_type_that_click_does_not_give_is_read(folder, image):
+    rows = [FOREIGN[6], modbus_row("DF1", '"TI_101",0,Yes,""', "984")]
+    users = "".join(f"{line}\n" for line in (WITH_MODBUS, *rows))
+    (folder / "tags.csv").write_text(NICKNAMES.merge(image, users)[0], "utf-8")
+    result = run("decode", "tags.csv", "--vendor", "click", "--pwm-bit", "none,none", cwd=folder)
+    assert result.returncode == 0
+    told = result.stderr.decode()
+    assert told.count("D990") == 1
+    assert "SD1 is of type INT, but the file says 'FLOAT'" in told
+
+
+def test_a_nickname_without_an_address_and_one_of_a_loops_bank_twice_stay_refused():
+    for row, message in (
+        (',HEX,357348,"FC=04","lost",0,No,""', "'' is not an address of CLICK"),
+        ('X003,BIT,100003,"FC=02","speed",0,No,""', "the nickname 'speed' of X003 is that of DF1 in line 2 too"),
+    ):
+        text = "".join(f"{line}\n" for line in (WITH_MODBUS, modbus_row("DF1", '"Speed",0,Yes,""', "984"), row))
+        with pytest.raises(ListingError) as refused:
+            NICKNAMES.read(text)
+        assert message in str(refused.value)
+        assert refused.value.line == 3
 
 
 def test_a_header_counts_whatever_its_letters(image):

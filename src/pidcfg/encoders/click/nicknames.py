@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from pidcfg.encoders.codecs import FLAG, Choice
-from pidcfg.encoders.listing import CONFLICT, Listing, ListingError, UnwritableError, cells_stand, decimal_content
+from pidcfg.encoders.listing import CONFLICT, Listing, ListingError, UnwritableError, cells_stand, decimal_content, few
 from pidcfg.encoders.maps.click import BLOCKS, SPACE, SUFFIXES
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -219,8 +219,19 @@ HEADER = ("Address", "Data Type", "Nickname", "Initial Value", "Retentive", "Add
 MODBUS, FUNCTION_CODE = "Modbus Address", "Function Code"
 HEADERS = (HEADER, (*HEADER[:2], MODBUS, FUNCTION_CODE, *HEADER[2:]))
 MARK = "\ufeff"
+LOOP_BANKS = frozenset(prefix for prefix, _ in BLOCKS.values())
 SYSTEM = frozenset({"SC", "SD"})
 """Banks whose nicknames the PLC's software gives, some of them twice."""
+
+D990 = Decision(
+    990,
+    "rows of a nickname list that no loop can touch are kept and not judged",
+    "Of a row that is not of C, DS or DF only the number of its cells counts. Where it has neither address nor "
+    "nickname, another type than its bank, or an address or nickname that another such row has, one note says so; the "
+    "row itself stays in its place, byte for byte.",
+    "CLICK's own export of all addresses has 16 rows without an address (the upper halves of XD1 to XD8 and YD1 to "
+    "YD8), and lists that work in the field have types that CLICK does not give. Nothing of a loop depends on them.",
+)
 
 
 @frozen
@@ -240,6 +251,11 @@ class Row:
     """Its Modbus address as the file writes it, where the file has that column."""
 
     @property
+    def is_foreign(self) -> bool:
+        """Whether it is of no bank that a loop has registers in."""
+        return self.bank not in LOOP_BANKS
+
+    @property
     def is_unused(self) -> bool:
         """Whether the row only says that the address exists: no nickname, no comment, no initial value."""
         return not self.nickname and not self.comment and self.value in {"", "0"}
@@ -254,22 +270,43 @@ class Table:
     rows: list[Row] = field(default_factory=list)
     by_address: dict[str, Row] = field(default_factory=dict)
     by_name: dict[str, Row] = field(default_factory=dict)
+    odd: list[str] = field(default_factory=list)
+    """What is wrong with rows that no loop can touch (D990)."""
+    nameless: list[int] = field(default_factory=list)
+    """Lines of such rows without an address."""
 
     def add(self, row: Row) -> None:
-        """Takes a row; an address twice is refused, and so is a nickname twice but for the system's own."""
-        if row.address in self.by_address:
-            first = self.by_address[row.address]
+        """Takes a row; an address or a nickname twice is refused where a row of a loop's bank has it."""
+        first = self.by_address.get(row.address)
+        if first is not None and not row.is_foreign:
             raise ListingError(f"{row.address} stands here again, after line {first.line}", row.line)
         other = self.by_name.get(row.nickname.casefold()) if row.nickname else None
-        if other is not None and row.bank not in SYSTEM:
-            raise ListingError(
-                f"the nickname {row.nickname!r} of {row.address} is that of {other.address} in line {other.line} too",
-                row.line,
-            )
+        if other is not None and not {row.bank, other.bank} & SYSTEM:
+            if not (row.is_foreign and other.is_foreign):
+                raise ListingError(
+                    f"the nickname {row.nickname!r} of {row.address} is that of {other.address} in line {other.line} "
+                    "too",
+                    row.line,
+                )
+            self.odd.append(f"{row.address} has the nickname of {other.address}")
+        if not row.address:
+            self.nameless.append(row.line)
+        elif row.is_foreign and (wrong := "stands here again" if first else _oddity(row)):
+            self.odd.append(f"{row.address} {wrong}")
         self.rows.append(row)
-        self.by_address[row.address] = row
-        if row.nickname:
+        if row.address:
+            self.by_address.setdefault(row.address, row)
+        if row.nickname and (other is None or other.is_foreign):
             self.by_name[row.nickname.casefold()] = row
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """One note on the rows that no loop can touch and that are not as CLICK makes them (D990)."""
+        lines, told = self.nameless, list(self.odd)
+        if lines:
+            span = f"lines {lines[0]} to {lines[-1]}" if lines[1:] else f"line {lines[0]}"
+            told.insert(0, f"{len(lines)} without an address ({span})")
+        return (f"rows that no loop uses are left as they are: {few(told)} (D990)",) if told else ()
 
     def column(self, name: str) -> int:
         """Where a column stands, from 0."""
@@ -312,7 +349,7 @@ def parse(text: str) -> Table:
             table.rows.append(Row(line, raw, "", "", "", "", "", "", ""))
     if not table.head:
         raise ListingError("the file is empty")
-    _compare(table, ",".join(table.columns) + "\n" + text.removeprefix(MARK).removeprefix(table.head))
+    _compare(table)
     return table
 
 
@@ -353,28 +390,31 @@ def _row(line: int, raw: str, cells: list[str], columns: tuple[str, ...]) -> Row
         raise ListingError(f"{cells_stand(cells)} under a header of {len(columns)} columns", line)
     named = dict(zip(columns, cells, strict=True))
     written, kind, nickname, value, retentive, comment = (named[name] for name in HEADER)
+    if not written and not nickname:
+        return Row(line, raw, "", "", kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
     address = normalize_address(written) if written.isascii() and len(written) < len("CTD1000000") else None
     if address is None:
         raise ListingError(f"{written[:40]!r} is not an address of CLICK", line)
     bank, _ = parse_address(address)
-    if retentive.lower() not in {"yes", "no", ""}:
-        raise ListingError(f"{address}: {retentive[:40]!r} stands where Yes or No is wanted", line)
     row = Row(line, raw, address, bank, kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
-    _typed(row)
-    initial(row)
+    if not row.is_foreign:
+        if retentive.lower() not in {"yes", "no", ""}:
+            raise ListingError(f"{address}: {retentive[:40]!r} stands where Yes or No is wanted", line)
+        if wrong := _oddity(row):
+            raise ListingError(f"{address} {wrong}", line)
+        initial(row)
     return row
 
 
-def _typed(row: Row) -> None:
-    """The data type must be that of the bank."""
+def _oddity(row: Row) -> str:
+    """What CLICK would not write of a row: another data type than that of the bank."""
     from pyclickplc.banks import MEMORY_TYPE_TO_DATA_TYPE
     from pyclickplc.nicknames import DATA_TYPE_CODE_TO_STR, DATA_TYPE_STR_TO_CODE
 
     code = MEMORY_TYPE_TO_DATA_TYPE[row.bank]
-    if row.kind and DATA_TYPE_STR_TO_CODE.get(row.kind.upper()) != code:
-        raise ListingError(
-            f"{row.address} is of type {DATA_TYPE_CODE_TO_STR[code]}, but the file says {row.kind[:40]!r}", row.line
-        )
+    if not row.kind or DATA_TYPE_STR_TO_CODE.get(row.kind.upper()) == code:
+        return ""
+    return f"is of type {DATA_TYPE_CODE_TO_STR[code]}, but the file says {row.kind[:40]!r}"
 
 
 def initial(row: Row) -> int | None:
@@ -389,9 +429,12 @@ def initial(row: Row) -> int | None:
     return raw
 
 
-def _compare(table: Table, text: str) -> None:
-    """What pyclickplc reads must be what stands there: it drops what it does not understand."""
+def _compare(table: Table) -> None:
+    """What pyclickplc reads of the loops' banks must be what stands there: it drops what it does not understand."""
     from pyclickplc.nicknames import read_csv
+
+    ours = [row for row in table.rows if not row.is_foreign]
+    text = "".join((",".join(table.columns), "\n", *(row.raw for row in ours)))
 
     def read(path: Path) -> dict[str, tuple[str, str, str]]:
         return {r.display_address: (r.nickname, r.initial_value, r.comment) for r in read_csv(path).values()}
@@ -401,8 +444,8 @@ def _compare(table: Table, text: str) -> None:
     except UnicodeEncodeError as error:
         raise ListingError("a character that is not Unicode", text[: error.start].count("\n") + 1) from None
     rows = read_with(read, content)
-    for row in table.rows:
-        if row.address and rows.pop(row.address, None) != (row.nickname, row.value, row.comment):
+    for row in ours:
+        if rows.pop(row.address, None) != (row.nickname, row.value, row.comment):
             raise ListingError(f"pyclickplc does not read the row of {row.address} as it is written", row.line)
     if rows:
         raise ListingError(f"pyclickplc reads {', '.join(sorted(rows)[:3])}, which no row has")
@@ -412,7 +455,7 @@ def _compare(table: Table, text: str) -> None:
 
 KEYS = {prefix: key for key, (prefix, _) in BLOCKS.items()}
 
-
+NO_LOOP = f"no nickname of the list is <loop>{ACTION.suffix}, so none of its rows is known to be a loop's (D107)"
 ALIKE = 3
 """So many nicknames that agree on where a block begins are no chance."""
 
@@ -429,14 +472,16 @@ class Claim(NamedTuple):
 def read_nicknames(text: str) -> Listing:
     """The initial values of all C, DS and DF rows, and beside them the loops with their blocks (D107)."""
     listing = Listing(mixed=True)
-    rows = parse(text).rows
+    table = parse(text)
+    rows = table.rows
     for row in rows:
         number, raw = SPACE.parse(row.address), initial(row)
         if number is not None and raw is not None:
             listing.add(number, raw, row.address, row.line)
     claims = list(_claims(rows))
     listing.settings = tuple(_loops(claims))
-    listing.notes = tuple(_almost_loops(claims))
+    almost = tuple(_almost_loops(claims))
+    listing.notes = (*table.notes, *(almost if almost or listing.settings else (NO_LOOP,)))
     return listing
 
 
@@ -535,18 +580,17 @@ def merge_nicknames(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     merged = theirs.head + body
     if len(parse(merged).rows) != len(theirs.rows) + len(created):
         raise ListingError("the rows could not be added to this file")
-    return mark + merged, (f"created {len(created) + named}, already there: {len(same)}", *notes)
+    return mark + merged, (f"created {len(created) + named}, already there: {len(same)}", *notes, *theirs.notes)
 
 
 def _modbus_style(table: Table) -> bool:
     """Whether the file writes Modbus addresses in hexadecimal; what it says of a C, DS or DF row must be so."""
     if MODBUS not in table.columns:
         return False
-    hexadecimal = any(row.modbus.endswith(("h", "H")) for row in table.rows)
-    for row in table.rows:
-        number = SPACE.parse(row.address)
-        if number is None or not row.modbus:
-            continue
+    told = [row for row in table.rows if row.modbus]
+    ours = [row for row in told if not row.is_foreign]
+    hexadecimal = any(row.modbus.endswith(("h", "H")) for row in ours or told)
+    for row in ours:
         wanted = _modbus(row.address, hexadecimal=hexadecimal)[0]
         if row.modbus.lstrip("0").casefold() != wanted.lstrip("0").casefold():
             raise ListingError(
