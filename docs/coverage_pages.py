@@ -15,13 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ruamel.yaml import YAML
-from rule_pages import anchor
 
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.output.explanation.lookup import all_decisions
 from pidcfg.schemas.document import models_in
 from pidcfg.text import references as refs
-from pidcfg.validate.catalog import group_of, rules
+from pidcfg.validate.catalog import anchor, group_of, rules
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from pidcfg.output.explanation.lookup import placed_decisions
-from pidcfg.validate.catalog import GROUPS, page, rules
+from pidcfg.validate.catalog import GROUPS, anchor, page, rules
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -91,11 +91,6 @@ def index() -> str:
             link = f'<a id="{rule.code.lower()}"></a>[{rule.code}](rules-{group}.md#{anchor(rule)})'
             text += f"| {link} | {rule.kind} | {rule.title} |\n"
     return text
-
-
-def anchor(rule: Rule) -> str:
-    """Where a rule's heading is, as code-hosting sites and the documentation site both make it."""
-    return f"{rule.code.lower()}-{rule.name}-{rule.kind}"
 
 
 # --- decisions --------------------------------------------------------------------------------------------------------

@@ -23,11 +23,14 @@ from pidcfg.cli.formats import findings as basics
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.runs import render_runs
 from pidcfg.cli.main import cli
+from pidcfg.output.findings import finding_data
 from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.sim.judgement.report import STANDING_KINDS, Note, Report
 from pidcfg.study.outcome import Outcome
-from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, without_word
+from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, without_word
 from pidcfg.text.document import Document, Node
+from pidcfg.validate import catalog
+from pidcfg.validate.catalog import GROUPS, rules
 from verdict_formats import disagreements, shortened
 
 ROOT = Path(__file__).parents[1]
@@ -316,6 +319,58 @@ def test_gitlab_issues(folder):
     assert absolute["location"]["path"] == "sub/x.yaml"
     assert set(rows[0]) == {"description", "check_name", "fingerprint", "severity", "location"}
     assert len({row["fingerprint"] for row in rows}) == 3
+
+
+# --- reviewdog --------------------------------------------------------------------------------------------------------
+
+
+def rdjson(*found, **texts):
+    """The diagnostics of reviewdog's format, of files with these texts."""
+    documents = {file: Document(file, text, None, Node(None), ()) for file, text in texts.items()}
+    (source, rows) = json.loads(formats.render("rdjson", Findings(found, documents))).values()
+    assert source == {"name": "pidcfg"}
+    return rows
+
+
+def test_reviewdog_gets_places_in_bytes_of_utf_8():
+    text = "name: Öl 🔥 heiß\n"
+    value = diagnostic(file="a", span=Span(1, 7, 1, 16), edits=(Edit(Span(1, 10, 1, 11), "x"),))
+    (row,) = rdjson(value, a=text)
+    assert row["location"]["range"] == {"start": {"line": 1, "column": 7}, "end": {"line": 1, "column": 21}}
+    assert text.encode()[7 - 1 : 21 - 1].decode() == "Öl 🔥 heiß"
+    (suggestion,) = row["suggestions"]
+    at = {end: suggestion["range"][end]["column"] - 1 for end in ("start", "end")}
+    assert text.encode()[at["start"] : at["end"]].decode() == "🔥"
+    assert suggestion["text"] == "x"
+
+
+def test_reviewdog_gets_what_a_finding_says():
+    found = [diagnostic(severity=severity) for severity in Severity]
+    assert [row["severity"] for row in rdjson(*found)] == ["INFO", "WARNING", "ERROR"]
+    (row,) = rdjson(diagnostic(file=AWKWARD, span=START, help="less"))
+    assert row == {
+        "message": "too much [TIC-1]\ncure: less",
+        "location": {"path": AWKWARD, "range": {"start": {"line": 1}}},
+        "severity": "ERROR",
+        "code": {"value": "PID101"},
+    }
+    assert rdjson(diagnostic(file="<stdin>"))[0]["location"]["path"] == "stdin"
+    both = (Edit(Span(3, 5, 3, 9), "a"), Edit(Span(4, 1, 4, 2), "b"))
+    assert "suggestions" not in rdjson(diagnostic(edits=both))[0], "each suggestion is applied by itself"
+
+
+@pytest.mark.parametrize("code", [next(iter(rules(begin))) for begin in GROUPS.values()])
+def test_a_finding_names_the_page_of_its_rule(code, monkeypatch):
+    page, _, heading = finding_data(diagnostic(code=code))["url"].partition("#")
+    text = (ROOT / "docs" / page.replace(".html", ".md")).read_text("utf-8")
+    anchors = {
+        re.sub("[^a-z0-9 -]", "", line.lower()).strip().replace(" ", "-") for line in re.findall("## (.+)", text)
+    }
+    assert heading in anchors
+    assert "url" not in rdjson(diagnostic(code=code))[0]["code"]
+    monkeypatch.setattr(catalog, "SITE", "https://example.org/pidcfg/")
+    assert finding_data(diagnostic(code=code))["url"] == f"https://example.org/pidcfg/{page}#{heading}"
+    assert rdjson(diagnostic(code=code))[0]["code"]["url"] == f"https://example.org/pidcfg/{page}#{heading}"
 
 
 # --- JUnit -----------------------------------------------------------------------------------------------------------

@@ -458,3 +458,37 @@ def test_output_is_the_result_itself_and_report_output_what_was_found():
             if "--output" in param.opts and "--report-output" not in param.opts:
                 assert "-o" in param.opts, name
             assert "--csv" not in param.opts or len(param.opts) == 2, name
+
+
+# --- --exit-zero ------------------------------------------------------------------------------------------------------
+
+JUDGED = {
+    # a command that ends with 1, and the same with what cannot be used
+    ("validate", "oven.yaml", "--strict"): ("validate", "nothing.yaml"),
+    ("simulate", "fails.yaml"): ("simulate", "nothing.yaml"),
+    ("certify", "fails.yaml", "--samples", "1", "--jobs", "1"): ("certify", "nothing.yaml"),
+    ("diff", "oven.yaml", "other.yaml", "--exit-code"): ("diff", "oven.yaml", "nothing.yaml"),
+    ("convert", "oven.yaml", "--to", "ezlogix"): ("convert", "nothing.yaml", "--to", "click"),
+    ("report", "fails.yaml", "-o", "r.html"): ("report", "nothing.yaml", "-o", "r.html"),
+}
+
+
+@pytest.mark.parametrize(("red", "unusable"), JUDGED.items(), ids=lambda words: words[0])
+def test_exit_zero_leaves_a_verdict_without_consequence_and_what_cannot_be_used_with_it(red, unusable, folder):
+    Path("other.yaml").write_text(Path("oven.yaml").read_text("utf-8").replace("gain: 12.0", "gain: 13.0"), "utf-8")
+    vary = "expect: [{signal: TIC-201.PV, max: 1}]\nvary: {plants: {TIC-201: {gain: ±10 %}}}\n"
+    Path("fails.yaml").write_text(SCENARIO.replace("CONFIG", "oven.yaml") + vary, "utf-8")
+    before = run(*red)
+    assert before.exit_code == Exit.FINDINGS, before.output
+    after = run(*red, "--exit-zero", *(["--force"] if red[0] == "report" else []))
+    assert (after.exit_code, after.stdout) == (Exit.OK, before.stdout)
+    assert run(*unusable, "--exit-zero").exit_code == Exit.UNUSABLE
+
+
+def test_every_command_that_judges_takes_exit_zero():
+    takes = {
+        name
+        for name, (module, _) in COMMANDS.items()
+        if any("--exit-zero" in param.opts for param in import_module(module).command.params)
+    }
+    assert takes == {words[0] for words in JUDGED} | {"compare"}

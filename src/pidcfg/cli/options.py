@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from contextlib import contextmanager, suppress
 from dataclasses import fields, replace
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -142,6 +143,25 @@ def _silenced(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
 
 QUIET = click.option("-q", "--quiet", is_flag=True, callback=_silenced, help="Print findings and results only.")
 STRICT = click.option("--strict", is_flag=True, help="Exit 1 on warnings too.")
+
+
+def exit_zero(command: Callable[..., Any]) -> Callable[..., Any]:
+    """``--exit-zero`` of a command that judges: a verdict is told and fails nothing; what is unusable does."""
+    from pidcfg.cli.main import Exit
+
+    @wraps(command)
+    def told(*args: Any, exit_zero: bool, **rest: Any) -> Any:
+        try:
+            return command(*args, **rest)
+        except click.exceptions.Exit as end:
+            if exit_zero and end.exit_code == Exit.FINDINGS:
+                raise click.exceptions.Exit(Exit.OK) from None
+            raise
+
+    text = "Exit 0 where it would be 1: what was found is told and fails nothing."
+    return click.option("--exit-zero", is_flag=True, help=text)(told)
+
+
 SEVERITY = click.option(
     "--severity",
     type=click.Choice(["error", "warning", "info"]),

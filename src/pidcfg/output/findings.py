@@ -26,6 +26,8 @@ Kind = Literal["configuration", "scenario"]
 
 def finding_data(d: Diagnostic) -> Data:
     """One finding, spelled out key by key, so that nothing leaks into the public layout."""
+    from pidcfg.validate.catalog import url_of
+
     return {
         "code": d.code,
         "severity": d.severity.label,
@@ -33,12 +35,15 @@ def finding_data(d: Diagnostic) -> Data:
         "file": d.file,
         "line": d.span.line,
         "column": d.span.column,
+        "end_line": d.span.end_line,
+        "end_column": d.span.end_column,
         "path": d.where,
         "loop": d.loop,
         "with": list(d.with_loops),
         "plc_effect": d.plc_effect,
         "reference": d.reference,
         "help": d.help,
+        "url": url_of(d.code),
     }
 
 

@@ -139,12 +139,15 @@ def finding() -> Schema:
         file=text("The file as it was named, with forward slashes; <stdin> for standard input."),
         line=count("Where the value is written; the first line is 1.", 1),
         column=count("The first column is 1; columns are Unicode code points.", 1),
+        end_line=count("The line in which the value ends.", 1),
+        end_column=count("The column behind its last character.", 1),
         path=text("The key, such as loops[1].tuning.reset; empty for the file as a whole."),
         loop=text("The loop that it concerns; empty where it concerns none."),
         with_=listing("The other loops of the same fault; each has a finding that names this one.", text("A loop.")),
         plc_effect=or_null(text("What the PLC would do.")),
         reference=or_null(text("The place in the manual, or the decision, that the rule rests on.")),
         help=or_null(text("The cure.")),
+        url=text("The rule's page: an address, or seen from the root of the documentation site where it has none."),
     )
 
 

@@ -7,6 +7,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
+from pidcfg.text.references import Decision
 from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION
 from pidcfg.vendors import VENDORS
 
@@ -147,6 +148,33 @@ def as_data(rule: Rule) -> dict[str, Any]:
         "reference": str(rule.basis),
         "since": rule.since,
     }
+
+
+SITE = ""
+"""Where the documentation site is, such as ``https://example.org/pidcfg/``; empty as long as it has no address (D970).
+
+The only place of it: with an address here, findings in JSON, rdjson and editors link to their rules."""
+D970 = Decision(
+    970,
+    "the page of a rule is told from the root of the documentation site until that has an address",
+    "`url` of a finding in JSON is `rules-dl06.html#dl242-…`; with an address in `SITE` it is absolute. Formats that "
+    "want an absolute address, rdjson and the language server, leave it out until then.",
+    "No address has been given to the project, and one that is made up leads somebody else's readers astray. The root "
+    "of a site that `python tasks.py docs` has built is known to whoever serves it.",
+)
+
+
+def anchor(rule: Rule) -> str:
+    """Where a rule's heading is, as code-hosting sites and the documentation site both make it."""
+    return f"{rule.code.lower()}-{rule.name}-{rule.kind}"
+
+
+def url_of(code: str, *, absolute: bool = False) -> str:
+    """The page of a rule on the documentation site; ``absolute``: empty where it has no address."""
+    if absolute and not SITE:
+        return ""
+    group = group_of(code)
+    return f"{SITE}rules-{group}.html#{anchor(rule_of(code))}"
 
 
 def page(rule: Rule) -> str:

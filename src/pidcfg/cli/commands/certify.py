@@ -71,6 +71,7 @@ RATE_AFTER = 1.0
 @options.FORCE
 @options.QUIET
 @options.LIMITS
+@options.exit_zero
 def command(
     paths: tuple[str, ...],
     fmt: str,

@@ -51,6 +51,7 @@ PEOPLE = ("text", "concise")
 @options.RETRIES
 @options.QUIET
 @options.LIMITS
+@options.exit_zero
 def command(
     files: tuple[str, ...],
     plc: str,

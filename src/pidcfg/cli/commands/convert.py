@@ -92,6 +92,7 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @options.STDIN_FILENAME
 @options.QUIET
 @options.LIMITS
+@options.exit_zero
 def command(
     file: str,
     target: str,

@@ -58,6 +58,7 @@ EPILOG = options.examples(
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
 @options.STDIN_FILENAME
 @options.LIMITS
+@options.exit_zero
 def command(
     before: str,
     after: str,

@@ -18,7 +18,6 @@ from pidcfg.cli import options
 from pidcfg.cli.console import echo_xml, note, remark
 from pidcfg.cli.environment import require_extra
 from pidcfg.cli.inputs import FILES, document, note_read, read_entries, read_input
-from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from pidcfg.cli.inputs import Input
+    from pidcfg.cli.main import Exit
     from pidcfg.output.report.content import Content, PlcSheet, RunSheet
     from pidcfg.study.axes import Axes
     from pidcfg.study.outcome import Outcome
@@ -325,13 +325,13 @@ def _field(name: str, what: str) -> options.Decorator:
 @_field("revision", "Revision")
 @_field("author", "Who prepared it")
 @_field("date", "Date")
-@click.option("--exit-zero", is_flag=True, help="Exit 0 whenever the report was written.")
 @options.EXCLUDE
 @options.JOBS
 @options.STRICT
 @options.FORCE
 @options.QUIET
 @options.LIMITS
+@options.exit_zero
 def command(
     paths: tuple[str, ...],
     out: str | None,
@@ -347,7 +347,6 @@ def command(
     revision: str | None,
     author: str | None,
     date: str | None,
-    exit_zero: bool,
     jobs: int | None,
     strict: bool,
     force: bool,
@@ -385,7 +384,7 @@ def command(
     for outcome in inputs.outcomes:
         if not outcome.passed:
             note(why_failed(outcome))
-    click.get_current_context().exit(Exit.OK if exit_zero else exit_code(inputs, strict=strict))
+    click.get_current_context().exit(exit_code(inputs, strict=strict))
 
 
 def _require_packages(*wanted: str | None) -> None:

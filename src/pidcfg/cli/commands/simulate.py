@@ -103,6 +103,7 @@ DRAFTED = (
 )
 @options.QUIET
 @options.LIMITS
+@options.exit_zero
 def command(
     paths: tuple[str, ...],
     fmt: str,

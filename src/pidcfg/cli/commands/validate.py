@@ -56,6 +56,7 @@ EPILOG = options.examples(
 @options.VERBOSE
 @options.QUIET
 @options.LIMITS
+@options.exit_zero
 def command(
     paths: tuple[str, ...],
     fmt: str,

@@ -29,6 +29,7 @@ FORMATS = {
     "sarif":    ("validate", "compare", "simulate"),
     "github":   ("validate", "compare", "simulate"),
     "gitlab":   ("validate", "compare", "simulate"),
+    "rdjson":   ("validate", "compare", "simulate"),
     "junit":    ("validate", "compare", "simulate", "certify"),
     "markdown": ("validate", "compare", "diff", "convert"),
 }

@@ -13,7 +13,7 @@ from pidcfg.cli.formats.findings import STDIN, Findings, details, display_name, 
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.signs import one_line, printable
 from pidcfg.text.writer import json_text
-from pidcfg.validate.catalog import page, rule_of
+from pidcfg.validate.catalog import page, rule_of, url_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -168,6 +168,48 @@ def findings_gitlab(findings: Findings) -> str:
 
 
 GITLAB = Format("GitLab's Code Quality report", "json", Kind.JSON, findings_gitlab)
+
+# --- Format ``rdjson``: the Reviewdog Diagnostic Format, of which reviewdog makes comments on any code-hosting site ---
+
+
+def findings_rdjson(findings: Findings) -> str:
+    """One result with a diagnostic a finding; columns count the bytes of UTF-8, as the format wants it."""
+    rows = {file: doc.lines for file, doc in findings.documents.items()}
+    listed = [_diagnostic(d, rows.get(d.file, [])) for d in findings.reported]
+    return json_text({"source": {"name": "pidcfg"}, "diagnostics": listed})
+
+
+def _diagnostic(d: Diagnostic, rows: Sequence[str]) -> dict[str, Any]:
+    """A finding; a correction of several places is left out, since each suggestion is applied by itself."""
+    path = "stdin" if d.file == STDIN else display_name(d.file)
+    page_of_rule = url_of(d.code, absolute=True)
+    suggestions = [{"range": _bytes(edit.span, rows), "text": edit.text} for edit in d.edits if len(d.edits) == 1]
+    place = {"start": {"line": 1}} if d.span == START else _bytes(d.span, rows)
+    return {
+        "message": "\n".join(details(d)),
+        "location": {"path": path, "range": place},
+        "severity": d.severity.name,
+        "code": {"value": d.code} | ({"url": page_of_rule} if page_of_rule else {}),
+        **({"suggestions": suggestions} if suggestions else {}),
+    }
+
+
+def _bytes(span: Span, rows: Sequence[str]) -> dict[str, dict[str, int]]:
+    """A place with its columns in bytes; the end exclusive."""
+
+    def position(line: int, column: int) -> dict[str, int]:
+        before = rows[line - 1][: column - 1] if 0 < line <= len(rows) else ""
+        return {"line": line, "column": column + len(before.encode("utf-8", "replace")) - len(before)}
+
+    return {"start": position(span.line, span.column), "end": position(span.end_line, span.end_column)}
+
+
+RDJSON = Format(
+    "[reviewdog](https://github.com/reviewdog/reviewdog): comments on a pull request of any site",
+    "rdjson",
+    Kind.JSON,
+    findings_rdjson,
+)
 
 # --- Format ``sarif``: SARIF 2.1.0, which GitHub code scanning, Azure DevOps and editors read -------------------------
 
