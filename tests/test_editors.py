@@ -90,7 +90,8 @@ def patterns_in(schema):
 def examples_in(schema):
     """The texts that a JSON Schema gives as examples."""
     if isinstance(schema, dict):
-        return set(schema.get("examples", ())).union(*map(examples_in, schema.values()))
+        own = {text for text in schema.get("examples", ()) if isinstance(text, str)}
+        return own.union(*map(examples_in, schema.values()))
     return set().union(*map(examples_in, schema)) if isinstance(schema, list) else set()
 
 
@@ -199,6 +200,48 @@ def test_an_editor_marks_what_is_not_read_and_nothing_else(where):
     assert right >= examples_in(schema)
     assert right - fitting == set()
     assert {why for text, why in refused.items() if text in fitting and not NOT_IN_A_PATTERN.search(why)} == set()
+
+
+# --- what an editor shows ---------------------------------------------------------------------------------------------
+
+
+def objects_in(schema):
+    """Every object within a JSON Schema."""
+    if isinstance(schema, dict):
+        yield schema
+    for inner in schema.values() if isinstance(schema, dict) else schema if isinstance(schema, list) else ():
+        yield from objects_in(inner)
+
+
+@pytest.mark.parametrize("name", [*VENDORS, SCENARIO])
+def test_a_key_with_a_unit_offers_values_that_are_read_and_titles_are_words(name):
+    schema = schemas()[name]
+    assert schema["$id"] == f"urn:pidcfg:schema:{name}"
+    valid = pytest.importorskip("jsonschema").Draft202012Validator
+    for part in objects_in(schema):
+        if "x-unit" in part:
+            assert part["examples"] == [snippet["body"] for snippet in part["defaultSnippets"]] != []
+            assert all(valid(part).is_valid(value) for value in part["examples"]), part
+        if isinstance(part.get("pattern"), str) and "const" not in part:
+            assert part["patternErrorMessage"].startswith("write it like ") or "examples" not in part
+    blocks = {kind for part in schema["$defs"].values() if (kind := part["properties"].get("type", {}).get("const"))}
+    titles = {part["title"] for part in schema["$defs"].values() if "title" in part}
+    assert not [title for title in titles - blocks if re.search("[a-z][A-Z]", title)]
+    assert not [key for key, part in schema["$defs"].items() if key.endswith("Part") and "title" in part]
+
+
+@needs_server
+def test_an_editor_shows_a_title_once_and_offers_values_with_their_unit():
+    name = "dl06/reactor.yaml"
+    text = (ROOT / "examples" / name).read_text("utf-8")
+    uri = "file:///hover.yaml"
+    with LanguageServer(ROOT / "docs", {schema_of(text): [uri]}) as server:
+        server.diagnostics({uri: text})
+        line = next(i for i, row in enumerate(text.splitlines()) if "alarms:" in row)
+        at = {"line": line, "character": text.splitlines()[line].index("alarms") + 1}
+        shown = server.ask("textDocument/hover", {"textDocument": {"uri": uri}, "position": at})
+    assert "||" not in shown["contents"]["value"]
+    assert "Alarms" in shown["contents"]["value"]
 
 
 # --- whole files ------------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import sys
 from decimal import Decimal
 from functools import cache
@@ -55,6 +56,10 @@ def _texts_in(body: ast.ClassDef) -> dict[str, str]:
 # fast.
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+IDENTITY = "urn:pidcfg:schema:{key}"
+"""The name by which other schemas and programs may refer to one: no address, since there is none."""
+WORD = re.compile("[A-Z][a-z0-9]*")
+ABBREVIATIONS = {"Pv": "PV", "Plc": "PLC", "Pwm": "PWM", "Gpwm": "GPWM"}
 
 
 class _Schema(GenerateJsonSchema):
@@ -70,14 +75,15 @@ class _Schema(GenerateJsonSchema):
         del dft
 
 
-def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
+def json_schema(model: type[BaseModel], key: str, title: str) -> dict[str, Any]:
     """The schema of one kind of file; keys of every object carry a description, numbers their limits and unit."""
     schema = model.model_json_schema(schema_generator=_Schema)
     models = {m.__name__: m for m in models_of(model)}
     for name, definition in schema.get("$defs", {}).items():
         _describe(definition, models.get(name))
+        definition["title"] = _title(name, definition)
     _describe(schema, model)
-    return {"$schema": DIALECT, **schema, "title": title}
+    return {"$schema": DIALECT, "$id": IDENTITY.format(key=key), **schema, "title": title}
 
 
 def models_of(model: type[BaseModel], seen: dict[type[BaseModel], None] | None = None) -> dict[type[BaseModel], None]:
@@ -109,6 +115,30 @@ def _describe(definition: dict[str, Any], model: type[BaseModel] | None) -> None
         prop["description"] = text + (f" Unit: {prop['x-unit']}." if prop.get("x-unit") else "")
         _drop_null(prop)
         _plain_default(prop, model.model_fields[names[key]].get_default())
+        if "x-unit" in prop:
+            _examples(prop)
+
+
+def _title(name: str, definition: dict[str, Any]) -> str:
+    """What an object is called, which editors show above its description: the block that it is, or its name in words.
+
+    ``PvAlarms`` are ``PV alarms``.
+    """
+    kind = definition.get("properties", {}).get("type", {}).get("const")
+    words = [ABBREVIATIONS.get(word, word) for word in WORD.findall(name)]
+    rest = [word if word.isupper() else word.lower() for word in words[1:]]
+    return str(kind) if kind else " ".join([*words[:1], *rest])
+
+
+def _examples(prop: dict[str, Any]) -> None:
+    """Values that an editor offers for a number with a unit: texts that carry one, or a number within the limits."""
+    ways = [prop, *prop.get("anyOf", ())]
+    values: list[Any] = [text for way in ways for text in way.get("examples", ())]
+    if not values:
+        low, high = prop.get("minimum", 1), prop.get("maximum", 1)
+        values = [prop.get("default") or min(max(1, low), high)]
+    prop["examples"] = values
+    prop["defaultSnippets"] = [{"label": str(value), "body": value} for value in values]
 
 
 def _drop_null(prop: dict[str, Any]) -> None:

@@ -36,7 +36,7 @@ def with_templates(schema: dict[str, Any]) -> dict[str, Any]:
 
 
 def _part(value: Any) -> Any:
-    """A schema in which nothing is required, all the way down."""
+    """A schema in which nothing is required, all the way down; it has no title, or an editor would show both."""
     if isinstance(value, list):
         return [_part(item) for item in value]
     if not isinstance(value, dict):
@@ -46,7 +46,7 @@ def _part(value: Any) -> Any:
     return {
         key: f"{item}{PART}" if key == "$ref" else _part(item)
         for key, item in value.items()
-        if not (key == "required" and isinstance(item, list))
+        if not (key == "required" and isinstance(item, list)) and not (key == "title" and isinstance(item, str))
     }
 
 

@@ -67,7 +67,7 @@ def plain_schema(name: str) -> dict[str, Any]:
         return settings_schema()
     from pidcfg.schemas.document import json_schema
 
-    return json_schema(_model(name), _title(name))
+    return json_schema(_model(name), name, _title(name))
 
 
 def _model(vendor: str) -> type[BaseModel]:
