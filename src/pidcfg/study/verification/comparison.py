@@ -161,6 +161,9 @@ class Tolerance:
     """Samples by which PV and output may come apart from one act to the next."""
     by_hand: float | None = None
     """Of an output in Manual, as a share of its range; None: as in Auto."""
+    integral: float = 0.0
+    """What an error of a PV unit adds to the integral in a sample: a share of the output's range. One side may come to
+    a limit a sample later, where rounding decides, and its integral has a sample more."""
 
 
 @frozen
@@ -271,6 +274,11 @@ class _Comparison:
             samples += self._by_hand(samples)
             flips = self._flips()
             samples = [k for k in samples if k not in flips and not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
+            samples = [
+                k
+                for k in samples
+                if not (abs(a[k] - b[k]) - allowed <= self._sample_at_limit(k) or self._begins_apart(k))
+            ]
         held = self._other_limits() if signal == "output" else frozenset()
         if samples or held:
             where = tuple(sorted({*samples, *held}))
@@ -321,6 +329,27 @@ class _Comparison:
             for side in (self.one, self.two)
             for n in range(max(k - 1, 0), min(k + 2, len(side.pv)))
         )
+
+    def _begins_apart(self, k: int) -> bool:
+        """Whether Auto begins here with set points that followed the PV in Manual, one of them by a sample later."""
+        one, two = self.one, self.two
+        if not (k and one.modes[k - 1] == two.modes[k - 1] == "manual" != one.modes[k] == two.modes[k]):
+            return False
+        apart = abs(one.setpoint[k] - two.setpoint[k])
+        return 0.0 < apart <= abs(one.pv[k] - one.pv[k - 1]) + self.tolerance.setpoint and all(
+            distance_at(side.setpoint, side.pv, k, 1) <= self.tolerance.setpoint for side in (one, two)
+        )
+
+    def _sample_at_limit(self, k: int) -> float:
+        """What the last sample in which the output was at a limit adds to an integral; 0: it was not at one."""
+        if not (self.stage.swept and self.tolerance.integral):
+            return 0.0
+        low, high = self.bench.limits
+        at = (n for n in range(k - 1, self.first, -1) if not low < self.one.output[n] < high)
+        n = next(at, None)
+        if n is None:
+            return 0.0
+        return self.tolerance.integral * max(abs(side.setpoint[n] - side.pv[n]) for side in (self.one, self.two))
 
     def setpoint(self) -> Iterator[SignalDifference]:
         """The set points, but for one that follows its PV in Manual: some PLCs take it over with the change to Auto."""

@@ -320,8 +320,9 @@ SMALLEST_SHARE = 0.1
 """Way to the nearer limit, as a share of the output's range, below which the other one is taken."""
 LARGEST_STEP = 0.2
 """Step of the PV, as a share of its range."""
-BANDS, FEWEST_BANDS = 6.0, 2.0
-"""Widths of a dead band that the PV is moved by, where the output has room for it, and at least."""
+BANDS, FEWEST_BANDS = 6.13, 2.17
+"""Widths of a dead band that the PV is moved by, where the output has room for it, and at least: no filter of the PV
+lets a share of it through that ends at the edge of the band, where rounding decides."""
 SHORTEST, LONGEST = 20, 600
 """Samples of which each step lasts."""
 SLOW_CHANGE_TIMES = 4.0
@@ -340,7 +341,7 @@ BAND_SHARES = (0.9, 0.0, -0.9, -1.12, 1.12, 0.9, 0.0)
 """Where the PV is brought, in widths of a dead band."""
 DRIFT_SHARE = 0.02
 """Of the output's range, what an integral would make of an error that the dead band does not let through."""
-TRANSFER_BANDS = 1.5
+TRANSFER_BANDS = 1.57
 """Widths of a dead band beside the set point where a loop goes back to Auto."""
 OPEN_LOOP_FORGOTTEN = 6
 """Time constants after which a filter has forgotten, for what is to be seen."""

@@ -226,6 +226,8 @@ def with_rules(operation: Operation, changes: Sequence[Change], target: Operatio
             answer = _answer(name, row.target)
             if answer is not None:
                 said[name] = answer
+    if not integral and said.get("without_integral") is WithoutIntegral.CONSTANT:
+        said["windup"] = target.windup  # whether the limits of the output bound a constant bias, too
     return replace(operation, **said)
 
 

@@ -147,7 +147,7 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     whole = any(getattr(new_plc(side, (k,)).configs[k], "is_integer", 0) for side, k in ((one, i), (two, j)))
     last = 1.0 if whole else SINGLE * max(abs(bench.low), abs(bench.high))
     digits = last / bench.span * share * (1 + kick)
-    band = float(loop.deadband)
+    band, integral_time = float(loop.deadband), float(loop.tuning.integral_time)
     switching = share * band / bench.span
     return Tolerance(
         STAND_IN_TOLERANCE,
@@ -159,6 +159,7 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
         switching,
         switching * float(loop.tuning.derivative_time) / bench.sample,
         by_hand=COUNT_TOLERANCE * output,
+        integral=share / bench.span * bench.sample / integral_time if integral_time else 0.0,
     )
 
 
