@@ -234,6 +234,30 @@ def test_a_wild_conversion_is_alike_and_with_another_action_or_gain_it_is_not(nu
     assert tried >= 2
 
 
+@pytest.mark.parametrize(
+    ("seed", "number"),
+    [
+        ("33101", 48),  # a bias that a limit bounds in one PLC and not in the other, without an integral
+        ("33102", 46),
+        ("33101", 19),  # an integral that comes to a limit a sample later on one side
+        ("33101", 63),  # a filter that lets just as much of a step through as the dead band is wide
+        ("33102", 94),  # set points that follow the PV in Manual, one of them a sample later
+    ],
+)
+def test_what_rounding_and_order_decide_is_no_difference(seed, number):
+    source, target = wild_source(number, seed)
+    one = Conversion.of(source, target, f"wild {number}")
+    assert verdict(one, one.result, 0, 0, source=True) is None
+
+
+def test_an_output_in_manual_is_told_where_a_dead_band_could_switch_it():
+    source, target = wild_source(20, "33103")
+    one = Conversion.of(source, target, "wild 20")
+    spoiled = [result for path, _, result in spoils(one, 0, source.config.loops[0]) if path == ("ManualMV",)]
+    assert len(spoiled) == 3
+    assert [verdict(one, result, 0, 0).signal for result in spoiled] == ["output"] * 3
+
+
 def test_a_number_that_no_stage_can_tell_is_listed():
     """An error as large as the dead band makes 25 times the output's range: its width is hard to tell."""
     source = check_text(

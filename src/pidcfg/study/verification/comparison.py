@@ -163,7 +163,7 @@ class Tolerance:
     """Of an output in Manual, as a share of its range; None: as in Auto."""
     integral: float = 0.0
     """What an error of a PV unit adds to the integral in a sample: a share of the output's range. One side may come to
-    a limit a sample later, where rounding decides, and its integral has a sample more."""
+    a limit a sample later, where rounding decides, and its integral has a sample more, as long as that is little."""
 
 
 @frozen
@@ -271,14 +271,14 @@ class _Comparison:
             known = set(samples)
             samples = [k for k in samples if not _is_alone(k, known, abs(a[k] - b[k]) - allowed, allowed)]
         if signal == "output":
-            samples += self._by_hand(samples)
             flips = self._flips()
             samples = [k for k in samples if k not in flips and not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
             samples = [
                 k
                 for k in samples
-                if not (abs(a[k] - b[k]) - allowed <= self._sample_at_limit(k) or self._begins_apart(k))
+                if not (abs(a[k] - b[k]) - allowed <= min(self._sample_at_limit(k), allowed) or self._begins_apart(k))
             ]
+            samples += self._by_hand(samples)
         held = self._other_limits() if signal == "output" else frozenset()
         if samples or held:
             where = tuple(sorted({*samples, *held}))
@@ -445,7 +445,9 @@ D306 = Decision(
     "follows the output within eight, and what these make of each other; a sample is a sample. Where a PV that goes "
     "its own way lies between two counts and is rounded up on one side alone, up to four times in a stage, the output "
     "of that sample and of the next is left out; where the PV follows the output, so is a single sample that is less "
-    "than twice as far apart. Two files of different vendors, of which no report says what differs, "
+    "than twice as far apart. A sample more of the integral, which one side took before it came to a limit, counts for "
+    "at most as much again; the sample in which Auto begins is left out where set points followed the PV until then, "
+    "one of them a sample late. Two files of different vendors, of which no report says what differs, "
     "agree within 1 % and two counts of the coarser side, at least of 12 bits, and one side may be a sample late from "
     "one act to the next. Outputs that are held by their limits "
     "agree within two counts, set points within two counts, modes and alarms within 2 samples; alarms are compared "

@@ -321,8 +321,7 @@ SMALLEST_SHARE = 0.1
 LARGEST_STEP = 0.2
 """Step of the PV, as a share of its range."""
 BANDS, FEWEST_BANDS = 6.13, 2.17
-"""Widths of a dead band that the PV is moved by, where the output has room for it, and at least: no filter of the PV
-lets a share of it through that ends at the edge of the band, where rounding decides."""
+"""Widths of a dead band that the PV is moved by, at most and at least: no simple share ends at the edge of the band."""
 SHORTEST, LONGEST = 20, 600
 """Samples of which each step lasts."""
 SLOW_CHANGE_TIMES = 4.0
