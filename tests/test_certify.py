@@ -18,6 +18,7 @@ from click.testing import CliRunner
 
 import pidcfg
 from certify_rig import CONFIG, GAIN, PASSES, files, killed_always, killed_once, loaded_of, scenario
+from pidcfg.cli.formats.batches import MORE, batches_text
 from pidcfg.cli.main import cli
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.sim.engine.run import Settings
@@ -497,7 +498,7 @@ def test_a_share_that_so_few_samples_do_not_prove_says_how_many_would_do(folder)
     assert lower_bound(held, 200) == pytest.approx(bound / 100, abs=1e-4)
     for samples, shown in ((enough, True), (enough - 1 - enough // 10, False)):
         assert (lower_bound(samples * held // 200, samples) >= 0.94) is shown
-    assert re.search(r"NOT PROVEN +TIC-1\.PV at most 128", result.stdout)
+    assert re.search(r"NOT PROVEN .* 94 %  TIC-1\.PV at most 128", result.stdout)
     assert "NOT PROVEN: 1 of 1 expectations not proven" in result.stdout
 
 
@@ -618,6 +619,43 @@ def test_a_configuration_with_errors_of_which_nothing_is_expected_fails():
     assert any(d.file == "loop.yaml" for d in result.findings)
     assert result.certification.passed
     assert not result.ok
+
+
+@pytest.mark.parametrize(("samples", "passed"), [(60, False), (120, True)])
+def test_the_text_fits_on_a_screen_and_verbose_adds_metrics_and_numbers(samples, passed):
+    result = pidcfg.certify(EXAMPLES / "dpide" / "chiller.scenario.yaml", samples=samples)
+    assert result.passed is passed
+    found = result.certification
+    short, whole = (batches_text([result.outcome], {}, tables=tables) for tables in (False, True))
+    assert sum(-(-max(len(line), 1) // 80) for line in short.splitlines()) <= 34
+    for one in found.expectations:
+        assert f"%     {'all' if one.wanted is None else f'{one.wanted:g} %':>4}  {one.text}".split()[1] in short
+        assert one.text in short
+        assert f"{one.held} of {one.samples}  {one.text}" in whole
+    assert f"all {len(found.standing)} that are always checked" in short
+    for text in (*(f"{e.label}, {e.text}" for e in found.effects), *(f"sample {w.sample}" for w in found.worst)):
+        assert text in short
+        assert text in whole
+    assert ("Metrics" in short, "Metrics" in whole) == (False, True)
+    assert not re.search(r"\de[+-]", whole)
+    numbers = [f"TIC-21 gain {one.numbers['TIC-21 gain']:.4g}, " for one in found.worst]
+    assert all(number in whole for number in numbers)
+    assert all((number in short) is not passed for number in numbers)
+    assert MORE in short
+    assert MORE not in whole
+
+
+def test_what_varies_without_mattering_is_counted_in_the_short_text():
+    plants = ", ".join(f"{key}: ±20 %" for key in ("gain", "time_constant", "dead_time"))
+    text = (EXAMPLES / "dpide" / "chiller.scenario.yaml").read_text("utf-8")
+    text = re.sub(r"(?m)^    TIC-21: \{gain: ±30.*$", f"    TIC-21: {{{plants}}}", text)
+    text = re.sub(r"(?m)^    TIC-21: \{Kc_Kp: .*$", "    TIC-21: {Kc_Kp: ±10 %, Ti_Ki: ±10 %, Td_Kd: ±10 %}", text)
+    result = pidcfg.certify(text, name=str(EXAMPLES / "dpide" / "run.scenario.yaml"), samples=40)
+    short, whole = (batches_text([result.outcome], {}, tables=tables) for tables in (False, True))
+    effects = [f"{one.label}, {one.text}" for one in result.certification.effects]
+    assert [effect in short for effect in effects] == [True] * 5 + [False]
+    assert "  1 more vary and matter less\n" in short
+    assert all(effect in whole for effect in effects)
 
 
 def test_a_configuration_in_the_place_of_a_scenario(monkeypatch):

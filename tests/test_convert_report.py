@@ -802,6 +802,27 @@ def test_the_short_report_says_once_what_is_the_same_of_several_loops():
     assert not any("│" in row for row in short)
 
 
+def test_the_report_of_a_verified_conversion_fits_on_a_screen():
+    """A line that is longer than 80 columns takes several rows."""
+    result = api.convert(Path(__file__).parents[1] / "examples/generic/boiler.yaml", "dl06", verify=True)
+    short = formats.text(result, whole=False).splitlines()
+    assert sum(-(-max(len(line), 1) // 80) for line in short) <= 38
+    codes = sorted({d.code for d in result.faults})
+    assert " ".join(row.strip() for row in short).count(
+        f"the rules of dl06 warn of {len(result.faults)} things ({', '.join(codes)}); -v and `validate` say of which"
+    )
+    pulse = [i for i, row in enumerate(short) if "output.pulse." in row and row.startswith(" !dropped")]
+    assert pulse == [pulse[0], pulse[0] + 1, pulse[0] + 2]
+    assert short[pulse[2] + 1].strip().startswith("a DL06 loop has no pulse output")
+
+
+def test_few_findings_of_the_target_are_told_in_words():
+    result = api.convert(Path(__file__).parents[1] / "examples/click/tank.yaml", "dl06")
+    short = formats.text(result, whole=False).splitlines()
+    [start] = [i for i, row in enumerate(short) if row == "what the rules of dl06 say about the result:"]
+    assert [row.split()[1].rstrip(":") for row in short[start + 1 :]] == [d.code for d in result.faults]
+
+
 @pytest.mark.parametrize(
     ("note", "told"), [("", "the result has manual there"), ("x", "x; the result has manual there")]
 )

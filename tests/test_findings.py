@@ -21,7 +21,7 @@ from case_messages import FOLDER
 from good_plants import good_files, text_lines
 from living_rig import GOOD, run
 from pidcfg.cli.formats import render
-from pidcfg.cli.formats.findings import MORE, MOST_PLACES, Findings, text
+from pidcfg.cli.formats.findings import MORE, MORE_OF_INFOS, MORE_OF_LONG, MOST_PLACES, Findings, text
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span
 from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.signs import MAGIC
@@ -166,6 +166,43 @@ def test_an_info_of_several_loops_is_one_line_in_the_brief_text():
     many = [row(n, f"L{n}", severity=Severity.INFO) for n in range(2, 20)]
     assert text(many, {}, brief=True).splitlines()[0].endswith("L8, L9, 10 more]")
     assert MORE not in text([alone], {}, brief=True)
+
+
+def test_what_fills_more_than_a_screen_is_short_but_for_errors():
+    shared = [row(n, f"L{n}", severity=Severity.INFO) for n in range(2, 5)]
+    single = [replace(row(n, f"L{n}", severity=Severity.INFO), code=f"DL{900 + n}") for n in range(12)]
+    few = text([*shared, *single[:9]], {}, brief=True)
+    assert few.count("= cure: move it") == 9
+    lines = text([*shared, *single, row(3, "B", plc_effect="stops")], {}, brief=True).splitlines()
+    assert [" info " in line for line in lines] == [False] * 4 + [True] * 13 + [False]
+    assert [line for line in lines if "=" in line] == ["      = PLC: stops", "      = cure: move it"]
+    assert lines[-1] == MORE_OF_INFOS.rstrip()
+    kinds = [replace(row(n, f"L{n}", f"is {n}", plc_effect="stops"), code=f"DL{900 + n % 12}") for n in range(24)]
+    error = row(99, "E", severity=Severity.ERROR, plc_effect="stops")
+    lines = text([*kinds, error], {}, brief=True).splitlines()
+    assert lines[:3] == ["a.yaml:99:3: error DL211: stands still [E]", "      = PLC: stops", "      = cure: move it"]
+    assert lines[4:7] == [
+        "a.yaml:0:3: warning DL900: is 0 [L0]",
+        "      = cure: move it",
+        "      = also: L12 (line 12)",
+    ]
+    assert lines[-1] == MORE_OF_LONG.rstrip()
+    assert len(lines) == 4 + 12 * 4 + 1
+    assert text([replace(d, severity=Severity.ERROR) for d in kinds], {}, brief=True).count("= PLC: stops") == 12
+
+
+def test_eight_loops_with_a_word_on_each_fit_on_a_screen(monkeypatch, capsysbinary, tmp_path):
+    """A line that is longer than 80 columns takes several rows."""
+    file = tmp_path / "extruder.yaml"
+    converted = pidcfg.convert(EXAMPLES / "dl06" / "extruder.yaml", "click")
+    file.write_text(converted.text, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    shown = run(monkeypatch, capsysbinary, file.name)
+    assert shown.code == 0
+    assert len({d.code for d in converted.target_findings}) == 7
+    assert sum(-(-max(len(line), 1) // 80) for line in shown.out.splitlines()) <= 40
+    for code in {d.code for d in converted.target_findings}:
+        assert f" {code}: " in shown.out
 
 
 def test_verbose_shows_what_the_brief_text_leaves_out(monkeypatch, capsysbinary, tmp_path):

@@ -12,7 +12,7 @@ from pidcfg.cli import console, options, plots
 from pidcfg.cli.commands.simulate import files_of, scenarios_of
 from pidcfg.cli.environment import require_extra
 from pidcfg.cli.formats import report_options
-from pidcfg.cli.formats.runs import render_batches
+from pidcfg.cli.formats.batches import render_batches
 from pidcfg.cli.inputs import FILES, read_inputs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE, hold_line
@@ -69,6 +69,7 @@ RATE_AFTER = 1.0
 @plots.LOOPS
 @options.EXCLUDE
 @options.FORCE
+@click.option("-v", "--verbose", is_flag=True, help="Print metrics, counts and the numbers of the worst samples, too.")
 @options.QUIET
 @options.LIMITS
 @options.exit_zero
@@ -85,6 +86,7 @@ def command(
     plot: tuple[str, ...],
     plot_loops: tuple[str, ...],
     force: bool,
+    verbose: bool,
     quiet: bool,
     limits: Limits,
 ) -> None:
@@ -120,7 +122,11 @@ def command(
     written = {} if not keep_worst else worst_files(outcomes, files)
     charts = fan_charts(outcomes, plot_loops) if plot else []
     files |= plots.draw_files(plot, charts, *heading(outcomes))
-    report_options.deliver(fmt, reports, lambda name: render_batches(name, outcomes, written), files, force=force)
+
+    def render(name: str) -> str:
+        return render_batches(name, outcomes, written, tables=verbose)
+
+    report_options.deliver(fmt, reports, render, files, force=force)
     if plots.TERMINAL in plot:
         plots.show(charts)
     click.get_current_context().exit(exit_code(outcomes))

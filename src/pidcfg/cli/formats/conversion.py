@@ -182,6 +182,8 @@ def verdict_markdown(loops: Sequence[Verified]) -> list[str]:
 TABLE = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
 WIDTH, NARROW = 100, 79
 """Columns of the whole report, and of the short one."""
+FEW_FINDINGS = 3
+"""Of the target's rules, that the short report has in words."""
 WARN_PERCENT = 1.0
 """A value that the target holds further off than this is warned of."""
 
@@ -213,18 +215,35 @@ def conversion_brief(result: ConvertResult) -> str:
     lines = [f"{result.source} to {result.target}"]
     plain: dict[str, list[str]] = {}
     for loop in result.loops:
-        rows = list(dict.fromkeys(_line(change) for change in _worth_reading(loop.changes) if _is_marked(change)))
+        rows = [change for change in _worth_reading(loop.changes) if _is_marked(change)]
         if rows or loop.status == "dropped":
-            lines += [f"{loop.loop}: {_counted(loop, apart=False)}", *rows]
+            lines += [f"{loop.loop}: {_counted(loop, apart=False)}", *_lines_of(rows)]
         else:
             plain.setdefault(_counted(loop, apart=False), []).append(loop.loop)
     lines += [f"{names_of(loops)}: {counts}" for counts, loops in plain.items()]
     if any(change.kind == "assumed" for loop in result.loops for change in loop.changes):
         lines.append("-v lists what is assumed")
     if result.faults and result.ok:
-        lines.append(f"what the rules of {result.target} say about the result:")
-        lines += [f"  {one_line(row)}" for row in said_once(result.faults)]
+        lines += _rules_in_brief(result)
     return "\n".join(lines) + "\n"
+
+
+def _lines_of(changes: Sequence[Change]) -> Iterator[str]:
+    """A line a change, and a note of several in a row once, behind them."""
+    rows = list(dict.fromkeys(changes))
+    for change, following in zip(rows, [*rows[1:], None], strict=True):
+        same = following is not None and following.note == change.note and following.kind == change.kind
+        yield _line(replace(change, note="") if same else change)
+
+
+def _rules_in_brief(result: ConvertResult) -> list[str]:
+    """What the target's rules say about a result that is no error: in words where it is little, else by code."""
+    rows = said_once(result.faults)
+    if len(rows) <= FEW_FINDINGS:
+        return [f"what the rules of {result.target} say about the result:", *(f"  {one_line(row)}" for row in rows)]
+    codes = ", ".join(sorted({d.code for d in result.faults}))
+    said = f"the rules of {result.target} warn of {len(result.faults)} things ({codes}); -v and `validate` say of which"
+    return [fill(said, NARROW, subsequent_indent="  ")]
 
 
 def _is_marked(change: Change) -> bool:

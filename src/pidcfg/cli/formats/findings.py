@@ -50,7 +50,7 @@ class Findings:
     command: str = "validate"
     """Which command has found them."""
     brief: bool = False
-    """Whether the text says an info that several loops share in one line."""
+    """Whether the text says what several loops share once, and is short where it would fill more than a screen."""
 
     @property
     def files(self) -> list[str]:
@@ -148,6 +148,12 @@ MOST_PLACES = 24
 MOST_NAMES = 8
 """Loops that a line names before it only counts."""
 MORE = "-v has the lines and cures of what several loops share\n"
+MORE_OF_INFOS = "-v has the lines and cures of these\n"
+MORE_OF_LONG = "-v has every line of the file, what the PLC does and the manual's places\n"
+SCREEN = 36
+"""Rows of a text that is printed whole: a screen with the lines that stand around it."""
+COLUMNS = 80
+"""Of that screen."""
 
 
 def text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = False) -> str:
@@ -156,20 +162,50 @@ def text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = 
     In each file errors come first, infos last.
 
     Grouping is for the eye alone: findings are collected, counted, ignored and known one by one before. ``brief``: an
-    info that several loops share is one line, behind all blocks.
+    info that several loops share is one line, behind all blocks; where that would fill more than a screen, so is every
+    info, and of warnings the message, the cure and the places are left.
     """
     groups: dict[Hashable, list[Diagnostic]] = {}
     for d in findings:
         file = d.file if d.severity is Severity.ERROR else ""
         groups.setdefault((file, d.code, d.severity, d.reference, d.help, d.plc_effect is None), []).append(d)
-    blocks, rows = [], []
     files = list(dict.fromkeys(d.file for d in findings))
-    for group in sorted(groups.values(), key=lambda group: (files.index(group[0].file), -group[0].severity)):
-        if brief and len(group) > 1 and group[0].severity is Severity.INFO:
+    ordered = sorted(groups.values(), key=lambda group: (files.index(group[0].file), -group[0].severity))
+    if not brief:
+        return _blocks(ordered, documents)
+    said = _blocks(ordered, documents, shared=True)
+    for short in (False, True):
+        if _fits(said) or all(d.severity is Severity.ERROR for d in findings):
+            break
+        said = _blocks(ordered, documents, shared=True, infos=True, short=short)
+    return said
+
+
+def _fits(said: str) -> bool:
+    """Whether a text and what stands around it fill no more than a screen."""
+    return sum(-(-max(width_of(line), 1) // COLUMNS) for line in said.splitlines()) <= SCREEN
+
+
+def _blocks(
+    groups: Sequence[list[Diagnostic]],
+    documents: Documents,
+    *,
+    shared: bool = False,
+    infos: bool = False,
+    short: bool = False,
+) -> str:
+    """Groups in blocks, behind them in a line ``shared`` or all ``infos``; ``short`` leaves out much of warnings."""
+    blocks, rows = [], []
+    for group in groups:
+        severity = group[0].severity
+        if severity is Severity.INFO and (infos or (shared and len(group) > 1)):
             rows.append(f"{one_line(_row_of(group))}\n")
+        elif short and severity is Severity.WARNING:
+            blocks.append(f"{_short(group)}\n")
         else:
             blocks.append(f"{_block(group, documents.get(group[0].file))}\n")
-    return "".join([*blocks, *rows, *[MORE] * bool(rows)])
+    more = MORE_OF_LONG if short else MORE_OF_INFOS if infos else MORE if rows else ""
+    return "".join([*blocks, *rows, more])
 
 
 def _head(d: Diagnostic) -> str:
@@ -178,7 +214,8 @@ def _head(d: Diagnostic) -> str:
 
 def _row_of(group: Sequence[Diagnostic]) -> str:
     """A group in one line: the first finding, and its loops by name."""
-    return f"{_head(group[0])} [{names_of([d.loop for d in group if d.loop])}]"
+    names = names_of([d.loop for d in group if d.loop])
+    return f"{_head(group[0])} [{names}]" if names else _head(group[0])
 
 
 def names_of(loops: Sequence[str]) -> str:
@@ -211,6 +248,15 @@ def _block(group: Sequence[Diagnostic], doc: Document | None) -> str:
         if value
     ]
     lines += [f"      = also: {row}" for row in _further(group)]
+    return "\n".join(map(one_line, lines)) + "\n"
+
+
+def _short(group: Sequence[Diagnostic]) -> str:
+    """A group without what -v adds: the first finding, the cure, and the places of the others."""
+    d, *others = group
+    lines = [f"{_head(d)} [{d.loop}]" if d.loop else _head(d)]
+    lines += [f"      = cure: {d.help}"] if d.help else []
+    lines += [f"      = also: {_places(others, d.file)}"] if others else []
     return "\n".join(map(one_line, lines)) + "\n"
 
 

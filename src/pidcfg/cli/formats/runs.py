@@ -1,18 +1,17 @@
-"""Runs and batches of samples as text, and runs as JSON."""
+"""Runs as text and JSON, and all that JUnit tells."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from decimal import Decimal
-from math import floor
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
 from pidcfg.cli.formats import Format, Kind, load, render
 from pidcfg.cli.formats.findings import Findings, details, display_name
 from pidcfg.cli.formats.findings import text as findings_text
-from pidcfg.output.runs import batches_data, runs_data, signal_rows
+from pidcfg.output.runs import runs_data, signal_rows
 from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
 from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.sim.judgement.report import LoopReport, Report, Standing, Verdict
-    from pidcfg.study.certification.certify import BatchOutcome, Certification, Share
     from pidcfg.study.outcome import Outcome
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
@@ -309,134 +307,6 @@ def worst(outcomes: Sequence[Outcome]) -> Severity:
     return max((d.severity for outcome in outcomes for d in outcome.findings), default=Severity.INFO)
 
 
-# --- A batch of samples as text that is read in ten seconds: shares and bounds, what mattered, what was worst ---------
-
-COLUMNS = ("mean", "p5", "p50", "p95", "p99", "max")
-"""Of each metric; JSON has more."""
-NEVER_FAILED = "-"
-
-
-def batches_text(outcomes: Sequence[BatchOutcome], written: Mapping[tuple[str, int], str]) -> str:
-    """One section a scenario."""
-    return "\n".join(_batch_section(outcome, written) for outcome in outcomes)
-
-
-def _batch_section(outcome: BatchOutcome, written: Mapping[tuple[str, int], str]) -> str:
-    found = outcome.certification
-    findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
-    if found is None:
-        return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
-    head = (
-        f"{one_line(found.scenario)}\n  {one_line(f'{outcome.file} runs {outcome.config}')}\n"
-        f"  {found.samples:,} samples of seed {found.seed}; each bound holds by itself, at 95 % confidence\n"
-    )
-    parts = [
-        head,
-        findings and f"{findings}\n",
-        _expectations(found),
-        _standing(found),
-        _metrics(found),
-        _effects(found),
-        _worst(outcome.file, found, written),
-        batch_verdict_line(outcome, found) + "\n",
-    ]
-    return "\n".join(part for part in parts if part)
-
-
-def figure(percent: float) -> str:
-    """A share in %, cut off: what is less than 100 never reads 100."""
-    return f"{floor(percent * 100) / 100:g}"
-
-
-def _row(one: Share) -> tuple[str, ...]:
-    wanted = "all" if one.wanted is None else f"{one.wanted:g} %"
-    judged = "passed" if one.passed else FAILED if one.failed else NOT_PROVEN
-    count = f"{one.held:,} of {one.samples:,}"
-    return judged, one.text, f"{figure(one.share)} %", f"{figure(one.bound)} %", wanted, count
-
-
-def _expectations(found: Certification) -> str:
-    if not found.expectations:
-        return ""
-    rows = [("", "", "share", "at least", "wanted", "samples"), *map(_row, found.expectations)]
-    return "Expectations\n" + table(rows, left=2) + "".join(map(_lacks, found.expectations))
-
-
-def _lacks(one: Share) -> str:
-    """What an expectation with a share lacks; nothing where it is proven."""
-    if one.passed or one.wanted is None:
-        return ""
-    said = f"{figure(one.share)} % of {one.samples:,} samples, so at least {figure(one.bound)} %; {one.wants}"
-    return f"  {one_line(f'{one.text}: {said}')}\n"
-
-
-def _standing(found: Certification) -> str:
-    failing = [one for one in found.standing if not one.passed]
-    held = [one for one in found.standing if one.passed and one.judged]
-    rows = [_row(one) for one in failing]
-    if held:
-        bound = figure(min(one.bound for one in held))
-        rows.append(
-            ("passed", f"{len(held)} others" if failing else f"all {len(held)}", "100 %", f"{bound} %", "all", "")
-        )
-    unjudged = sum(one.passed and not one.judged for one in found.standing)
-    remark = f"  {unjudged} more are judged in no sample\n" if unjudged else ""
-    return "Always checked\n" + (table(rows, left=2) if rows else "") + remark
-
-
-def _metrics(found: Certification) -> str:
-    rows: list[tuple[str, ...]] = [("", *COLUMNS)]
-    for loop, metrics in found.metrics.items():
-        for name, one in metrics.items():
-            if one["count"]:
-                unit = METRIC_UNITS.get(name, "")
-                fewer = "" if one["count"] == found.samples else f" ({one['count']:,} samples)"
-                rows.append((f"{loop} {name}{fewer}", *(f"{one[column]:.4g}{unit}" for column in COLUMNS)))
-    return "Metrics\n" + table(rows, left=1) if len(rows) > 1 else ""
-
-
-def _effects(found: Certification) -> str:
-    if not found.effects:
-        return ""
-    rows: list[tuple[str, ...]] = [("", "varies", "lowest fifth", "highest fifth")]
-    rows += [(e.label, e.text, *(_or_none(share) for share in (e.lowest, e.highest))) for e in found.effects]
-    return "What matters: samples in which everything holds\n" + table(rows, left=2)
-
-
-def _or_none(share: float | None) -> str:
-    return "-" if share is None else f"{figure(share)} %"
-
-
-def _worst(file: str, found: Certification, written: Mapping[tuple[str, int], str]) -> str:
-    rows = []
-    for one in found.worst:
-        values = ", ".join(f"{name} {value:.4g}" for name, value in one.numbers.items())
-        about = one.expectation or ("fails" if one.failed else "no number tells")
-        near = "" if one.margin is None else f"{abs(one.margin) * 100:.3g} % {'beyond' if one.failed else 'within'} "
-        rows.append((f"sample {one.sample}", f"{near}{about}", values))
-    names = [written[file, one.sample] for one in found.worst if (file, one.sample) in written]
-    files = f"  as {', '.join(names)}\n" if names else ""
-    return "Worst samples\n" + table(rows) + files if rows else ""
-
-
-def batch_verdict_line(outcome: BatchOutcome, found: Certification) -> str:
-    """How a batch went, in one line."""
-    if outcome.unjudged:
-        return f"{FAILED}: the configuration has errors, and nothing is expected of the runs"
-    failed, total = sum(one.failed for one in found.expectations), len(found.expectations)
-    open_ones, checked = sum(not one.passed for one in found.expectations) - failed, len(found.standing)
-    broken = sum(one.failed for one in found.standing)
-    unproven = sum(not one.passed for one in found.standing) - broken
-    parts = [f"{failed} of {total} expectations failed"] * (failed > 0)
-    parts += [f"{open_ones} of {total} expectations not proven"] * (open_ones > 0)
-    parts += [f"{broken} of {checked} always checked failed"] * (broken > 0)
-    parts += [f"{unproven} of {checked} always checked not proven"] * (unproven > 0)
-    parts += [f"{found.failed_to_run:,} samples cannot run, {reason}" for reason in found.reasons[:1]]
-    if parts:
-        return f"{FAILED if failed or broken or found.failed_to_run else NOT_PROVEN}: {'; '.join(parts)}"
-    return f"passed: {total} of {total} expectations, and all that is always checked, in {found.samples:,} samples"
-
-
 # --- Runs as findings, for formats of CI systems: every expectation that failed is a finding at its line --------------
 
 
@@ -656,45 +526,3 @@ def _element_text(text: str) -> str:
 
 
 JUNIT = Format("test reports of nearly every CI system", "xml", Kind.XML, findings_junit, runs_junit)
-
-
-# --- Batches of samples in the formats of `pidcfg certify`: text for people, JSON, and JUnit's XML --------------------
-
-Written = dict[tuple[str, int], str]
-"""Files of samples, by scenario file and number."""
-
-
-def render_batches(name: str, outcomes: Sequence[BatchOutcome], written: Mapping[tuple[str, int], str]) -> str:
-    """The batches in one of the formats."""
-    if name == "json":
-        return json_text(batches_data(outcomes, written), allow_nan=False)
-    return junit(outcomes) if name == "junit" else batches_text(outcomes, written)
-
-
-def junit(outcomes: Sequence[BatchOutcome]) -> str:
-    """A suite a scenario: whether all samples ran, then each expectation, the standing ones last."""
-    return document("pidcfg certify", {display_name(one.file): list(_cases(one)) for one in outcomes})
-
-
-def _cases(outcome: BatchOutcome) -> Iterator[Case]:
-    found = outcome.certification
-    errors = [d for d in outcome.findings if d.severity is Severity.ERROR]
-    if found is None:
-        yield Case("the samples run", errors=tuple(entry(d) for d in errors))
-        return
-    failures = tuple(entry(d) for d in errors) if outcome.unjudged else ()
-    if found.failed_to_run:
-        message = f"{found.failed_to_run:,} of {found.samples:,} samples cannot run"
-        failures += (("error PID062", message, "\n".join(found.reasons)),)
-    yield Case("the samples run", failures)
-    for one in (*found.expectations, *found.standing):
-        yield _batch_case(one, found)
-
-
-def _batch_case(one: Share, found: Certification) -> Case:
-    said = f"{one.held:,} of {one.samples:,} samples, so at least {figure(one.bound)} %"
-    if one.judged == 0 and not found.failed_to_run:
-        return Case(one.text, skipped="not judged in any sample")
-    if one.passed:
-        return Case(one.text, output=said)
-    return Case(one.text, (("error PID061", f"{said}; {one.wants}", said),))

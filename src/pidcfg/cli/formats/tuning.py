@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli.formats.runs import figure
+from pidcfg.cli.formats.batches import figure
 from pidcfg.cli.plots import chart_text
 from pidcfg.pictures.chart import Chart, Line, Locus, Panel
 
