@@ -230,7 +230,7 @@ def conversion_brief(result: ConvertResult) -> str:
 
 def _lines_of(changes: Sequence[Change]) -> Iterator[str]:
     """A line a change, and a note of several in a row once, behind them."""
-    rows = list(dict.fromkeys(changes))
+    rows = list({_line(change): change for change in changes}.values())
     for change, following in zip(rows, [*rows[1:], None], strict=True):
         same = following is not None and following.note == change.note and following.kind == change.kind
         yield _line(replace(change, note="") if same else change)
