@@ -6,6 +6,7 @@ import sys
 from collections import Counter
 from dataclasses import replace
 from decimal import Decimal
+from itertools import zip_longest
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -231,7 +232,7 @@ def conversion_brief(result: ConvertResult) -> str:
 def _lines_of(changes: Sequence[Change]) -> Iterator[str]:
     """A line a change, and a note of several in a row once, behind them."""
     rows = list({_line(change): change for change in changes}.values())
-    for change, following in zip(rows, [*rows[1:], None], strict=True):
+    for change, following in zip_longest(rows, rows[1:]):
         same = following is not None and following.note == change.note and following.kind == change.kind
         yield _line(replace(change, note="") if same else change)
 
