@@ -81,7 +81,9 @@ def test_words_that_are_no_values_say_why_and_the_others_are_told(tmp_path):
         "V7641   0003      3", "V7641   00FF    255"
     )
     found = lines_of(tmp_path, text.replace("V2001   0008      8", "V2001   C008  49160"))
-    assert found["V2007"].endswith("Sample rate: no value, 0x0A20 has a digit above 9")
+    assert found["V2007"].endswith(
+        "Sample rate: no value, 0x0A20 has a digit above 9; it is 2592 (typed in decimal? 25.92 would be 2592)"
+    )
     assert found["V7641"].endswith("Number of loops: FF, no BCD number: no loop runs; bit 2 of V7642 goes on")
     assert "0xC008 has a combination of bits (14, 15) that means nothing" in found["V2001"]
     assert found["V2010"].endswith("Gain (proportional): 0.8 %/%")

@@ -276,7 +276,7 @@ def test_a_word_that_is_no_value_hides_no_other():
     result = pidcfg.diff(REACTOR, listing, names=(None, "upload.txt"))
     (bad, reset) = sorted(loops(result)["TIC-101"].differences, key=lambda d: d.address)
     assert (bad.before, bad.after, bad.word_after) == (2.5, None, "02A0")
-    assert bad.note == "no value: 0x02A0 has a digit above 9"
+    assert bad.note == "no value: 0x02A0 has a digit above 9; it is 672 (typed in decimal? 6.72 would be 0672)"
     assert (reset.before, reset.after, reset.unit) == (180, 90, "s")
     assert [d.after for d in loops(result)["LIC-103"].differences] == [7.77]
     assert "tuning.gain: 2.5 → word 02A0 (V2050 0250 → 02A0)" in as_text(result)

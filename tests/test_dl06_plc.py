@@ -140,9 +140,8 @@ def test_a_word_that_is_no_number_counts_as_zero_and_is_reported():
     machine = load(listing({0o7640: 0o2000, 0o7641: 1, 0o2007: 0x0010, 0o2010: 0x0A00}))
 
     assert machine.states[0].gain == 0.0
-    assert machine.problems == [
-        (0, "+10 Gain (proportional): 0x0A00 has a digit above 9; taken as 0", True),
-    ]
+    no_bcd = "0x0A00 has a digit above 9; it is 2560 (typed in decimal? 25.60 would be 2560)"
+    assert machine.problems == [(0, f"+10 Gain (proportional): {no_bcd}; taken as 0", True)]
 
 
 def test_the_filter_is_off_outside_its_range_and_without_its_bit():

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 # `DecodeError`; neither ever guesses.
 
 WORD_MAX = 0xFFFF
+MOST_BCD = 9999
 SIGN = 0x8000
 Fault = Literal["range", "off", "form", "wire"]
 
@@ -67,6 +68,11 @@ def bcd_digits(word: int) -> int:
     return int(text)
 
 
+def typed_digits(word: int) -> int | None:
+    """The BCD word of the number that a word is in decimal: 00FA is 250, hence 0250; None: it has five digits."""
+    return bcd_word(word) if word <= MOST_BCD else None
+
+
 @frozen
 class Bcd:
     """Four BCD digits with an implied decimal point. ``off``: digits that switch it off, or do ``special``."""
@@ -96,12 +102,12 @@ class Bcd:
     @property
     def high(self) -> Decimal:
         """Largest value."""
-        return 9999 * self.step
+        return MOST_BCD * self.step
 
     def encode(self, value: Decimal) -> int:
         """A value to its word; one that merely rounds onto an off code is refused."""
         digits = nearest(value.scaleb(self.decimals, EXACT_CONTEXT))
-        if not 0 <= digits <= 9999 or value < 0:
+        if not 0 <= digits <= MOST_BCD or value < 0:
             raise EncodeError("range", "is outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:
             effect = "switches it off" if self.special in {"off", "not allowed"} else self.special
@@ -109,8 +115,21 @@ class Bcd:
         return bcd_word(digits)
 
     def decode(self, word: int) -> Decimal:
-        """A word to its value."""
-        return bcd_digits(word) * self.step
+        """A word to its value; one that is no BCD is refused with the digits that would mean what it is in decimal."""
+        try:
+            return bcd_digits(word) * self.step
+        except DecodeError as error:
+            typed = typed_digits(word)
+            if typed is None:
+                raise
+            raise DecodeError(
+                f"{error}; it is {word} (typed in decimal? {self.shown(typed)} would be {typed:04X})"
+            ) from None
+
+    def shown(self, word: int) -> str:
+        """The value of four BCD digits with all its decimals; that of an off code with what it does."""
+        digits = bcd_digits(word)
+        return f"{digits * self.step:f}{f' ({self.special})' if digits in self.off else ''}"
 
 
 @frozen

@@ -181,16 +181,27 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
     try:
         decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
-        again = encoder_of(vendor).encode(config).image
+        encoding = encoder_of(vendor).encode(config)
+        again = encoding.image
     except NoRegisterError as error:
         raise ListingError(str(error)) from None
     except DecodeError as error:
         text = "; ".join((str(error), *listing.notes))
         raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
     zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
-    return Decoded(
-        decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again, decoded.status))
+    doubts, suggestion = _doubts(listing, encoding) if wrong else ((), "")
+    differences = _differences(listing, again, decoded.status)
+    return replace(
+        decoded, notes=(*listing.notes, *zeros, *doubts, *decoded.notes, *differences), suggestion=suggestion
     )
+
+
+def _doubts(listing: Listing, encoding: Any) -> tuple[tuple[str, ...], str]:
+    """Notes on words that seem typed in decimal, and the listing without them; empty: none does."""
+    from pidcfg.encoders.doubts import beside, suggested, suspects
+
+    found = suspects(listing.words, encoding)
+    return tuple(beside(found)), suggested(listing, encoding, found) if found else ""
 
 
 def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[Decoded, list[str]]:

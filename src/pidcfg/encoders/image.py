@@ -181,6 +181,8 @@ class Decoded:
     notes: tuple[str, ...] = ()
     status: tuple[int, ...] = ()
     """Words outside the loops that the PLC writes: a listing may hold them, no configuration does."""
+    suggestion: str = ""
+    """The listing with words corrected that seem wrong, for a person to compare; empty: none does."""
 
 
 # --- Blocks of registers that are to be read from a PLC: where each begins, and the table that says what is in it -----

@@ -218,6 +218,8 @@ class DecodeResult:
     """The configuration as YAML, or the listing with its meanings."""
     notes: tuple[str, ...] = ()
     """What it cannot carry, and words that do not come back when it is encoded again."""
+    suggestion: str = ""
+    """The listing as text with BCD in place of words that seem typed in decimal (D950); empty: none does."""
 
     @property
     def ok(self) -> bool:
@@ -277,7 +279,7 @@ def decode_files(
         leading = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.leads]
         return DecodeResult((listing_fault(error, [*leading, files[-1][1]][0]),))
     text = yaml_text(decoded.data) if choices.write else ""
-    return DecodeResult((), decoded.data, text, decoded.notes)
+    return DecodeResult((), decoded.data, text, decoded.notes, decoded.suggestion)
 
 
 def _image_of(like: Checked, vendor: Vendor) -> Any:

@@ -16,6 +16,7 @@ from pidcfg.vendors import VENDORS, format_names
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from pidcfg.output.words import DecodeResult
     from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
@@ -25,6 +26,7 @@ EPILOG = options.examples(
     "pidcfg decode upload.hex --vendor dl06 --like reactor.yaml",
     "pidcfg decode nicknames.csv --vendor click --pwm-bit none",
     "pidcfg decode reactor.hex --vendor dl06 --annotate",
+    "pidcfg decode upload.csv --vendor dl06 --suggest corrected.txt",
 )
 
 
@@ -51,6 +53,12 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
     help="A configuration that gives names, ranges and units where the listing does not.",
 )
 @click.option("--annotate", is_flag=True, help="Print the listing with a meaning beside every word instead.")
+@click.option(
+    "--suggest",
+    metavar="FILE",
+    callback=options.only_file,
+    help="Also write the listing with BCD where words seem typed in decimal, and both readings beside them.",
+)
 @vendor_options
 @options.OUT
 @options.FORCE
@@ -63,6 +71,7 @@ def command(
     kind: str | None,
     like: str | None,
     annotate: bool,
+    suggest: str | None,
     out: str | None,
     force: bool,
     quiet: bool,
@@ -78,6 +87,8 @@ def command(
     from pidcfg.cli.formats.findings import text
     from pidcfg.cli.outputs import write_files
 
+    if annotate and suggest is not None:
+        raise click.UsageError("--annotate and --suggest do not go together")
     entries = [read_input(name, limits) for name in image]
     if any(entry.problem is not None for entry in entries):
         refuse_all([fault for entry in entries if (fault := listing_fault(entry, VENDORS[vendor], kind)) is not None])
@@ -90,14 +101,22 @@ def command(
     if not result.text:
         note(text(result.findings, {}).rstrip())
         click.get_current_context().exit(Exit.UNUSABLE)
+    outputs = {
+        path: content for path, content in ((out, result.text), (suggest, result.suggestion)) if path and content
+    }
     if out is None:
         echo(result.text)
-    else:
-        write_files({out: result.text}, force=force)
-    if not quiet:
-        for line in result.notes:
-            remark(f"note: {line}")
+    write_files(outputs, force=force)
+    for line in () if quiet else (*result.notes, *_on_suggestion(result, suggest)):
+        remark(f"note: {line}")
     if out is not None and not annotate:
         from pidcfg.cli.console import next_step
 
         next_step("validate", out, quiet=quiet)
+
+
+def _on_suggestion(result: DecodeResult, suggest: str | None) -> tuple[str, ...]:
+    """How to get the corrected listing, or that there is none."""
+    if suggest is None:
+        return ("--suggest FILE writes the corrected listing, with both readings",) if result.suggestion else ()
+    return () if result.suggestion else (f"{suggest} is not written: no word seems typed in decimal",)

@@ -447,11 +447,19 @@ def decode(
     notes = [note for loop in loops for note in loop.notes]
     if _is_no_count(words.get(LOOP_COUNT)):
         notes.append(f"{v_name(LOOP_COUNT)} is no BCD number: the PLC sets bit 2 of V7642 and calculates no loop (D53)")
+    if words.get(LOOP_COUNT) == 0:
+        notes.append(_no_loop_runs(count))
     if "reset_decimals" not in stated and any(loop.block.word("reset") for loop in loops):
         notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
     if flags := words.get(ERROR_FLAGS):
         notes.append(f"{v_name(ERROR_FLAGS)} {flags:04X}: the PLC's error flags of the set-up are not carried over")
     return Decoded(data, tuple(notes), (ERROR_FLAGS,))
+
+
+def _no_loop_runs(count: int) -> str:
+    """What a number of loops of 0 does, and how to read the loop table all the same."""
+    cure = "" if count else "; --number-of-loops reads the table all the same"
+    return f"{v_name(LOOP_COUNT)} is 0: the PLC calculates no loop{cure}"
 
 
 def _option(options: Mapping[str, Any], key: str, stored: int | None, title: str) -> int:
