@@ -290,3 +290,45 @@ def test_a_tag_beyond_the_last_register_does_not_exist(part):
     assert configuration(**{part: {"tag": "R65535"}})
     with pytest.raises(ValidationError, match="R65536 does not exist"):
         configuration(**{part: {"tag": "R65536"}})
+
+
+BEYOND = [
+    # register, what it holds, square root, counts in the file, whether the file gets all counts
+    ("setpoint", 5500, 0, None, True),
+    ("setpoint_high", 8500, 0, None, True),
+    ("deadband", 4096, 0, None, True),
+    ("setpoint", 4095, 0, None, False),
+    ("cv_offset", 5000, 0, None, False),
+    ("error", 5500, 0, None, False),
+    ("setpoint", 100, 1, None, True),
+    ("setpoint", 64, 1, None, False),
+    ("setpoint", 5500, 0, [0, 10000], False),
+]
+
+
+@pytest.mark.parametrize(("name", "word", "root", "counts", "taken"), BEYOND)
+def test_registers_beyond_4095_get_the_counts_of_a_whole_register_and_say_so(name, word, root, counts, taken):
+    pv = {"tag": "R1", **({} if counts is None else {"counts": counts})}
+    encoding = encode(configuration(pv=pv, setpoint={"value": 5}))
+    words = dict(encoding.image.words)
+    words[SPACE.number("R", 101 + TABLES[0].offset(name))] = word
+    words[SPACE.number("S", 201 + TABLES[1].offset("square_root"))] = root
+    limit = SPACE.number("R", 101 + TABLES[0].offset("setpoint_high"))
+    words[limit] = min(words[limit], 64) if root else words[limit]
+    found = decode(words, encoding.image.settings)
+
+    said = [note for note in found.notes if "(D951)" in note]
+    assert (found.data["loops"][0]["pv"].get("counts") == [0, 65535], len(said)) == (taken, int(taken))
+    if taken:
+        config = EzlogixFile.model_validate(found.data)
+        assert encode(config).misfits == ()
+        assert encode(config).image.words == {n: w for n, w in words.items() if n in encode(config).image.words}
+
+
+def test_a_range_without_counts_is_not_stretched_and_the_note_names_the_key():
+    encoding = encode(configuration(pv={"tag": "R1", "range": [0, 100]}, setpoint={"value": 50}))
+    words = dict(encoding.image.words) | {SPACE.number("R", 102): 5500}
+    found = decode(words, encoding.image.settings)
+
+    assert "counts" not in found.data["loops"][0]["pv"]
+    assert "R102 (setpoint) holds 5500, more than 4095, the end of pv.range: say in pv.counts" in found.notes[0]

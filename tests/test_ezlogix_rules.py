@@ -620,3 +620,17 @@ def test_a_root_of_counts_from_zero_leaves_the_set_point_to_the_rule_for_its_wor
     ]
 
     assert [{"PID102", "EZ446"} & each for each in found] == [{"PID102"}, {"EZ446"}]
+
+
+def test_a_value_beyond_4095_names_the_key_that_says_more_counts():
+    bare, scaled = (
+        next(d for d in findings(changed(**{"setpoint.value": 5500, **more})) if d.code == "PID102")
+        for more in ({}, {"pv.range": [0, 100]})
+    )
+    (output,) = [d for d in findings(changed(**{"output.offset": 5000})) if d.code == "PID102"]
+
+    assert bare.help.endswith("or set `pv.counts`, what the register of the PV holds at both ends: at most [0, 65535]")
+    assert "or set `pv.range` or `pv.counts`, " in scaled.help
+    assert output.help == "write a value that the word holds"
+    assert "data format" not in bare.help + scaled.help + output.help
+    assert "PID102" not in codes(changed(**{"setpoint.value": 5500, "pv.counts": [0, 65535]}))

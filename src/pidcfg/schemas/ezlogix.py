@@ -47,6 +47,14 @@ D150 = Decision(
     "`pv.range` belongs to `pv.counts`, by default [0, 4095]; the control value is always 0 to 4095.",
     "The manual prints 4095 as the control value's upper end and saturation point, and no range for the PV's tag.",
 )
+D951 = Decision(
+    951,
+    "a listing with more than 4095 counts gets the counts of a whole register",
+    "Where a set point, its limits or the deadband of a listing are beyond the PV's scale and neither counts nor a "
+    "range are known, `decode` writes `pv.counts: [0, 65535]` and says so.",
+    "The manual limits the control value to 4095 and no R register of the PV: a ladder program may scale it to any "
+    "number. The ends of its scale stand nowhere in the PLC.",
+)
 D151 = Decision(
     151,
     "tag names are PID<n>_<Variable>",

@@ -24,7 +24,7 @@ from pidcfg.encoders.image import (
 )
 from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, CV, MAP_SPACE, SPACE, TABLES, TUNED, counts_format
 from pidcfg.encoders.regmap import LoopTuning
-from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, Loop, LoopSettings, Plc, PlcSettings
+from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, WORD_MOST, Loop, LoopSettings, Plc, PlcSettings
 from pidcfg.schemas.numbers import EXACT_CONTEXT
 
 if TYPE_CHECKING:
@@ -99,6 +99,10 @@ LOOP_OPTIONS = (
 """What options say when no settings stand beside the registers."""
 TIMES = ("tuning.integral_time", "tuning.derivative_time")
 """Times of terms that 0 switches off."""
+PV_WORDS = ("setpoint", "deadband", "setpoint_low", "setpoint_high")
+"""Registers on the PV's scale."""
+WHOLE_REGISTER = (0, WORD_MOST)
+"""Counts of a PV that is scaled by the ladder program."""
 ALWAYS = frozenset({"mode", *TIMES})
 """Fields that are written even where they are defaults."""
 
@@ -117,8 +121,10 @@ def decode(
     entries = with_options(settings, options or {}, LOOP_OPTIONS)
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     loops, notes = [], []
-    for loop, (registers, discretes) in read_loops(LoopSettings, entries, words, SPACE, BLOCKS):
-        _know_pulses(loop, registers)
+    for given, (registers, discretes) in read_loops(LoopSettings, entries, words, SPACE, BLOCKS):
+        _know_pulses(given, registers)
+        loop, counted = _know_counts(given, registers, discretes)
+        notes += counted
         loops.append(_loop(loop, registers, discretes))
         notes += [*registers.left_out(), *discretes.left_out()]
     data: Data = {"pidcfg": 1, "vendor": "ezlogix"}
@@ -137,6 +143,21 @@ def _know_pulses(settings: LoopSettings, registers: LoopBlock) -> None:
             "whether the control output is enabled; give --output-tag (none: it is not)",
             registers.start + registers.table.offset("cycle_time"),
         )
+
+
+def _know_counts(settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock) -> tuple[LoopSettings, list[str]]:
+    """The settings with all counts that a register holds where the PV's registers go beyond 4095 (D951), and a note."""
+    top = scales_of(settings.pv, settings.output, root=bool(discretes.word("square_root")))["sp"].top
+    most = max(PV_WORDS, key=registers.word)
+    if settings.pv.counts is not None or registers.word(most) <= top:
+        return settings, []
+    beyond = f"{settings.loop}: {registers.address(most)} ({most}) holds {registers.word(most)}, more than {top}"
+    if settings.pv.range is not None:
+        return settings, [f"{beyond}, the end of pv.range: say in pv.counts which counts its ends are"]
+    taken = f"pv.counts is taken as {[*WHOLE_REGISTER]}, all that a register holds (D951)"
+    pv = settings.pv.model_copy(update={"counts": WHOLE_REGISTER})
+    better = "write what it holds at the ends of its range, which is what runs are judged by"
+    return settings.model_copy(update={"pv": pv}), [f"{beyond}: {taken}; {better}"]
 
 
 def _loop(settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock) -> Data:

@@ -164,13 +164,36 @@ def value_exceeds_word(context: AnyContext) -> Findings:
 
     Why: the register has no digits or bits for it, so the loop would run with another value.
 
-    Fix: write a value that the word holds, or change the range or the data format that it is scaled with.
+    Fix: write a value that the word holds, or change what it is scaled with: the range, a DL06's data format or an
+    EZLogix's counts.
     """
     for path, misfit in _misfits(context, "range"):
         low, high = misfit.error.low, misfit.error.high
         unit = unit_of(context, path, misfit)
         allowed = str(misfit.error) if high is None else _between(low, high, unit.strip())
-        yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit, allowed=allowed)
+        values = {"field": misfit.word.name, "value": _text(misfit.value), "unit": unit, "allowed": allowed}
+        yield Finding(path, values, fix=_scale_cure(context, path, misfit))
+
+
+SCALE_KEYS = {
+    "range": "",
+    "format": "",
+    "counts": ", what the register of the PV holds at both ends: at most [0, 65535]",
+}
+"""What values of a side of a loop may be scaled with, and what a cure says of it."""
+
+
+def _scale_cure(context: AnyContext, path: Path, misfit: Misfit) -> str:
+    """The cure, with the keys of the loop that the value is scaled with."""
+    cure, scale = "write a value that the word holds", getattr(misfit.word, "scale", None)
+    side = "pv" if scale == "sp" else str(scale)
+    part = getattr(value_at(context.config, path[:2]), side, None)
+    if not isinstance(part, BaseModel):
+        return cure
+    has_range = getattr(part, "range", None) is not None
+    keys = [key for key in SCALE_KEYS if key in type(part).model_fields and (has_range or key != "range")]
+    changes = " or ".join(f"`{side}.{key}`{SCALE_KEYS[key]}" for key in keys)
+    return f"{cure}, or set {changes}" if changes else cure
 
 
 @error("PID103", D06, "{field} is {value}{unit}, which {effect}")
