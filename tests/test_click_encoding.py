@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 import pidcfg
 from click_strategies import configurations, registers
 from pidcfg.encoders.click.files import FORMATS
-from pidcfg.encoders.click.image import decode, encode
+from pidcfg.encoders.click.image import decode, encode, mode_of
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.listing import Place, reference
-from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, ERRORS, SPACE, SUFFIXES, TABLES
+from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, ERRORS, MODE_BITS, SPACE, SUFFIXES, TABLES
 from pidcfg.schemas.click import ClickFile
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
@@ -141,9 +141,29 @@ def test_the_table_of_errors_is_in_the_order_of_its_numbers_and_names_registers(
     assert numbers == sorted(set(numbers))
     names = {w.name for table in TABLES for w in table.words}
     assert {e.register for e in ERRORS} | {e.above for e in ERRORS if e.above} <= names
-    assert {w.name for t in (C_BLOCK, DS_BLOCK, DF_BLOCK) for w in t.words if w.access != "reserved"} | {
-        "reserved_10"
-    } == set(SUFFIXES)
+    named = {w.name for t in (C_BLOCK, DS_BLOCK, DF_BLOCK) for w in t.words if w.access != "reserved"}
+    assert named - {*MODE_BITS} | {"reserved_10"} == set(SUFFIXES)
+
+
+@pytest.mark.parametrize(
+    ("bits", "told", "mode"),
+    [
+        ((0, 0), "", ""),
+        ((1, 0), "Manual by C126", "manual (unconfirmed)"),
+        ((0, 1), "Auto by C127", "auto (unconfirmed)"),
+        ((1, 1), "Manual by C126 and Auto by C127", ""),
+    ],
+)
+def test_the_mode_bits_are_told_as_unconfirmed_and_no_mode_is_taken_from_them(bits, told, mode):
+    image = encode(configuration(mode="auto")).image
+    words = image.words | {SPACE.number("C", 126 + k): bit for k, bit in enumerate(bits)}
+    found = decode(words, image.settings)
+    start = f"L1: {told}, unconfirmed (D952): if these bits mean something else"
+    assert [note[: len(start)] for note in found.notes] == ([start] if told else [])
+    assert found.data == decode(image.words, image.settings).data
+    assert found.data["loops"][0]["mode"] == "auto"
+    assert mode_of(*bits) == mode
+    assert not any(image.words[SPACE.number("C", 126 + k)] for k in (0, 1))
 
 
 @SLOW

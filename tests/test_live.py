@@ -118,6 +118,21 @@ def test_a_click_tells_no_mode_and_is_said_so(desk, memory):
     assert not any("mode is manual" in note for note in like.notes)
 
 
+def test_the_mode_bits_of_a_click_are_told_and_no_difference(desk, memory):
+    coil = ("coil", 16384 + 126)
+    assert memory[CLICK][coil] == 0
+    with desk.plc(Registers(memory[CLICK] | {coil: 1})) as url:
+        pulled, compared = pidcfg.pull(url, like=CLICK), pidcfg.compare(CLICK, url)
+        rows = io.StringIO()
+        pidcfg.trend(url, rows, like=CLICK, seconds=0.0)
+    assert [note for note in pulled.notes if note.startswith("TANK1: Auto by C127, unconfirmed (D952)")]
+    assert compared.ok
+    assert [line.split(",")[:2] for line in rows.getvalue().splitlines()] == [
+        ["time", "TANK1.MODE"],
+        ["0.000", "auto (unconfirmed)"],
+    ]
+
+
 def test_a_click_without_a_file_needs_its_places(desk, memory):
     places = {"bits": "C101", "integers": "DS101", "floats": "DF101", "pwm_bit": "Y001"}
     with desk.plc(Registers(memory[CLICK])) as url:

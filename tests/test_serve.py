@@ -88,12 +88,20 @@ def test_a_fresh_plc_holds_what_was_encoded(vendor):
     encoded = pidcfg.encode({"dl06": DL06, "click": CLICK}[vendor]).image
     numbering = VENDORS[vendor].load("numbering")
     running = {"pv", "raw_pv", "output", "bias", "mode_and_alarm_status", "alarm_low", "alarm_low_low", "setpoint"}
+    running |= {"manual_indication"}
     for cell in encoded.cells:
         place = numbering.place(cell.number)
         held = plc.read(place.table, place.register, place.width)
         raw = sum(content << 16 * k for k, content in enumerate(held))
         assert raw == cell.raw or cell.field in running, cell
     assert plc.steps == 0
+
+
+def test_a_click_shows_its_mode_in_the_bits_that_may_tell_it():
+    plc = virtual("click")
+    assert plc.read("coil", C116 + 10, 2) == [1, 0]
+    plc.advance(500)
+    assert plc.read("coil", C116 + 10, 2) == [0, 1]
 
 
 def test_signals_and_registers_say_the_same():

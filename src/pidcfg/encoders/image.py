@@ -20,7 +20,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, given_fields, has_key, put, steps, value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.regmap import Access, Encoded, Misfit, RegisterMap, Rounded, Space, Word, Written
@@ -533,10 +533,13 @@ class LoopBlock:
         address = self.start + (error.place or 0)
         return NoValueError(f"{self.loop}, {self.space.name(address)}: {error}", address)
 
-    def left_out(self) -> Iterator[str]:
-        """Says what is not carried over: momentary requests, what the controller writes, reserved registers."""
+    def left_out(self, told: Collection[str] = ()) -> Iterator[str]:
+        """Says what is not carried over: momentary requests, what the controller writes, reserved registers.
+
+        ``told``: registers of which another note speaks.
+        """
         for row in self.table.words:
-            if row.path is None and self.raw[row.offset]:
+            if row.path is None and self.raw[row.offset] and row.name not in told:
                 address = self.start + row.offset
                 value = self.space.kind(address).text(self.raw[row.offset])
                 yield f"{self.loop}: {self.space.name(address)} = {value} ({row.title}) is not carried over"

@@ -185,10 +185,11 @@ def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> 
 
 
 def _unknown_mode(source: Source) -> tuple[str, ...]:
-    """A note where nothing tells in which mode the loops are."""
-    if source.like is not None or getattr(source.vendor.module("encode"), "MODE_REGISTER", "") is not None:
+    """A note where nothing that is confirmed tells in which mode the loops are."""
+    if source.like is not None or getattr(source.vendor.module("encode"), "MODE_IS_CONFIRMED", True):
         return ()
-    return ("mode is manual, as after each start: no register tells it; write the mode the loop is meant to run in",)
+    said = "no register that is confirmed tells it; write the mode the loop is meant to run in"
+    return (f"mode is manual, as after each start: {said}",)
 
 
 def read_plc(source: Source, patience: Patience) -> AnyImage:

@@ -61,8 +61,8 @@ class RegisterEncoder(Encoder, Protocol):
     """``encoders.<vendor>.image`` of a PLC whose registers are read over Modbus."""
 
     @property
-    def MODE_REGISTER(self) -> str | None:  # noqa: N802 - a constant of the module
-        """The register that shows the mode."""
+    def MODE_REGISTERS(self) -> tuple[str, ...]:  # noqa: N802 - a constant of the module
+        """The registers that show the mode, which ``mode_of`` takes."""
 
     def areas(self, words: Mapping[int, int], like: Image | None, options: Mapping[str, Any], /) -> list[Area]:
         """The blocks that are to be read, as far as ``words`` tell; raises `AreaError`."""

@@ -42,8 +42,8 @@ D874 = Decision(
     874,
     "what a trend of a PLC has of a loop",
     "PV, SP and output as their registers say, on the ranges of the file, and the mode where a register tells it: +06 "
-    "of a DL06. The help names no register of a CLICK that does, so that its trends have no such column. SP is the "
-    "register of the loop, also where a loop in Cascade takes another one's output.",
+    "of a DL06, and of a CLICK two bits whose rows say that they are unconfirmed (D952). SP is the register of the "
+    "loop, also where a loop in Cascade takes another one's output.",
     "A mode that is guessed from requests would be wrong whenever one was refused.",
 )
 SIGNALS = {"state.pv": "PV", "setpoint.value": "SP", "state.output": "OUT"}
@@ -155,16 +155,17 @@ async def _readings(link: Link, registers: Registers, channels: Sequence[Channel
 
 def _registers(encoding: AnyEncoding, source: Source) -> Iterator[Channel]:
     """The columns of all loops, as far as their blocks have them."""
-    register = register_encoder_of(source.vendor).MODE_REGISTER
+    registers = register_encoder_of(source.vendor).MODE_REGISTERS
     for block in encoding.blocks:
         if block.loop is None or block.prefix:
             continue
         for word in block.table.words:
             number = block.start + word.offset
             signal = SIGNALS.get(str(word.path))
-            if word.name == register:
-                show = _mode(source.vendor.load("mode_of"), number)
-                yield Channel(f"{block.loop}.{MODE}", (number,), show, block.start)
+            if word.name == registers[0]:
+                numbers = tuple(block.start + block.table.offset(name) for name in registers)
+                show = _mode(source.vendor.load("mode_of"), numbers)
+                yield Channel(f"{block.loop}.{MODE}", numbers, show, block.start)
             elif signal is not None:
                 show = _value(partial(word.decode, scales=block.scales), number)
                 yield Channel(f"{block.loop}.{signal}", (number,), show, block.start)
@@ -192,8 +193,8 @@ def has_place(numbering: Any, number: Any) -> bool:
     return True
 
 
-def _mode(mode_of: Callable[[int], str], number: int) -> Callable[[Mapping[Any, int]], str]:
-    return lambda words: mode_of(words[number])
+def _mode(mode_of: Callable[..., str], numbers: tuple[int, ...]) -> Callable[[Mapping[Any, int]], str]:
+    return lambda words: mode_of(*(words[number] for number in numbers))
 
 
 def _value(decode: Callable[[int], Any], number: int) -> Callable[[Mapping[Any, int]], str]:

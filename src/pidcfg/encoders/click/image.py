@@ -23,7 +23,7 @@ from pidcfg.encoders.image import (
     with_options,
 )
 from pidcfg.encoders.image import values_of as mapped
-from pidcfg.encoders.maps.click import BANKS, BLOCKS, SPACE, TABLES, TUNED, UNUSED
+from pidcfg.encoders.maps.click import BANKS, BLOCKS, MODE_BITS, SPACE, TABLES, TUNED, UNUSED
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.click import BITS, FLOATS, INTEGERS, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.numbers import decimal_text
@@ -108,10 +108,19 @@ def decode(
     loops, notes = [], []
     for loop, blocks in read_loops(LoopSettings, entries, words, SPACE, BLOCKS):
         loops.append(_loop(loop, blocks))
-        notes += [note for block in blocks for note in block.left_out()]
+        notes += [*_mode_seen(loop, blocks[0]), *(note for block in blocks for note in block.left_out(MODE_BITS))]
     data: Data = {"pidcfg": 1, "vendor": "click"}
     data |= present({"name": plc_settings.name, "description": plc_settings.description})
     return Decoded({**data, "loops": loops}, tuple(notes))
+
+
+def _mode_seen(settings: LoopSettings, bits: LoopBlock) -> Iterator[str]:
+    """A note on the mode that the bits of a loop tell, if D952 is right, and on what the file has."""
+    seen = [name for name in MODE_BITS if bits.word(name)]
+    if seen:
+        told = " and ".join(f"{name.partition('_')[0].title()} by {bits.address(name)}" for name in seen)
+        otherwise = f"if these bits mean something else, nothing tells the mode; it stays {settings.mode} in the file"
+        yield f"{settings.loop}: {told}, unconfirmed (D952): {otherwise}"
 
 
 def _loop(settings: LoopSettings, blocks: Sequence[LoopBlock]) -> Data:
@@ -131,8 +140,14 @@ def _loop(settings: LoopSettings, blocks: Sequence[LoopBlock]) -> Data:
 PLACES = tuple(row for row in LOOP_OPTIONS if row.option in BANKS)
 FIELDS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
 
-MODE_REGISTER = None
-"""The help names no register that tells a loop's mode (D874)."""
+MODE_REGISTERS = MODE_BITS
+"""What tells a loop's mode, unconfirmed (D952)."""
+MODE_IS_CONFIRMED = False
+
+
+def mode_of(manual: int, auto: int) -> str:
+    """The mode that the two bits tell, as unconfirmed; empty: they tell none."""
+    return {(1, 0): "manual (unconfirmed)", (0, 1): "auto (unconfirmed)"}.get((manual, auto), "")
 
 
 def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, Any]) -> list[Area]:  # noqa: ARG001 - they say nothing of places

@@ -511,8 +511,8 @@ def _reader(
 # ----------------------------------------------------------------------------------------------------------------------
 # The blocks of a DL06: V7640 and V7641 say where its loop table is, and each loop where its ramp/soak table is.
 
-MODE_REGISTER = "mode_and_alarm_status"
-"""The register that tells a loop's mode."""
+MODE_REGISTERS = ("mode_and_alarm_status",)
+"""What tells a loop's mode."""
 
 
 def mode_of(raw: int) -> str:

@@ -176,7 +176,7 @@ def _loop(settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock) ->
 
 PLACES = tuple(row for row in LOOP_OPTIONS if row.option in BANKS)
 FIELDS = {"registers": REGISTERS, "discretes": DISCRETES}
-MODE_REGISTER = "mode"
+MODE_REGISTERS = ("mode",)
 """The discrete that tells a loop's mode."""
 
 

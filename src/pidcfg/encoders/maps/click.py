@@ -41,9 +41,20 @@ OPTIONS = CLICK.at("CLICK PID options")
 D102 = Decision(
     102,
     "registers without a known meaning are reserved",
-    "Cn+10, +18 to +30, +38 and +39, DSn+01 to +04 and +09 to +14, and DFn+24 are encoded as 0 and never written by a "
-    "DataView or an initial value.",
-    "The help prints how long the blocks are, and the meaning of the other registers only.",
+    "Cn+10, +18 to +24, +27 to +30, +38 and +39, DSn+01 to +04 and +09 to +14, and DFn+24 are encoded as 0 and never "
+    "written by a DataView or an initial value; nor are Cn+25 and +26 (D952).",
+    "The help that is at hand prints how long the blocks are, and the meaning of the other registers only.",
+)
+D952 = Decision(
+    952,
+    "Cn+25 and Cn+26 may tell Manual and Auto",
+    "Where one of the two bits is on, `explain`, `decode`, `pull` and `trend` show the mode as unconfirmed, and `serve` "
+    "sets them. They are never written, no mode of a file is taken from them, and `compare` does not look at them.",
+    "CL246 has a Mode Indication bit that goes on when the loop has switched, without an address; CL254 has IND "
+    "(indicator) among the abbreviations of its nicknames, of which no other known bit makes use. One public page, "
+    "industrialmonitordirect.com, click-plc-pid-auto-mode-force-bit-not-working-fix, names C317 Auto Mode Request, C326 "
+    "Manual Mode Indication and C327 Auto Mode Indication of a loop whose bits then begin at C301: C317 agrees with the "
+    "help. No second source was found, and pages of that site contradict each other elsewhere.",
 )
 D103 = Decision(
     103,
@@ -94,6 +105,8 @@ C_BLOCK = RegisterMap(
         Word(15, "manual_request",                  None,                                   FLAG,        "", "Manual mode start request",        "-", MODES, "request", suffix="_REQ_Manual"),
         Word(16, "auto_request",                    None,                                   FLAG,        "", "Auto mode start request",          "-", MODES, "request", suffix="_REQ_Auto"),
         Word(17, "autotune_request",                None,                                   FLAG,        "", "Autotune mode start request",      "-", MODES, "request", suffix="_REQ_Autotune"),
+        Word(25, "manual_indication",               None,                                   FLAG,        "", "Manual mode indication (unconfirmed)", "-", D952, "status"),
+        Word(26, "auto_indication",                 None,                                   FLAG,        "", "Auto mode indication (unconfirmed)", "-", D952, "status"),
         Word(31, "alarm_low_low",                   None,                                   FLAG,        "", "PV low-low alarm",                 "-", ALARMS, "status", suffix="_ALM_LowLow"),
         Word(32, "alarm_low",                       None,                                   FLAG,        "", "PV low alarm",                     "-", ALARMS, "status", suffix="_ALM_Low"),
         Word(33, "alarm_high",                      None,                                   FLAG,        "", "PV high alarm",                    "-", ALARMS, "status", suffix="_ALM_High"),
@@ -160,6 +173,8 @@ TABLES = (C_BLOCK, DS_BLOCK, DF_BLOCK)
 SUFFIXES = {"reserved_10": "_C_Reserved_01"}
 SUFFIXES |= {word.name: word.suffix for table in TABLES for word in table.words if word.suffix}
 """How the nickname of each register ends; the help has one for a reserved bit, too (D103)."""
+MODE_BITS = ("manual_indication", "auto_indication")
+"""Bits that tell a loop's mode, as one public page says (D952)."""
 BLOCKS = {"bits": ("C", C_BLOCK), "integers": ("DS", DS_BLOCK), "floats": ("DF", DF_BLOCK)}
 """Bank and map of each block, by the key that gives its address."""
 BANKS = {key: prefix for key, (prefix, _) in BLOCKS.items()}
@@ -264,6 +279,8 @@ FORCED = "The loop stays in Manual, or falls back into it, until the error is go
 NOT_WRITTEN = "A value that was never written after the download (0) is the usual reason."
 INFERRED = "Which state is which is inferred, not printed in the help. Compare it with {shown} in the PID window before {before}."
 ALARM = "Off again when the PV is back by the hysteresis (DFn+20). The loop goes on as it is; only the bit tells it."
+UNCONFIRMED = "One public page says so; the help names a Mode Indication bit and no address, so nothing is built on it."
+COMPARE_MODE = "Compare it with the mode in the PID Monitor window, and never write it."
 MOMENT = "Set it for a moment; the PLC reads the change from 0 to 1."
 
 # fmt: off
@@ -279,6 +296,8 @@ WORDS = {
     "auto_request": Meaning("Asks for Auto; works only from Manual, and not while a PID error is active.", MOMENT, (), MODES),
     "autotune_request": Meaning("Asks for the autotune; works only in Auto. Switched off again, it ends the autotune "
                                 "and the loop is back in Auto.", "Stay at the plant while it runs.", (), MODES),
+    "manual_indication": Meaning(f"On: the loop is in Manual, as it seems. {UNCONFIRMED}", COMPARE_MODE, (), D952),
+    "auto_indication": Meaning(f"On: the loop is in Auto, as it seems. {UNCONFIRMED}", COMPARE_MODE, (), D952),
     "alarm_low_low": Meaning(f"The PV is below the low-low limit in DFn+13. {ALARM}", "", (), ALARMS),
     "alarm_low": Meaning(f"The PV is below the low limit in DFn+14. {ALARM}", "", (), ALARMS),
     "alarm_high": Meaning(f"The PV is above the high limit in DFn+15. {ALARM}", "", (), ALARMS),
@@ -301,7 +320,7 @@ WRITERS = {row.name: row.by for row in WRITTEN if row.name in {"raw_pv", "output
 """Who writes a register that is not the PLC's alone."""
 DOUBTS = dict.fromkeys(
     ("action", "autotune_method", "autotune_type"), f"inferred, not printed: compare the PID window, D{D100.number}"
-)
+) | dict.fromkeys(MODE_BITS, f"unconfirmed: compare the PID Monitor window, D{D952.number}")
 """Remarks on registers whose states are a reading of ours."""
 CROSSED_RULES = ("CK311", "CK312")
 """Rules that find crossed limits before the download."""

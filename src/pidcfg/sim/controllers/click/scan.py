@@ -6,7 +6,7 @@ from collections import defaultdict
 from math import isnan
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.maps.click import BLOCKS, SPACE
+from pidcfg.encoders.maps.click import BLOCKS, MODE_BITS, SPACE
 from pidcfg.sim.controllers.click.autotune import tune
 from pidcfg.sim.controllers.click.equation import (
     AUTO,
@@ -14,6 +14,7 @@ from pidcfg.sim.controllers.click.equation import (
     BIAS_NUMBER,
     FIRST,
     GOAL,
+    MANUAL,
     NAN,
     PID_ERROR,
     REQUEST,
@@ -129,7 +130,9 @@ COST = COSTS["click"]
 # --- The C, DS and DF registers of a virtual CLICK --------------------------------------------------------------------
 
 REQUESTS = {"manual_request": "manual", "auto_request": "auto", "autotune_request": "autotune"}
-ALARMS = {f"alarm_{name.removeprefix('pv_')}": bit for name, bit in ALARM_BITS.items()}
+STATUS = {f"alarm_{name.removeprefix('pv_')}": bit for name, bit in ALARM_BITS.items()}
+STATUS |= dict(zip(MODE_BITS, (MANUAL, AUTO), strict=True))
+"""Bits that the PLC writes, by what they show."""
 
 
 class ClickRegisters(Registers):
@@ -147,7 +150,7 @@ class ClickRegisters(Registers):
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last scan."""
         words, status = self.plc.memory(loop).words, self.plc.states[loop].status
-        alarms = {name: int(bool(status & bit)) for name, bit in ALARMS.items()}
+        alarms = {name: int(bool(status & bit)) for name, bit in STATUS.items()}
         return self.contents_by_number(loop, defaultdict(int, words | alarms | dict.fromkeys(REQUESTS, 0)))
 
     def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
