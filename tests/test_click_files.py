@@ -856,7 +856,7 @@ def test_a_package_that_reads_otherwise_is_noticed(image, dump, monkeypatch):
 
     def other_value(path):
         found = load(path)
-        found.rows[34].new_value = 1.0
+        found.rows[36].new_value = 1.0
         return found
 
     monkeypatch.setattr(DataViewFile, "load", other_value)

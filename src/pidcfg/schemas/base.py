@@ -218,9 +218,19 @@ def parse_range(value: object) -> tuple[Decimal, Decimal]:
     """Engineering values at 0 % and 100 %, ascending."""
     low, high = parse_pair(parse_number, "a range")(value)
     if low >= high:
-        help_text = "write the lower end first" if low > high else "the two ends must differ"
+        help_text = _ascending(high, low) if low > high else "the two ends must differ"
         refuse("range_order", f"the range [{low}, {high}] does not ascend", help=help_text)
     return low, high
+
+
+def _ascending(low: Decimal, high: Decimal) -> str:
+    """How a range is written that does not ascend, also where the signal falls as the value rises."""
+    mirrored = f"{low + high} - v" if low + high else "-v"
+    return (
+        f"write the lower end first, [{low}, {high}]. If the signal falls as the value rises, turn it round in the "
+        f"module or the program; else write each value v on this scale as {mirrored}, low alarms and limits as high "
+        "ones, and the other action"
+    )
 
 
 def pair_schema(item: dict[str, Any]) -> dict[str, Any]:

@@ -298,7 +298,7 @@ SCHEMA = (
     _row("PID031", "unknown-vendor", "The vendor is not known.", "Without it no schema can be chosen.", "Write one of the vendors in the message."),
     _row("PID032", "neither-vendor-nor-scenario", "The file says neither which vendor it is for nor that it is a scenario.", "It could be anything.", "Add `vendor: …` for a configuration, or `scenario: …` for a simulation."),
     _row("PID033", "bad-name", "A name holds characters that outputs cannot carry.", "Names reach tags, file names and spreadsheets.", "Begin with a letter or digit; letters, digits, blanks and _ - . / # may follow."),
-    _row("PID034", "range-order", "A range does not ascend.", "0 % must lie below 100 %.", "Write the lower end first; the direction of control is the loop's `action`."),
+    _row("PID034", "range-order", "A range does not ascend.", "0 % must lie below 100 %.", "Write the lower end first; the direction of control is the loop's `action`. Where the signal falls as the value rises, turn it round in the input module or the program: written in ascending order alone the scale is the wrong way round."),
     _row("PID035", "incomplete-transfer", "An auto transfer names neither a channel nor an address, or both.", "The CPU would read the wrong input.", "Give slot and channel, or address."),
     _row("PID036", "too-many-items", "A list has more items than there is room for.", "The table in the PLC has a fixed size.", "Remove items."),
     _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),

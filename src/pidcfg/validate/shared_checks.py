@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path
+from pidcfg.text.references import Decision
 from pidcfg.validate.rule import Finding, finding
 
 if TYPE_CHECKING:
@@ -324,6 +325,33 @@ def report_at_both(one: HasName, at_one: Finding, other: HasName, at_other: Find
     """A finding at each of two loops, which names the other one; with the values of the message that both have."""
     yield at_one.quoting(**values).shared_with(other.name)
     yield at_other.quoting(**values).shared_with(one.name)
+
+
+D955 = Decision(
+    955,
+    "crossed set points of loops that read one PV",
+    "Of two loops that read one PV the one that raises it may not have the higher set point: a warning at both, where "
+    "the set points are on one scale and neither comes from another loop.",
+    "As D181 for the EZLogix. Between crossed set points both outputs are on and work against each other, whatever the "
+    "PLC is.",
+)
+
+
+def crossed_set_points(
+    pairs: Iterable[tuple[ViewT, ViewT]],
+    raises_pv: Callable[[ViewT], bool],
+    setpoint: Callable[[ViewT], Decimal | int | None],
+) -> Iterator[tuple[ViewT, ViewT]]:
+    """Of pairs of loops with one PV those of which one raises it to a set point above that of the other.
+
+    Each is told as heating and cooling; None as a set point: it is not known, or not on the other's scale.
+    """
+    for pair in pairs:
+        loops = {raises_pv(view): view for view in pair}
+        if len(loops) == 2:
+            high, low = setpoint(loops[True]), setpoint(loops[False])
+            if high is not None and low is not None and high > low:
+                yield loops[True], loops[False]
 
 
 def list_names(names: Sequence[str]) -> str:

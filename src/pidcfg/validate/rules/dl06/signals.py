@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import nearest
@@ -11,10 +12,11 @@ from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
-from pidcfg.validate.shared_checks import PV_POINTS, value_or_switch
+from pidcfg.validate.rules.dl06.setup import source_of
+from pidcfg.validate.shared_checks import D955, PV_POINTS, crossed_set_points, report_at_both, value_or_switch
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rules.dl06.context import LoopView
+    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 # --- The PV's low-pass filter -----------------------------------------------------------------------------------------
 
@@ -498,3 +500,35 @@ def bipolar_format_for_positive_range(view: LoopView) -> Findings:
                 format=scale.format.name,
                 middle=view.eu(0, key),
             )
+
+
+# --- A heating and a cooling loop of one PV ---------------------------------------------------------------------------
+
+
+@warning(
+    "DL522", D955, "{heating} raises {place} to {high}, {cooling} lowers it to {low}: between them both outputs are on"
+)
+def set_points_crossed(context: Dl06Context) -> Findings:
+    """A heating and a cooling loop on one PV have crossed set points.
+
+    Why: the direct-acting loop raises the PV to its set point, the reverse-acting one lowers it to its own. With the
+    first above the second, both run to their limits and work against each other.
+
+    Fix: put the set point of the reverse-acting loop above that of the direct-acting one, with a gap between them.
+    """
+    pairs = ((one, other) for one, other in combinations(context.loops, 2) if _read_alike(one, other))
+    for heating, cooling in crossed_set_points(
+        pairs, lambda view: view.loop.action == "direct", lambda view: view.counts("setpoint")
+    ):
+        first, second = sorted((heating, cooling), key=lambda view: view.index)
+        values = {"high": heating.shown("setpoint"), "low": cooling.shown("setpoint")}
+        names = {"heating": heating.name, "cooling": cooling.name, "place": source_of(first.loop.pv.transfer)}
+        at_first, at_second = (view.at("setpoint", "value") for view in (first, second))
+        yield from report_at_both(first, at_first, second, at_second, **values, **names)
+
+
+def _read_alike(*views: LoopView) -> bool:
+    """Whether loops read one place on one scale, and each has a set point of its own."""
+    scales = {(source_of(view.loop.pv.transfer), view.scales["sp"]) for view in views}
+    own = all(view.loop.setpoint.value is not None and view.loop.cascade_from is None for view in views)
+    return own and len(scales) == 1 and source_of(views[0].loop.pv.transfer) is not None

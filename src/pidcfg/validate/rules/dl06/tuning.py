@@ -188,6 +188,25 @@ def no_control_term(view: LoopView) -> Findings:
 
 
 @per_loop
+@info(
+    "DL523",
+    SUBSET,
+    "no integral: an error stays as long as the process needs another output than at the change to Auto",
+)
+def proportional_alone(view: LoopView) -> Findings:
+    """A loop has a gain and no integral.
+
+    Why: without an error the output is the bias (+04), which a change to Auto leaves where the output was. A heater
+    that needs more later gives it only with the error that makes it. Where errors may be large that is what is wanted.
+
+    Fix: give a reset time, or let the ladder program write the output that holds the set point to +04.
+    """
+    tuning = view.loop.tuning
+    if view.reset is None and tuning.gain > 0 and "reset" not in view.misfits and view.loop.algorithm == "position":
+        yield view.at("tuning", "reset")
+
+
+@per_loop
 @warning("DL215", SUBSET, "rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I")
 def derivative_without_proportional(view: LoopView) -> Findings:
     """Derivative alone, or integral and derivative without proportional.

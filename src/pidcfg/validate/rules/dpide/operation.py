@@ -12,6 +12,8 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DPIDE, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.shared_checks import (
+    D955,
+    crossed_set_points,
     find_shared_keys,
     list_names,
     number_text,
@@ -293,6 +295,37 @@ def symbols_collide(context: DpideContext) -> Findings:
         if others:
             finding = view.at("name", others=list_names(others), symbol=identifier(view.name, "SV"))
             yield finding.shared_with(*others)
+
+
+# --- A heating and a cooling loop of one PV ---------------------------------------------------------------------------
+
+
+@warning(
+    "DP783", D955, "{heating} raises {device} to {high}, {cooling} lowers it to {low}: between them both MV are on"
+)
+def set_points_crossed(context: DpideContext) -> Findings:
+    """A heating and a cooling loop on one PV have crossed set points.
+
+    Why: the loop with PID_DIR TRUE raises the PV to its SV, the one with FALSE lowers it to its own. With the first
+    above the second, both run to their limits and work against each other.
+
+    Fix: put the SV of the loop with PID_DIR FALSE above that of the other, with a gap between them.
+    """
+    devices = {view.index: view.loop.devices.PV for view in context.loops if view.loop.devices.PV is not None}
+    pairs = (
+        (one, other)
+        for one, other in combinations(context.loops, 2)
+        if devices.get(one.index, "") == devices.get(other.index, " ")
+        and all(view.gives("PID_DIR") for view in (one, other))
+    )
+    for heating, cooling in crossed_set_points(
+        pairs, lambda view: view.loop.PID_DIR, lambda view: None if view.has_device("SV") else view.number("SV")
+    ):
+        first, second = sorted((heating, cooling), key=lambda view: view.index)
+        values = {"high": heating.pv(heating.loop.SV), "low": cooling.pv(cooling.loop.SV)}
+        names = {"heating": heating.name, "cooling": cooling.name, "device": devices[first.index]}
+        at_first, at_second = (view.at("SV") for view in (first, second))
+        yield from report_at_both(first, at_first, second, at_second, **values, **names)
 
 
 # --- The sampling time: its limits, and the interrupt task that replaces it -------------------------------------------

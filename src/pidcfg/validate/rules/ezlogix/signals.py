@@ -13,7 +13,14 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import EZLOGIX, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
-from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, number_with_unit, outside_limits, report_at_both
+from pidcfg.validate.shared_checks import (
+    NUMBER_FIELDS,
+    crossed_set_points,
+    number_text,
+    number_with_unit,
+    outside_limits,
+    report_at_both,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -164,18 +171,16 @@ def set_points_crossed(context: EzlogixContext) -> Findings:
 
     Fix: put the set point of the direct-acting loop above that of the reverse-acting one, with a gap between them.
     """
-    for first, second in pairs_with_one_pv(context):
-        pair = {view.loop.action: view for view in (first, second) if view.loop.setpoint.value is not None}
-        if len(pair) < 2:
-            continue
-        heating, cooling = pair["reverse"], pair["direct"]
-        same_scale = heating.loop.pv.square_root == cooling.loop.pv.square_root
-        if same_scale and heating.setpoint is not None and cooling.setpoint is not None:
-            high, low = heating.setpoint, cooling.setpoint
-            if high > low:
-                names = {"tag": second.loop.pv.tag, "heating": heating.name, "cooling": cooling.name}
-                at_first, at_second = (view.at("setpoint", "value", high=high, low=low) for view in (first, second))
-                yield from report_at_both(first, at_first, second, at_second, **names)
+    alike = (pair for pair in pairs_with_one_pv(context) if len({view.loop.pv.square_root for view in pair}) == 1)
+    given = (pair for pair in alike if all(view.loop.setpoint.value is not None for view in pair))
+    for heating, cooling in crossed_set_points(
+        given, lambda view: view.loop.action == "reverse", lambda view: view.setpoint
+    ):
+        first, second = sorted((heating, cooling), key=lambda view: view.index)
+        values = {"tag": first.loop.pv.tag, "high": heating.setpoint, "low": cooling.setpoint}
+        names = {"heating": heating.name, "cooling": cooling.name}
+        at_first, at_second = (view.at("setpoint", "value") for view in (first, second))
+        yield from report_at_both(first, at_first, second, at_second, **values, **names)
 
 
 @warning(

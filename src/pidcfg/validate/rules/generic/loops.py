@@ -10,7 +10,7 @@ from pidcfg.encoders.generic.image import D299, D302, D303
 from pidcfg.schemas.generic import D280
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.signs import closest_name, same_word
-from pidcfg.validate.rule import Findings, error, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.shared_checks import PV_POINTS, find_circles, number_text, outside_limits, report_at_both
 
 if TYPE_CHECKING:
@@ -215,6 +215,21 @@ def deadband_covers_range(view: LoopView) -> Findings:
     low, high = view.loop.pv.range
     if view.loop.deadband >= high - low:
         yield view.at("deadband", value=view.pv(view.loop.deadband), low=number_text(low), high=view.pv(high))
+
+
+@per_loop
+@info("GN827", D299, "no integral and a bias of {bias}: an error stays as long as the process needs another output")
+def proportional_without_bias(view: LoopView) -> Findings:
+    """A loop without an integral has a bias of 0.
+
+    Why: the bias is the output at zero error. A heater that has to give 30 % to hold the temperature does so only with
+    the error that makes 30 %. Where errors may be large that is what is wanted.
+
+    Fix: give the output that holds the set point as `output.bias`, or an integral time.
+    """
+    tuning, bias = view.loop.tuning, view.loop.output.bias
+    if not tuning.integral_time and tuning.gain and tuning.proportional and not bias:
+        yield view.at("tuning", "integral_time", bias=view.out(bias))
 
 
 # --- Alarm points: their order, and whether they can come -------------------------------------------------------------
