@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from command import run
 from pidcfg import api
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.dl06.files import read_bytes, write
@@ -167,9 +168,9 @@ def test_two_columns_that_differ_are_refused_whatever_they_are_called(name):
 @pytest.mark.parametrize(
     ("vendor", "row", "name", "sign"),
     [
-        ("dl06", "V2000,7E08", "V2000", ","),
-        ("dl06", "V2000: 7E08", "V2000", ":"),
-        ("dl06", '# upload\n"V2000";"7E08"', "V2000", ";"),
+        ("dl06", "V2000,0408", "V2000", ","),
+        ("dl06", "V2000: 0408", "V2000", ":"),
+        ("dl06", '# upload\n"V2000";"1408"', "V2000", ";"),
         ("click", "C101=1", "C101", "="),
         ("ezlogix", "R101,5", "R101", ","),
     ],
@@ -189,6 +190,135 @@ def test_a_text_without_an_address_of_the_vendor_is_told_no_form_of_rows(row):
 def test_the_forms_that_the_message_names_are_read():
     for text in ("V2000 0408", "address,hex\nV2000,0408", "address,value\nV2000,1032"):
         assert [*read_spelling("dl06", text).words.values()] == [0x0408]
+
+
+# --- DL06 listings as other programs and people write them: each shape with all words of an example (D991) ------------
+
+WORDS = read_spelling("dl06", written("dl06", "text")).words
+REFERENCE, LONG_REFERENCE = 40_001, 400_001
+
+
+def lines(row, head: str = "") -> str:
+    """A file with a row for each word of the example."""
+    return (f"{head}\n" if head else "") + "".join(f"{row(f'V{n:o}', n, word)}\n" for n, word in sorted(WORDS.items()))
+
+
+def dump(sign: str) -> str:
+    """Eight words a row."""
+    rows: list[list[int]] = []
+    for n in sorted(WORDS):
+        if rows and n == rows[-1][-1] + 1 and len(rows[-1]) < 8:
+            rows[-1].append(n)
+        else:
+            rows.append([n])
+    return "".join(f"V{row[0]:o}{sign} {' '.join(f'{WORDS[n]:04X}' for n in row)}\n" for row in rows)
+
+
+HEXADECIMAL = "words are read as hexadecimal, as 7E08 of {} must be (D991)"
+AS_REFERENCE = "{} is read as the reference of V2000 (D991)"
+SHAPES = {
+    # shape: the file, and what the notes say
+    "0x": (lines(lambda v, _, w: f"{v} 0x{w:04X}"), ()),
+    "h": (lines(lambda v, _, w: f"{v} = {w:04X}h"), ()),
+    "16#": (lines(lambda v, _, w: f"{v};16#{w:04X}"), ()),
+    "$": (lines(lambda v, _, w: f"{v} ${w:X}"), ()),
+    "K": (
+        lines(lambda v, _, w: f"{v} K{w:04X}"),
+        ("K before digits is the constant of a ladder program: K0100 is the word 0100 (D991)",),
+    ),
+    "eight a row": (dump(":"), (HEXADECIMAL.format("V2000"),)),
+    "comma": (lines(lambda v, _, w: f"{v},{w:04X}"), (HEXADECIMAL.format("V2000"),)),
+    "comma, decimal beside": (lines(lambda v, _, w: f"{v}, {w:04X}, {w}, remark"), ()),
+    "element": (lines(lambda v, _, w: f"{v},{w:04X}", "Element,Value"), (HEXADECIMAL.format("V2000"),)),
+    "address": (lines(lambda v, _, w: f"{v};{w:04X}", "Address;Value"), (HEXADECIMAL.format("V2000"),)),
+    "address, decimal": (
+        lines(lambda v, _, w: f"{v},{w}", "Address,Value"),
+        ("values are read as decimal, as 32264 of V2000 must be (D991)",),
+    ),
+    "decimal": (lines(lambda v, _, w: f"{v},{w}", "Address,Decimal"), ()),
+    "Data View": (lines(lambda v, _, w: f'"{v}","{w:04X}"', '"Element","Status"'), (HEXADECIMAL.format("V2000"),)),
+    "Data View without a header": (lines(lambda v, _, w: f'"{v}","{w:04X}"'), (HEXADECIMAL.format("V2000"),)),
+    "hex with marks": (lines(lambda v, _, w: f"{v},0x{w:04X}", "Address,Hex"), ()),
+    "hex and decimal": (lines(lambda v, _, w: f"{v},0x{w:04X},{w}", "Address,Hex,Decimal"), ()),
+    "references": (lines(lambda _, n, w: f"{REFERENCE + n} {w:04X}"), (AS_REFERENCE.format(41025),)),
+    "six digits": (
+        lines(lambda _, n, w: f"{LONG_REFERENCE + n},{w}", "reference,decimal"),
+        (AS_REFERENCE.format(401025),),
+    ),
+    "register, from 0": (
+        lines(lambda _, n, w: f"{n},{w}", "register,value"),
+        (
+            "values are read as decimal, as 32264 of 1024 must be (D991)",
+            "registers count from 0: so V7640 finds the loop table (D991)",
+        ),
+    ),
+    "register, from 1": (
+        lines(lambda _, n, w: f"{n + 1},{w:04X}", "Register,Hex"),
+        ("registers count from 1: so V7640 finds the loop table (D991)",),
+    ),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_dl06_listing_is_read_as_others_write_it(shape):
+    text, notes = SHAPES[shape]
+    listing = read_spelling("dl06", text)
+    assert listing.words == WORDS
+    assert listing.notes == notes
+
+
+def test_rows_of_words_need_no_sign():
+    row = dump("").splitlines()[0]
+    assert [*read_spelling("dl06", row).words.values()] == [WORDS[0o2000 + i] for i in range(8)]
+
+
+UNDECIDED = {
+    # a file: line, column, and what its error says
+    "V2000: 7E08\nV2001: 100": (2, 8, "V2001: 100 may be hexadecimal or decimal, and 7E08 in line 1 is hexadecimal"),
+    "V2000 = 0408h\nV2001 = 100": (2, 9, "V2001: 100 may be hexadecimal or decimal; write blanks in place of '='"),
+    "Address,Value\nV2000,7E08\nV2001,100": (3, 1, "V2001: 100 may be hexadecimal or decimal, and 7E08 in line 2"),
+    "Address,Value\nV2000,0408": (2, 1, "0408 looks hexadecimal and stands in a column of decimal values; call"),
+    "Address,Decimal\nV2000,0408": (2, 1, "0408 looks hexadecimal and stands in a column of decimal values; call"),
+    "Address,Value\nV2000,5E+08": (2, 1, "V2000: '5E+08' is not a word of 0 to 65535"),
+    "Address,Value\nV2000,65536": (2, 1, "V2000: '65536' is not a word of 0 to 65535"),
+    "Address,Value\nV2000,": (2, 1, "is not a word of 0 to 65535"),
+    "V2000 0x10000": (1, 7, "'0x10000' is not word content"),
+    "V2000 7E08 0102": (1, 1, "V2000: hex 7E08 is 32264, but the value says 0102"),
+    "V2000, 7E08, 100": (1, 1, "V2000: hex 7E08 is 32264, but the value says 100"),
+    "V2000:": (1, 7, "the word of V2000 is missing"),
+    "V2000: 7E08\nHello": (2, 1, "'Hello' is not an address of this vendor"),
+    "V2008: 7E08": (1, 1, "'V2008' is not an address of this vendor"),
+    'V2000,"7E08': (1, 1, "not CSV"),
+    "V2000 7E08\nV2000: 7E09": (2, 1, "V2000 stands here again; first in line 1"),
+    "V2000: 7E08 7E09\nV2001: 7E08": (2, 1, "V2001 stands here again; first in line 1"),
+    f"V{0xFFFF:o}: 7E08 7E09": (1, 15, "there is no word 1 behind V177777"),
+    "register,value\n1024,5": (2, 1, "register 1024 may count from 0 or from 1, and no V7640 in the file tells which"),
+    "register,value\n1024,1\n4000,1024\n4001,1\n2,1\n4002,1": (2, 1, "register 1024 may count from 0 or from 1"),
+    "address,hex\n41025,7E08\n1025,7E08": (2, 1, "register 41025 may count from 0 or from 1"),
+}
+
+
+@pytest.mark.parametrize("text", UNDECIDED)
+def test_digits_of_two_readings_are_refused_with_a_cure(text):
+    line, column, message = UNDECIDED[text]
+    with pytest.raises(ListingError) as refused:
+        read_spelling("dl06", text)
+    assert message in str(refused.value)
+    assert (refused.value.line, refused.value.column) == (line, column)
+
+
+def test_values_that_may_be_hexadecimal_are_read_as_decimal_and_said_to_be():
+    listing = read_spelling("dl06", "Element,Value\nV2000,250\nV2001,7\n")
+    assert listing.words == {0o2000: 250, 0o2001: 7}
+    assert listing.notes == ("values are read as decimal; call their column Hex if they are not (D991)",)
+    assert read_spelling("dl06", "Element,Value\nV2000,5\nV2001,7\n").notes == ()
+
+
+def test_the_shape_of_a_listing_is_told_by_the_command(tmp_path):
+    (tmp_path / "upload.txt").write_text(SHAPES["eight a row"][0], "utf-8")
+    result = run("decode", "upload.txt", "--vendor", "dl06", cwd=tmp_path)
+    assert result.returncode == 0
+    assert "note: words are read as hexadecimal, as 7E08 of V2000 must be (D991)" in result.stderr.decode()
 
 
 # --- Intel HEX: the bytes are those of intelhex, both ways, and whatever is not as it must be is refused at its line --

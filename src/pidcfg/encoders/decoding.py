@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.encoders.image import Decoded, NoValueError, RefusedError, read_settings
-from pidcfg.encoders.listing import Listing, ListingError, columns, few, first_line, kind_of
+from pidcfg.encoders.listing import HEADERS, Listing, ListingError, columns, few, first_line, kind_of
 from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.text.frozen import frozen
@@ -40,7 +40,6 @@ SEPARATED = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
 MOST_DIGITS = DEFAULT.scalar_bytes
 """Digits of a number: as many as a value of a configuration may have signs, and fewer than Python reads."""
 ENDLESS = re.compile(rf"(?<![0-9])[0-9]{{{MOST_DIGITS + 1},}}")
-HEADERS = "the header 'address,hex', or 'address,value' where the numbers are decimal"
 INSTEAD = "decode what 'pidcfg encode' writes as text, csv or json, or read the PLC itself with 'pidcfg pull --map'"
 HEAD = 1000
 """Characters in which a listing names its vendor."""

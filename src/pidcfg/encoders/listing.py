@@ -300,7 +300,8 @@ OTHER_NAMES = {"element": "address", "decimal": "value", "dec": "value"}
 """What programming software calls these columns."""
 PADDED = re.compile(r"0[0-9]")
 """Digits that nobody writes before a decimal number."""
-HEX = re.compile(r"[0-9A-Fa-f]{1,8}")
+HEX = re.compile(r"(0[xX])?[0-9A-Fa-f]{1,8}")
+HEADERS = "the header 'address,hex', or 'address,value' where the numbers are decimal"
 
 
 def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:

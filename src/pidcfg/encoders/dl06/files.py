@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.image import loop_start
+from pidcfg.encoders.dl06.spellings import looks_like_rows, looks_like_table, read_rows, read_table
 from pidcfg.encoders.listing import FileKind, Listing, ListingError, Place, listings
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES, SPACE
 from pidcfg.schemas.base import v_name
@@ -138,7 +140,10 @@ class Numbering:
 
 
 NUMBERING = Numbering()
-FORMATS = listings(SPACE, "V-memory listing", NUMBERING) | {
+LISTINGS = listings(SPACE, "V-memory listing", NUMBERING)
+FORMATS = LISTINGS | {
+    "text": replace(LISTINGS["text"], read=read_rows, looks_like=looks_like_rows),
+    "csv": replace(LISTINGS["csv"], read=read_table, looks_like=looks_like_table),
     "ihex": FileKind(
         "ihex",
         "Intel HEX, 16-bit words",
