@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from command import run
 from nextopid_networks import DATA, NETWORKS, fault, network
 from nextopid_strategies import configurations
 from pidcfg.encoders.listing import ListingError
@@ -171,10 +172,53 @@ def test_refused(text, line, says):
     assert error.value.line == line
 
 
+def several(*programs: tuple[str, str]) -> str:
+    """A project of several programs: their names and variables."""
+    pou = document("", "VARIABLES").partition("<pous>")[2].partition("</pous>")[0]
+    pous = "".join(pou.replace("PLC_PRG", name).replace("VARIABLES", variables) for name, variables in programs)
+    return document("", "VARIABLES").replace(pou, pous)
+
+
+TWO = several(("Main", ""), ("Boiler", LOOP), ("Dryer", LOOP.replace("TIC_1", "TIC_2")))
+
+
 def test_several_programs_with_blocks():
-    pou = document("", LOOP).partition("<pous>")[2].partition("</pous>")[0]
-    with pytest.raises(ListingError, match="several POUs have blocks of the library"):
-        read_plcopen(document("", LOOP).replace(pou, pou + pou.replace("PLC_PRG", "Other")))
+    with pytest.raises(ListingError, match=r"several POUs have blocks of the library \(Boiler, Dryer\); give .* --pou"):
+        read_plcopen(TWO)
+
+
+@pytest.mark.parametrize(("name", "loop"), [("Boiler", "TIC_1"), ("DRYER", "TIC_2")])
+def test_one_of_several_programs_is_read_by_its_name(name, loop):
+    found = read_plcopen(TWO, name)
+    assert [entry["loop"] for entry in found.settings] == [loop]
+    assert found.plc == {"program": name.capitalize()}
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "says"),
+    [
+        (TWO, "Oven", "the project has no POU 'Oven'; those with blocks of the library are Boiler, Dryer"),
+        (several(("A", ""), ("B", "")), "C", "the project has no POU 'C'; it has A, B"),
+        (several(("A", ""), ("B", "")), "", "no program of the project has a block of the NextoPID library (A, B)"),
+        (several(("A", LOOP), ("a", LOOP)), "A", "the project has the POU 'A' more than once"),
+    ],
+)
+def test_a_program_that_is_not_there_is_told_with_those_that_are(text, name, says):
+    with pytest.raises(ListingError, match=re.escape(says)):
+        read_plcopen(text, name)
+
+
+def test_the_command_reads_one_program_of_a_several(tmp_path):
+    (tmp_path / "plant.xml").write_text(TWO, "utf-8")
+    told = run("decode", "plant.xml", "--vendor", "nextopid", cwd=tmp_path)
+    assert told.returncode == 2
+    assert b"(Boiler, Dryer); give one of them with --pou" in told.stderr
+    one = run("decode", "plant.xml", "--vendor", "nextopid", "--pou", "boiler", "--sample-time", "100 ms", cwd=tmp_path)
+    assert one.returncode == 0, one.stderr
+    assert b"name: TIC_1" in one.stdout
+    (tmp_path / "v.txt").write_text("V2000 7E08\n", "utf-8")
+    other = run("decode", "v.txt", "--vendor", "dl06", "--pou", "boiler", cwd=tmp_path)
+    assert b"--pou names a program of a project in PLCopen XML, and this file is of the format text" in other.stderr
 
 
 PIECES = [

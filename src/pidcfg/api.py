@@ -275,6 +275,7 @@ def decode(
     format: str | None = None,
     like: Source | None = None,
     annotate: bool = False,
+    pou: str | None = None,
     options: Mapping[str, object] | None = None,
     name: str | Sequence[str] | None = None,
     files: Files = None,
@@ -283,7 +284,8 @@ def decode(
     """A memory listing back to a configuration; several files of one image as a list, ``name`` then being one too.
 
     ``format``: where the listing does not tell. ``like``: a configuration that gives names, ranges and units.
-    ``annotate``: the listing with a meaning beside every word instead. ``options``: the vendor's of ``pidcfg decode``.
+    ``annotate``: the listing with a meaning beside every word instead. ``pou``: the program of a project with several.
+    ``options``: the vendor's of ``pidcfg decode``.
     """
     from pidcfg.output.sources import checked_of, files_of
     from pidcfg.output.words import DecodeOptions, decode_files
@@ -293,7 +295,7 @@ def decode(
         refuse_unknown("format", format, formats_of(family).FORMATS)
     entries = files_of(source, name, files, limits)
     other = None if like is None else checked_of(like, None, files, limits)
-    return decode_files(entries, family, DecodeOptions(format, other, annotate), options or {}, limits)
+    return decode_files(entries, family, DecodeOptions(format, other, annotate, pou=pou), options or {}, limits)
 
 
 @check_arguments

@@ -45,8 +45,13 @@ HEAD = 1000
 """Characters in which a listing names its vendor."""
 
 
-def read_listing(data: bytes | Listing, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
-    """The words of a listing, read or not; raises `ListingError` with the place of what cannot be read."""
+def read_listing(
+    data: bytes | Listing, vendor: Vendor, limits: Limits, kind: str | None = None, pou: str | None = None
+) -> Listing:
+    """The words of a listing, read or not; raises `ListingError` with the place of what cannot be read.
+
+    ``pou``: the program that is wanted of a file that may hold several.
+    """
     if isinstance(data, Listing):
         return data
     refuse_large(data, limits)
@@ -60,7 +65,11 @@ def read_listing(data: bytes | Listing, vendor: Vendor, limits: Limits, kind: st
         if named not in {None, vendor.key}:
             raise ListingError(f"this is a listing of vendor {named}, not {vendor.key}")
         raise ListingError(_no_listing(text, kinds))
-    listing: Listing = chosen.read(text)
+    if pou and chosen.read_program is None:
+        raise ListingError(
+            f"--pou names a program of a project in PLCopen XML, and this file is of the format {chosen.name}"
+        )
+    listing: Listing = chosen.read_program(text, pou) if pou and chosen.read_program else chosen.read(text)
     if listing.vendor not in {None, vendor.key}:
         raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
     return listing

@@ -567,6 +567,8 @@ class FileKind:
     """Whether every register has its value in it."""
     partial: bool = False
     """Whether it may hold some registers only, to be written over what the PLC has."""
+    read_program: Callable[[str, str], Listing] | None = None
+    """Reads the program of that name, where a file may hold several."""
 
 
 TABLES = ({"address"}, {"element"})

@@ -245,6 +245,8 @@ class DecodeOptions:
     """Give the listing with a meaning beside every word instead."""
     write: bool = True
     """Whether the configuration is wanted as text, too."""
+    pou: str | None = None
+    """The program that is wanted of a project with several."""
 
 
 def decode_files(
@@ -263,7 +265,7 @@ def decode_files(
     listings, faults = [], []
     for data, name in files:
         try:
-            listings.append(read_listing(data, vendor, limits, choices.kind))
+            listings.append(read_listing(data, vendor, limits, choices.kind, choices.pou))
         except ListingError as error:
             faults.append(listing_fault(error, name))
     if faults:

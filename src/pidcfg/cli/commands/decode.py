@@ -27,6 +27,7 @@ EPILOG = options.examples(
     "pidcfg decode nicknames.csv --vendor click --pwm-bit none",
     "pidcfg decode reactor.hex --vendor dl06 --annotate",
     "pidcfg decode upload.csv --vendor dl06 --suggest corrected.txt",
+    "pidcfg decode project.xml --vendor nextopid --pou Boiler",
 )
 
 
@@ -52,6 +53,7 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
     metavar="FILE",
     help="A configuration that gives names, ranges and units where the listing does not.",
 )
+@click.option("--pou", metavar="NAME", help="Which program to read of a NextoPID project (PLCopen XML) with several.")
 @click.option("--annotate", is_flag=True, help="Print the listing with a meaning beside every word instead.")
 @click.option(
     "--suggest",
@@ -72,6 +74,7 @@ def command(
     like: str | None,
     annotate: bool,
     suggest: str | None,
+    pou: str | None,
     out: str | None,
     force: bool,
     quiet: bool,
@@ -96,7 +99,15 @@ def command(
     other = None if like is None else one_configuration(like, limits)
     with usage({"format": "--from"}):
         result = decode(
-            data, vendor, format=kind, like=other, annotate=annotate, options=texts, name=names, limits=limits
+            data,
+            vendor,
+            format=kind,
+            like=other,
+            annotate=annotate,
+            pou=pou,
+            options=texts,
+            name=names,
+            limits=limits,
         )
     if not result.text:
         note(text(result.findings, {}).rstrip())

@@ -68,6 +68,7 @@ FORMATS = {
         lambda text: with_zeros(read_plcopen(text)),
         looks_like_xml,
         carries_checklist=True,
+        read_program=lambda text, name: with_zeros(read_plcopen(text, name)),
     ),
     "modbus-map": map_kind(lambda image: symbol_rows(points(image), OFFERED, f"{_program(image)}.")),
 }

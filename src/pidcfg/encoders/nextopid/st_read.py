@@ -377,12 +377,12 @@ def parse_xml(text: str) -> Node:
     return tree.root
 
 
-def read_plcopen(text: str) -> Listing:
-    """The parameters and wires of the program in a document."""
+def read_plcopen(text: str, name: str = "") -> Listing:
+    """The parameters and wires of the program in a document; ``name``: which one, where several are there."""
     root = parse_xml(text)
     resources = [*root.all(*CONFIGURATION, "resource"), *root.all("addData", "data", "resource")]
     lists = [*root.all(*CONFIGURATION, "globalVars"), *(one for at in resources for one in at.all("globalVars"))]
-    pou = _pou(root, resources, lists)
+    pou = _pou(root, resources, lists, name)
     source = Source()
     source.program = _token(pou, "name")
     for variables in pou.all("interface", "*"):
@@ -404,7 +404,7 @@ def read_plcopen(text: str) -> Listing:
     return listing
 
 
-def _pou(root: Node, resources: list[Node], lists: list[Node]) -> Node:
+def _pou(root: Node, resources: list[Node], lists: list[Node], name: str) -> Node:
     """The program with blocks of the library: that declares them, or whose text has those of a global list."""
     pous = [*root.all("types", "pous", "pou"), *(pou for at in resources for pou in at.all("addData", "data", "pou"))]
     instances = {
@@ -415,15 +415,34 @@ def _pou(root: Node, resources: list[Node], lists: list[Node]) -> Node:
     declares = [any(_of_library(pou, "interface", "*", "variable", "type", "derived")) for pou in pous]
     fitting = [*compress(pous, declares)]
     fitting += [pou for pou, own in zip(pous, declares, strict=True) if not own and instances & _words(pou)]
+    with_blocks = _names(fitting)
     fitting = fitting or [pou for pou in pous if pou.attributes.get("pouType") == "program"]
     if not fitting:
         raise root.error("the project has no program")
-    if len(fitting) > 1:
-        names = few([pou.attributes.get("name", "?") for pou in fitting])
-        raise fitting[1].error(f"several POUs have blocks of the library ({names}); export one of them")
+    if name:
+        fitting = _called(name, root, pous, with_blocks)
+    elif len(fitting) > 1 and with_blocks:
+        raise fitting[1].error(f"several POUs have blocks of the library ({with_blocks}); give one of them with --pou")
+    elif len(fitting) > 1:
+        raise root.error(f"no program of the project has a block of the NextoPID library ({_names(fitting)})")
     if fitting[0].attributes.get("pouType") != "program":
         raise fitting[0].error("blocks of the library stand in a POU that is no program")
     return fitting[0]
+
+
+def _names(pous: list[Node]) -> str:
+    return few([pou.attributes.get("name", "?") for pou in pous])
+
+
+def _called(name: str, root: Node, pous: list[Node], with_blocks: str) -> list[Node]:
+    """The POU of that name, whatever its letters, as IEC 61131-3 has it."""
+    found = [pou for pou in pous if pou.attributes.get("name", "").casefold() == name.casefold()]
+    if len(found) == 1:
+        return found
+    if found:
+        raise found[1].error(f"the project has the POU {name[:40]!r} more than once")
+    have = f"those with blocks of the library are {with_blocks}" if with_blocks else f"it has {_names(pous)}"
+    raise root.error(f"the project has no POU {name[:40]!r}; {have}")
 
 
 def _variables(lists: list[Node]) -> Iterator[Node]:
