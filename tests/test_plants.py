@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import random
 import re
@@ -12,6 +13,7 @@ from types import SimpleNamespace as Facts
 import pytest
 from click.testing import CliRunner
 
+from pidcfg import api
 from pidcfg.cli.main import cli
 from pidcfg.sim.engine import plants as noise
 from pidcfg.sim.engine.choice import fast_normals
@@ -51,6 +53,7 @@ from scenario_rig import Controller, scenario
 
 # --- Plants against their closed-form solutions, dead time to the step, and the behaviour of valves -------------------
 
+EXAMPLES = Path(__file__).parents[1] / "examples" / "dl06"
 TOLERANCE = 1e-12
 """Relative to a response of order 1: the steps are exact, only rounding adds up."""
 
@@ -190,6 +193,90 @@ def test_a_sticking_valve_moves_only_when_asked_for_more_than_its_band_and_then_
 def test_a_moving_valve_keeps_moving_inside_its_band_until_it_has_arrived():
     values = respond("valve", [3.0, 3.0, 3.0, 3.0, 3.5], dt=1.0, stiction=2.0, rate_limit=1.0)
     assert values == [1.0, 2.0, 3.0, 3.0, 3.0]
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.1, 0.3, 0.7, 1.0, 2.5])
+def test_pulses_have_the_mean_of_their_input_at_any_base_step_and_are_on_at_the_beginning(dt):
+    """Of a period of 10 s an input of 34.56 % has 3.456 s, which the resolution makes 3.46 s."""
+    steps = round(70 / dt)
+    values = respond("pulses", [34.56] * steps, dt=dt, period=10.0, resolution=0.01, gain=2.0, load=0.5)
+    assert sum((value - 0.5) / 2 for value in values) * dt == pytest.approx(7 * 3.46, abs=1e-6)
+    whole = int(3.4 / dt)
+    assert values[:whole] == pytest.approx([2.5] * whole)
+    off = [value for k, value in enumerate(values) if 3.5 <= k * dt % 10 <= 10 - dt - 1e-9]
+    assert off == pytest.approx([0.5] * len(off))
+
+
+def test_pulses_take_their_input_at_the_beginning_of_a_period_alone():
+    values = respond("pulses", [50.0, *[0.0] * 9, *[100.0] * 10, *[-5.0] * 10, *[130.0] * 10], dt=1.0, period=10.0)
+    assert values == [*[1.0] * 5, *[0.0] * 5, *[1.0] * 10, *[0.0] * 10, *[1.0] * 10]
+
+
+def test_the_time_on_is_rounded_to_the_resolution_a_thousandth_of_the_period_without_one():
+    for resolution, wanted in ({}, 3.33), ({"resolution": 0.5}, 3.5), ({"resolution": 10.0}, 0.0):
+        values = respond("pulses", [33.333] * 100, period=10.0, **resolution)
+        assert sum(values) * 0.1 == pytest.approx(wanted)
+
+
+def test_pulses_at_rest_are_their_mean():
+    plant = Plant(MODELS["pulses"], slot=1, measured=1, source=0)
+    set_parameters(plant, {"gain": 4.0, "load": 1.0, "noise": 0.0, "period": 10.0}, 0.1)
+    settle_at(plant, None, 25.0, [])
+    assert plant.y == 2.0
+
+
+PULSES = {
+    "pidcfg": 1,
+    "scenario": "pulses",
+    "config": "x",
+    "duration": 100,
+    "plants": [{"name": "RELAY", "model": "pulses", "input": "TIC.OUT", "period": 10}],
+    "connect": {"TIC.PV": "RELAY"},
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"period": None}, "pulses needs period"),
+        ({"period": 0}, "period is 0 s; it must be above 0 s"),
+        ({"resolution": 0}, "resolution is 0 s; it must be above 0 s"),
+        ({"resolution": 11}, "the resolution, 11 s, is above the period, 10 s"),
+        ({"dead_time": 1}, "pulses have no dead time"),
+        ({"stiction": 1}, "pulses has no stiction"),
+        ({"model": "first_order", "time_constant": 5}, "first_order has no period"),
+        ({"period": 1.5}, "the period of RELAY, 1.5 s, is not 2 base steps of 1 s"),
+    ],
+)
+def test_pulses_that_cannot_be_are_refused(change, says, tmp_path):
+    plant = {k: v for k, v in {**PULSES["plants"][0], **change}.items() if v is not None}
+    plant["input"] = "TIC-201.OUT"
+    text = {**PULSES, "config": str(EXAMPLES / "oven.yaml"), "plants": [plant], "connect": {"TIC-201.PV": "RELAY"}}
+    (tmp_path / "s.scenario.yaml").write_text(json.dumps(text), "utf-8")
+    result = CliRunner().invoke(cli, ["simulate", str(tmp_path / "s.scenario.yaml")])
+    assert result.exit_code == 2
+    assert says in result.output
+
+
+RIPPLE = """
+pidcfg: 1
+scenario: A kettle that goes up and down with its pulses
+config: {config}
+duration: 1 h
+plants:
+  - {{name: RELAY, model: pulses, input: TIC-301.OUT, period: 60}}
+  - {{name: PRODUCT, model: first_order, input: RELAY * 100, load: 20, time_constant: 300, dead_time: 5, initial: 20}}
+connect: {{TIC-301.PV: PRODUCT}}
+events:
+  - {{at: 60, loop: TIC-301, set: {{setpoint: 60}}}}
+"""
+
+
+def test_the_ripple_of_pulses_is_no_oscillation_of_the_loop():
+    text = RIPPLE.format(config=EXAMPLES / "kettle.yaml")
+    (found,) = [check for check in api.simulate(text.encode()).to_json()["standing"] if check["kind"] == "oscillates"]
+    assert found["verdict"] == "not-judged"
+    assert "it is the ripple of its pulses" in found["text"]
 
 
 def test_noise_belongs_to_the_measurement_and_not_to_the_plant():

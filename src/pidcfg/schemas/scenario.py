@@ -223,7 +223,7 @@ Times = Annotated[
 ]
 Expression = Annotated[str, Parser(parse_expression), WithJsonSchema({"type": ["string", "number"], "maxLength": 1000})]
 Key = Annotated[str | int, Parser(parse_key), WithJsonSchema({"type": "string"})]
-ModelName = Literal["first_order", "second_order", "integrator", "lead_lag", "dead_time", "valve"]
+ModelName = Literal["first_order", "second_order", "integrator", "lead_lag", "dead_time", "valve", "pulses"]
 Metric = Literal[
     "overshoot",
     "settling_time",
@@ -403,6 +403,10 @@ class Plant(Model):
     """Valve: it sticks until it is asked to move by more than this, in units of the input."""
     rate_limit: Number | None = None
     """Valve: fastest move, in units of the input per second."""
+    period: Seconds | None = None
+    """Pulses: how often a new one begins; its time on is the input, in % of this."""
+    resolution: Seconds | None = None
+    """Pulses: the steps in which their time on is rounded; not given: a thousandth of the period."""
     initial: Number | None = None
     """Value at time 0; the delay line is full of the input that holds it. Not given: where its input holds it."""
     limits: Range | None = None

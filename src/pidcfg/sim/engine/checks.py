@@ -155,11 +155,22 @@ MODEL_KEYS = {
     "lead_lag": (("lead", "lag"),),
     "dead_time": ((),),
     "valve": ((), ("stiction",), ("rate_limit",), ("stiction", "rate_limit")),
+    "pulses": (("period",), ("period", "resolution")),
 }
 """For each model the sets of keys of which it takes exactly one, besides the keys of every plant."""
-OWN_KEYS = ("time_constant", "time_constants", "damping", "lead", "lag", "stiction", "rate_limit")
-TIMES = ("time_constant", "time_constants", "lag", "lead", "dead_time")
-POSITIVE = ("time_constant", "time_constants", "lag", "rate_limit")
+OWN_KEYS = (
+    "time_constant",
+    "time_constants",
+    "damping",
+    "lead",
+    "lag",
+    "stiction",
+    "rate_limit",
+    "period",
+    "resolution",
+)
+TIMES = ("time_constant", "time_constants", "lag", "lead", "dead_time", "period", "resolution")
+POSITIVE = ("time_constant", "time_constants", "lag", "rate_limit", "period", "resolution")
 NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")
 DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag", "stiction", "rate_limit")
 
@@ -286,14 +297,28 @@ def _check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
             yield Problem((*path, key), f"{key} is beyond {LARGEST:g}", "value")
         elif key in POSITIVE and value < SMALLEST:
             tiny = f"is below {SMALLEST:g}{unit}" if value > 0 else f"is {value:f}{unit}; it must be above 0{unit}"
-            yield Problem((*path, key), f"{key} {tiny}", "value", help="a plant without a lag is dead_time")
+            cure = "a plant without a lag is dead_time" if key not in {"period", "resolution"} else None
+            yield Problem((*path, key), f"{key} {tiny}", "value", help=cure)
         elif key in NOT_NEGATIVE and value < 0:
             message = f"{key} is {value:f}{unit}; it must not be negative"
             yield Problem((*path, key), message, "value", help="write 0 or more")
+    yield from _check_pulses(path, plant)
+
+
+def _check_pulses(path: Path, plant: Plant) -> Iterator[Problem]:
+    """What pulses cannot be."""
+    if plant.model != "pulses":
+        return
+    if plant.dead_time:
+        cure = "give the dead time to the plant that reads the pulses"
+        yield Problem((*path, "dead_time"), "pulses have no dead time", help=cure, key=True)
+    if plant.resolution is not None and plant.period is not None and plant.resolution > plant.period:
+        message = f"the resolution, {plant.resolution:f} s, is above the period, {plant.period:f} s"
+        yield Problem((*path, "resolution"), message, "value", help="write a part of the period")
 
 
 def _numbers(plant: Plant) -> Iterator[tuple[str, Decimal]]:
-    for key in (*DISTURBED, "dead_time", "initial"):
+    for key in (*DISTURBED, "dead_time", "initial", "period", "resolution"):
         value = getattr(plant, key)
         if value is not None:
             yield key, value

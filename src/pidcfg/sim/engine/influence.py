@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.sim.engine.expressions import Problem, depends_on, evaluate
+from pidcfg.sim.engine.plants import PERCENT, PULSES
 from pidcfg.text.paths import dotted, leaves
 
 if TYPE_CHECKING:
@@ -96,6 +97,12 @@ class Influence:
         """The signals that follow a loop's output as pulses."""
         names = (f"{self.plc.loops[loop]}.{name}" for name in self.plc.pulses)
         return [self.net.names[name] for name in names if name in self.net.names]
+
+    def cycle(self, loop: int) -> float:
+        """The period of the pulses that follow a loop's output, its own or plants', in s; 0: none do."""
+        follow = self.of_output(loop)
+        periods = (plant.b for plant in self.net.plants if plant.model == PULSES and plant.slot in follow)
+        return max(self.plc.pulse_cycle(loop), *periods, 0.0)
 
     def reach(self, sources: Iterable[int], without: Collection[int] = ()) -> frozenset[int]:
         """Everything that follows the ``sources``, themselves included; not by way of ``without``."""
@@ -221,7 +228,7 @@ def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: floa
     for slot in outputs:
         raised[slot] += by if slot == plc.configs[loop].out_slot else RAISED
     for plant in net.plants:
-        moved = plant.gain * _moved(net, plant, raised)
+        moved = plant.gain * _moved(net, plant, raised) / (PERCENT if plant.model == PULSES else 1.0)
         raised[plant.slot] += moved
         if plant.measured != plant.slot:
             raised[plant.measured] += moved

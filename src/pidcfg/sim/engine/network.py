@@ -33,6 +33,8 @@ MAX_DELAY = 1_000_000
 MOST_PARTS = 100
 OF_A_LAG = 10
 """Steps that the shortest lag takes of a plant whose input is not held."""
+PULSE_STEPS = 2
+"""Base steps that the period of pulses has at least."""
 PARAMETERS = ("gain", "load")
 """Parameters of a plant that expressions can read: ``FIC-102.gain``."""
 
@@ -309,6 +311,10 @@ def _prepare(net: Network, step: int) -> None:
             net.problems.append(Problem((*path, "dead_time"), message, "value", help="use a longer step"))
             return
         plant.late = float(exact % 1)
+        if text.period is not None and text.period * TICKS < PULSE_STEPS * step:
+            message = f"the period of {name}, {text.period:f} s, is not {PULSE_STEPS} base steps of {step / TICKS:g} s"
+            net.problems.append(Problem((*path, "period"), message, "value", help="give a shorter 'step'"))
+            return
         net.delay.extend([0.0] * plant.length)
         set_parameters(plant, numbers_of(text), step / TICKS / net.parts)
 

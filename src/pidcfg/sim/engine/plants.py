@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 # 0 < f < 1, makes two moves of each step: for f of it the input of n + 1 steps ago still acts, then that of n steps
 # ago. All delay lines share one buffer. Noise belongs to the measurement alone and never enters a state.
 
-FIRST_ORDER, SECOND_ORDER, INTEGRATOR, LEAD_LAG, DEAD_TIME, VALVE = range(6)
+FIRST_ORDER, SECOND_ORDER, INTEGRATOR, LEAD_LAG, DEAD_TIME, VALVE, PULSES = range(7)
 MODELS = {
     "first_order": FIRST_ORDER,
     "second_order": SECOND_ORDER,
@@ -32,7 +32,14 @@ MODELS = {
     "lead_lag": LEAD_LAG,
     "dead_time": DEAD_TIME,
     "valve": VALVE,
+    "pulses": PULSES,
 }
+PERCENT = 100.0
+"""What the input of pulses is a share in."""
+TICKS_IN_A_PERIOD = 1000.0
+"""By default, as the manual of the DL06 programs it: 1000 ticks of 10 ms."""
+NEAR = 1e-6
+"""A share of a step by which the end of a period may be missed."""
 
 
 @dataclass(slots=True)
@@ -64,11 +71,11 @@ class Plant:
     late: float = 0.0
     """The share of a step for which the older input still acts; 0: a whole dead time, or none."""
     a: float = 0.0
-    """First order: 1 − e^(−dt/T). Integrator: dt. Valve: largest move in a step. Second order: Φ11."""
+    """First order: 1 − e^(−dt/T). Integrator, pulses: dt. Valve: largest move in a step. Second order: Φ11."""
     b: float = 0.0
-    """Lead/lag: lead over lag. Valve: stiction band. Second order: Φ12."""
+    """Lead/lag: lead over lag. Valve: stiction band. Pulses: period. Second order: Φ12."""
     c: float = 0.0
-    """Second order: Φ21."""
+    """Second order: Φ21. Pulses: resolution."""
     d: float = 0.0
     """Second order: Φ22."""
     late_a: float = 0.0
@@ -79,8 +86,9 @@ class Plant:
     y: float = 0.0
     """The value."""
     x: float = 0.0
-    """Second order: dy/dt. Lead/lag: the lagged input. Valve: the position."""
+    """Second order: dy/dt. Lead/lag: the lagged input. Valve: the position. Pulses: how old the period is."""
     moving: int = 0
+    """Valve: whether it moves. Pulses: the time on of this period, in steps of their resolution."""
     held: float = 0.0
     """The last input that had a value."""
     fault: int = 0
@@ -172,6 +180,8 @@ def next_value(p: Plant, u: float, a: float, b: float, c: float, d: float) -> fl
         return p.gain * (p.x + b * (u - p.x)) + p.load
     if p.model == VALVE:
         return p.gain * move_valve(p, u, a, b) + p.load
+    if p.model == PULSES:
+        return p.gain * pulse(p, u, a, b, c) + p.load
     if p.model == FIRST_ORDER:
         return p.y + a * (p.gain * u + p.load - p.y)
     return p.gain * u + p.load
@@ -191,6 +201,26 @@ def move_valve(p: Plant, u: float, most: float, band: float) -> float:
             p.x = u
             p.moving = 0
     return p.x
+
+
+def pulse(p: Plant, u: float, dt: float, period: float, resolution: float) -> float:
+    """The share of a step for which the pulse is on; a period takes its time on at its beginning, D992 (kernel)."""
+    if p.x >= period - NEAR * dt:
+        p.x = 0.0
+        p.moving = time_on(u, period, resolution)
+    end = p.x + dt
+    on = min(max(p.moving * resolution - p.x, 0.0), dt, period - p.x)
+    if end > period + NEAR * dt:
+        end -= period
+        p.moving = time_on(u, period, resolution)
+        on += min(p.moving * resolution, end)
+    p.x = end
+    return on / dt
+
+
+def time_on(u: float, period: float, resolution: float) -> int:
+    """The time on for an input in %, in steps of the resolution, to the nearest (kernel)."""
+    return int(min(max(u, 0.0), PERCENT) / PERCENT * period / resolution + 0.5)
 
 
 def add_noise(
@@ -228,12 +258,19 @@ def second_order(dt: float, squared: float, damped: float) -> tuple[float, float
     return c + p * s, s, -s / squared, c - p * s
 
 
+def reach_of(plant: Plant, u: float) -> float:
+    """Where an input holds a plant; that of pulses is their mean."""
+    if plant.model == PULSES:
+        u = min(max(u, 0.0), PERCENT) / PERCENT
+    return plant.gain * u + plant.load
+
+
 def settle_at(plant: Plant, value: float | None, u: float, delay: MutableSequence[float]) -> None:
     """The plant at rest at ``value`` (None: where the input ``u`` holds it), its delay line full of that input.
 
     An integrator without ``value`` begins at 0; a plant without gain cannot be held and its line is full of 0.
     """
-    reach = plant.gain * u + plant.load
+    reach = reach_of(plant, u)
     if value is None:
         value = 0.0 if plant.model == INTEGRATOR else reach
     wanted = 0.0 if plant.model == INTEGRATOR else value
@@ -244,6 +281,8 @@ def settle_at(plant: Plant, value: float | None, u: float, delay: MutableSequenc
         held = u
     plant.y = min(max(value, plant.low), plant.high)
     plant.x = held if plant.model in (LEAD_LAG, VALVE) else 0.0
+    if plant.model == PULSES:
+        plant.x, held = plant.b, u  # a period is over, so that the first step begins one
     plant.held = held
     plant.head = plant.moving = 0
     for at in range(plant.delay, plant.delay + plant.length):
@@ -285,6 +324,9 @@ def coefficients(model: int, numbers: Mapping[str, float], dt: float) -> tuple[f
         return second_order(dt, squared, damped)
     if model == LEAD_LAG:
         return lag(dt, numbers["lag"]), numbers["lead"] / numbers["lag"], 0.0, 0.0
+    if model == PULSES:
+        period = numbers["period"]
+        return dt, period, numbers.get("resolution", period / TICKS_IN_A_PERIOD), 0.0
     if model == VALVE:
         most = numbers["rate_limit"] * dt if "rate_limit" in numbers else math.inf
         return most, numbers["stiction"], 0.0, 0.0

@@ -265,10 +265,8 @@ def is_steady(span: Span, scale: tuple[float, float, int], steps: int) -> bool:
 def swinging_loops(scenario: Scenario, net: Network, plc: Plc) -> set[int]:
     """The loops whose outputs are on or off, or pulses, and those whose PVs one of them moves."""
     loops = range(len(plc.loops))
-    sources = [i for i in loops if plc.only_switches(i) or plc.pulse_cycle(i)]
-    if not sources:
-        return set()
     influence = Influence.of(scenario, net, plc)
+    sources = [i for i in loops if plc.only_switches(i) or influence.cycle(i)]
     moved = set[int]().union(*(influence.of_output(i) for i in sources))
     return {i for i in loops if i in sources or plc.configs[i].pv_slot in moved}
 

@@ -98,7 +98,7 @@ def time_that_shows(e: Evidence, i: int, arrival: float) -> float:
     pace, period = e.paces[i], e.plc.configs[i].period / TICKS
     there_and_back = 2 * pace.dead + arrival if pace.dead or pace.lags else period
     whole = there_and_back if pace.integrates or not pace.lags else min(pace.dead + pace.lags, there_and_back)
-    return float(max(whole, SAMPLES * period, e.plc.pulse_cycle(i)))
+    return float(max(whole, SAMPLES * period, e.influence.cycle(i)))
 
 
 def _other_set_point(e: Evidence, i: int) -> str:

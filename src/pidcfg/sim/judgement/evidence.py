@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.schemas.expressions import ABSOLUTE, CONSTANT, MAXIMUM, MINIMUM, NEGATE, ROOT, SIGNAL
 from pidcfg.sim.controllers.plc import IN_CONTROL, SETPOINT, TICKS, steps_until
 from pidcfg.sim.engine.expressions import evaluate
-from pidcfg.sim.engine.influence import answer, read_signals
+from pidcfg.sim.engine.influence import RAISED, answer, read_signals
+from pidcfg.sim.engine.plants import PERCENT
 from pidcfg.sim.judgement.meters import Meter, Rival
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, leaves
@@ -357,8 +358,11 @@ def band_of(e: Evidence, i: int) -> float:
 
 def pulse_ripple(e: Evidence, i: int) -> float:
     """How far the PV goes up and down with pulses that are on for half of their cycle; 0: there are none."""
-    cycle = e.plc.pulse_cycle(i)
-    return abs(answer(e.net, e.plc, i)) * cycle / (RIPPLE_DIVISOR * max(e.paces[i].lags, cycle)) if cycle else 0.0
+    cycle = e.influence.cycle(i)
+    by = RAISED if e.plc.pulse_cycle(i) else PERCENT
+    return (
+        abs(answer(e.net, e.plc, i, by=by)) * cycle / (RIPPLE_DIVISOR * max(e.paces[i].lags, cycle)) if cycle else 0.0
+    )
 
 
 def limits_reached(e: Evidence, loop: int) -> str:

@@ -147,11 +147,11 @@ def _excuse(e: Evidence, i: int, found: Swings) -> str:
     m, plc, period = e.meters[i], e.plc, e.seconds(found.period)
     if plc.only_switches(i):
         return "its output is on or off"
-    if period <= RIPPLE_CYCLES * plc.pulse_cycle(i) or found.amplitude <= pulse_ripple(e, i):
+    if period <= RIPPLE_CYCLES * e.influence.cycle(i) or found.amplitude <= pulse_ripple(e, i):
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
         other = _swings(e, j)
-        drives = (plc.only_switches(j) or plc.pulse_cycle(j)) and plc.configs[i].pv_slot in e.influence.of_output(j)
+        drives = (plc.only_switches(j) or e.influence.cycle(j)) and plc.configs[i].pv_slot in e.influence.of_output(j)
         if j != i and drives and other and abs(e.seconds(other.period) - period) <= SAME_PERIOD * period:
             return f"{name} drives it, whose output is on or off"
     tuning = sum(plc.flag_bits[name] for name in plc.tuning_flags) | plc.modes.get("autotune", 0)
