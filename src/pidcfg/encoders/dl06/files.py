@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.image import loop_start
-from pidcfg.encoders.dl06.spellings import looks_like_rows, looks_like_table, read_rows, read_table
 from pidcfg.encoders.listing import FileKind, Listing, ListingError, Place, listings
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES, SPACE
 from pidcfg.schemas.base import v_name
@@ -139,11 +138,35 @@ class Numbering:
         return (register, 0) if table == "holding" else None
 
 
+def _rows(text: str) -> Listing:
+    from pidcfg.encoders.dl06.spellings import read_rows
+
+    return read_rows(text)
+
+
+def _is_rows(text: str) -> bool:
+    from pidcfg.encoders.dl06.spellings import looks_like_rows
+
+    return looks_like_rows(text)
+
+
+def _table(text: str) -> Listing:
+    from pidcfg.encoders.dl06.spellings import read_table
+
+    return read_table(text)
+
+
+def _is_table(text: str) -> bool:
+    from pidcfg.encoders.dl06.spellings import looks_like_table
+
+    return looks_like_table(text)
+
+
 NUMBERING = Numbering()
 LISTINGS = listings(SPACE, "V-memory listing", NUMBERING)
 FORMATS = LISTINGS | {
-    "text": replace(LISTINGS["text"], read=read_rows, looks_like=looks_like_rows),
-    "csv": replace(LISTINGS["csv"], read=read_table, looks_like=looks_like_table),
+    "text": replace(LISTINGS["text"], read=_rows, looks_like=_is_rows),
+    "csv": replace(LISTINGS["csv"], read=_table, looks_like=_is_table),
     "ihex": FileKind(
         "ihex",
         "Intel HEX, 16-bit words",
