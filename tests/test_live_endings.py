@@ -20,7 +20,7 @@ import pymodbus
 import pytest
 from pyclickplc import ClickClient
 from pyclickplc.server import ClickServer, MemoryDataProvider
-from pymodbus.client import AsyncModbusTcpClient
+from pymodbus.client import AsyncModbusTcpClient, ModbusSerialClient
 
 import pidcfg
 from apart import apart
@@ -355,6 +355,39 @@ def test_a_serial_line(desk, tmp_path):
             assert pidcfg.compare(DL06, f"modbus+rtu://{ends[1]}{query}&unit=3", timeout=1.0).same
             with pytest.raises(PlcError, match=r"no answer within 0.1 s; look at .* the parity; here it is unit 4"):
                 pidcfg.pull(f"modbus+rtu://{ends[1]}{query}&unit=4", vendor="dl06", timeout=0.1, retries=0)
+    finally:
+        line.terminate()
+        line.wait()
+
+
+@pytest.mark.skipif(shutil.which("socat") is None, reason="socat, which makes a serial line, is not installed")
+@pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")
+@pytest.mark.skipif(importlib.util.find_spec("serial") is None, reason="pyserial is not installed")
+def test_foreign_clients_reach_each_unit_of_a_serial_line(desk, tmp_path):
+    ends = [tmp_path / "plc", tmp_path / "here"]
+    line = subprocess.Popen(["socat", *(f"pty,raw,echo=0,link={end}" for end in ends)])
+    try:
+        for _ in range(100):
+            if all(map(Path.exists, ends)):
+                break
+            time.sleep(0.02)
+        listen = parse_address(f"modbus+rtu://{ends[0]}?baud=38400&parity=none&unit=3")
+        with served(desk, {3: virtual("dl06"), 5: virtual("click")}, 1.0, listen):
+
+            def mbpoll(unit, register, *more, kind):
+                words = ("mbpoll", "-m", "rtu", "-b", "38400", "-P", "none", "-a", str(unit), "-0", "-1", "-q")
+                line = (*words, "-t", kind, "-r", str(register), str(ends[1]), *more)
+                return subprocess.run(line, capture_output=True, text=True, check=False).stdout
+
+            assert "[28872]: \t140" in mbpoll(5, 28872, kind="4:float")
+            mbpoll(5, 28872, "150.5", kind="4:float")
+            assert "[28872]: \t150.5" in mbpoll(5, 28872, kind="4:float")
+            assert "[4001]: \t3" in mbpoll(3, 4001, kind="4")
+            assert "[4001]" not in mbpoll(4, 4001, kind="4")
+            with ModbusSerialClient(str(ends[1]), baudrate=38400, parity="N", timeout=1) as client:
+                assert client.read_holding_registers(4001, count=1, device_id=3).registers == [3]
+                found = client.read_holding_registers(28872, count=2, device_id=5).registers
+            assert client.convert_from_registers(found, client.DATATYPE.FLOAT32, "little") == 150.5
     finally:
         line.terminate()
         line.wait()

@@ -695,6 +695,28 @@ OPERATED = {
 
 
 @pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")
+@pytest.mark.parametrize("order", ["low-first", "high-first"])
+@pytest.mark.parametrize("vendor", ["dpide", "nextopid"])
+def test_mbpoll_has_the_word_order_of_the_map(desk, vendor, order):
+    """Both programs that know the order, each with its own words for it: -B is the high word first."""
+    name, kind, value, *_ = OPERATED[vendor]
+    text = filled(example(vendor), order)
+    plc, (_, register) = place_of(vendor, name, text)
+    with served(desk, plc, speed=1e-6) as (port, _):
+
+        def mbpoll(*more, swapped):
+            line = ("mbpoll", "-m", "tcp", "-p", str(port), "-0", "-1", "-q", *(("-B",) if swapped else ()))
+            line += ("-t", kind, "-r", str(register), "127.0.0.1", *more)
+            return subprocess.run(line, capture_output=True, text=True, check=False).stdout
+
+        mbpoll(value, swapped=order == "high-first")
+        assert f"[{register}]: \t{value}\n" in mbpoll(swapped=order == "high-first")
+        assert f"[{register}]: \t{value}\n" not in mbpoll(swapped=order != "high-first")
+        rows = pidcfg.pull(f"modbus://127.0.0.1:{port}", like=example(vendor), map=text).image.words
+    assert rows[name] == float(value)
+
+
+@pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")
 @pytest.mark.parametrize("vendor", OPERATED)
 def test_mbpoll_reads_and_operates(desk, vendor):
     name, kind, value, mode, on = OPERATED[vendor]

@@ -11,9 +11,11 @@ import subprocess
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import count
 from threading import Event, Thread
+from time import sleep
 from types import SimpleNamespace
 
 import pytest
+from pymodbus.client import AsyncModbusTcpClient
 
 import pidcfg
 from apart import apart
@@ -59,13 +61,14 @@ def halves(value):
 
 @contextmanager
 def served(desk, plc, speed=1000.0, listen=LOOPBACK):
-    """The port at which a PLC is served, and what it says."""
+    """The port at which a PLC is served, or several by their units, and what it says."""
     said, ready = [], Event()
     where = []
+    plcs = plc if isinstance(plc, dict) else {listen.unit: plc}
 
     async def start():
         return asyncio.ensure_future(
-            serve(plc, listen, speed, None, lambda place: (where.append(place), ready.set()), said.append)
+            serve(plcs, listen, speed, None, lambda place: (where.append(place), ready.set()), said.append)
         )
 
     task = desk.do(start())
@@ -251,7 +254,7 @@ def test_each_function_reads_or_writes_its_table():
             raise RegisterError(2, "no")
         return [f"{table} {first}"] * number
 
-    context = server_module.context_of(SimpleNamespace(read=read, write=write), 7)[7]
+    context = server_module.context_of({7: SimpleNamespace(read=read, write=write)})[7]
     assert [context.getValues(code, 5, 1) for code in (1, 2, 3, 4, 22, 23)] == [
         2, ["discrete 5"], ["holding 5"], 2, ["holding 5"], ["holding 5"]
     ]  # fmt: skip
@@ -511,7 +514,7 @@ def test_what_is_no_request_is_a_flood_by_its_length_alone():
 
 def test_who_takes_no_answer_is_hung_up_on(desk):
     async def connection():
-        return _server_of(virtual("dl06"), LOOPBACK).callback_new_connection()
+        return _server_of({1: virtual("dl06")}, LOOPBACK).callback_new_connection()
 
     handler = desk.do(connection())
     hung_up = []
@@ -604,6 +607,72 @@ def test_what_is_seen_when_the_plants_are_made_is_a_finding():
     assert [f.message.partition(", the")[0] for f in found] == ["the shortest lag of TANK1 is 0.001 s"]
 
 
+def test_several_plcs_are_units_of_one_address(desk):
+    """As behind a gateway: each is itself, a foreign client that writes to one changes no other, and 3 is nobody."""
+    plcs = {1: virtual("click"), 7: virtual("dl06"), 9: virtual("dl06")}
+
+    async def operate(port):
+        async with AsyncModbusTcpClient("127.0.0.1", port=port) as client:
+            await client.write_register(LIC, MANUAL, device_id=7)
+            await client.write_registers(DF101, [*halves(150.5)], device_id=1)
+            setpoint = await client.read_holding_registers(DF101, count=2, device_id=1)
+            nobody = await client.read_holding_registers(DF101, count=2, device_id=3)
+            return client.convert_from_registers(setpoint.registers, client.DATATYPE.FLOAT32, "little"), nobody
+
+    with served(desk, plcs, speed=50.0) as (port, _):
+        setpoint, nobody = apart(operate(port))
+        for _ in range(100):
+            modes = [plcs[unit].run.plc.mode(plcs[unit].run.plc.states[2].status) for unit in (7, 9)]
+            if modes == ["manual", "auto"]:
+                break
+            sleep(0.02)
+        assert pidcfg.compare(DL06, f"modbus://127.0.0.1:{port}?unit=9").same
+        assert not pidcfg.compare(CLICK, f"modbus://127.0.0.1:{port}?unit=1").findings
+    assert setpoint == 150.5
+    assert nobody.exception_code == 11
+    assert modes == ["manual", "auto"]
+    assert [bool([note for note in plc.report().events if "request" in note.text]) for plc in plcs.values()] == [
+        False, True, False,
+    ]  # fmt: skip
+
+
+def test_several_scenarios_of_a_command_have_a_unit_and_a_report_each():
+    both = (SCENARIOS["click"], SCENARIOS["dl06"], "--listen", "127.0.0.1:0", "--for", "0.1", "--speed", "1000")
+    done = run("serve", *both, "--unit", "3,7")
+    assert done.exit_code == 0, done.stderr
+    assert f"{SCENARIOS['click']} as unit 3, {SCENARIOS['dl06']} as unit 7 at 127.0.0.1:" in done.stderr
+    assert done.stdout.count("What happened") == 2
+    done = run("serve", *both, "--format", "json")
+    assert f"{SCENARIOS['dl06']} as unit 2" in done.stderr
+    assert [one["file"] for one in json.loads(done.stdout)["runs"]] == [str(place) for place in both[:2]]
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        (("--unit", "3"), "--unit names 1 units for 2 scenarios; name one for each"),
+        (("--unit", "3,3"), "--unit names a unit twice"),
+        (("--unit", "3,x"), "'x' is not a"),
+        (("--unit", "3,0"), "0 is not in the range"),
+        (("--unit", "3,256"), "--unit is 256; write a whole number from 1 to 255"),
+        (("--map", str(CLICK)), "--map is of one PLC; name the map of each in its configuration"),
+    ],
+)
+def test_units_that_do_not_fit_the_scenarios_are_refused(more, says):
+    done = run("serve", SCENARIOS["click"], SCENARIOS["dl06"], "--listen", "127.0.0.1:0", "--for", "0.1", *more)
+    assert done.exit_code == 2
+    assert says in " ".join(done.stderr.split())
+
+
+def test_the_unit_of_a_further_plc_is_its_own_and_one_fault_serves_none():
+    with pytest.raises(ValueError, match="`others` has unit 1, which is that of the first PLC"):
+        pidcfg.serve(SCENARIOS["click"], others={1: SCENARIOS["dl06"]}, listen="127.0.0.1:0")
+    broken = SCENARIOS["dl06"].read_text("utf-8").replace("plants:", "plunts:")
+    result = pidcfg.serve(SCENARIOS["click"], others={2: broken}, listen="127.0.0.1:0", seconds=0.1)
+    assert not result.ok
+    assert "plunts" in result.findings[0].message
+
+
 @pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")
 def test_mbpoll_reads_and_writes(desk):
     plc = virtual("click")
@@ -622,8 +691,8 @@ def test_mbpoll_reads_and_writes(desk):
 
 @pytest.mark.parametrize(("unlisted", "tell"), [(3, None), (0, [].append)])
 def test_notes_of_a_plc_that_was_served(monkeypatch, unlisted, tell):
-    async def ended(plc, _listen, _speed, _seconds, _ready, told):
-        plc.unlisted = unlisted
+    async def ended(plcs, _listen, _speed, _seconds, _ready, told):
+        plcs[1].unlisted = unlisted
         told("it cannot keep up")
 
     monkeypatch.setattr(serving_module, "serve", ended)

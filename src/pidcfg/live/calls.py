@@ -188,6 +188,7 @@ def serve(
     *,
     listen: str = "127.0.0.1:5020",
     unit: int | None = None,
+    others: Mapping[int, Source] | None = None,
     map: Path | str | bytes | None = None,
     speed: float = 1.0,
     seconds: float | None = None,
@@ -200,10 +201,10 @@ def serve(
     """Serves the virtual PLC of a scenario over Modbus, ``speed`` times as fast as the clock, until Ctrl-C.
 
     ``listen``: host and port, of which 0 is one of the system's choice, or the URL of a serial line. ``unit``: the unit
-    that it answers as, and no other; 1 where nothing says it. ``map``: as in
-    `pull`. ``seconds``: ends by itself. ``ready`` is called with the place once clients can come, ``tell`` when the
-    simulation cannot keep up. The scenario's duration and expectations do not count: whoever operates the PLC decides.
-    Raises `PlcError` where nobody can listen.
+    that it answers as, and no other; 1 where nothing says it. ``others``: scenarios of further PLCs at the same place,
+    by their units, as behind a gateway. ``map``: as in `pull`, of the first one. ``seconds``: ends by itself. ``ready``
+    is called with the place once clients can come, ``tell`` when the simulation cannot keep up. The scenario's duration
+    and expectations do not count: whoever operates the PLC decides. Raises `PlcError` where nobody can listen.
     """
     from pidcfg.live.serving import Serving, serve_document
 
@@ -215,14 +216,17 @@ def serve(
         place = parse_address(listen) if listen.startswith(RTU) else Address(*parse_listen(listen))
     except AddressError as error:
         raise ArgumentError(f"`listen`: {error}", "listen") from None
-    if unit is not None:
-        highest = HIGHEST_SERIAL_UNIT if place.device else HIGHEST_UNIT
-        if not 1 <= unit <= highest:
-            raise ArgumentError(f"`unit` is {unit}; write a whole number from 1 to {highest}", "unit")
-        place = replace(place, unit=unit)
+    highest = HIGHEST_SERIAL_UNIT if place.device else HIGHEST_UNIT
+    for number, argument in ((unit, "unit"), *((number, "others") for number in others or ())):
+        if number is not None and not 1 <= number <= highest:
+            raise ArgumentError(f"`{argument}` is {number}; write a whole number from 1 to {highest}", argument)
+    place = place if unit is None else replace(place, unit=unit)
+    if place.unit in (others or ()):
+        raise ArgumentError(f"`others` has unit {place.unit}, which is that of the first PLC", "others")
+    further = {number: document_of(one, None, files, limits) for number, one in (others or {}).items()}
     serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
     stated = None if map is None else stated_map(map, None, files, limits)
-    return serve_document(document_of(source, name, files, limits), serving, reader_of(files), stated)
+    return serve_document(document_of(source, name, files, limits), serving, reader_of(files), stated, further)
 
 
 def _nobody(_at: float, _values: Mapping[str, str]) -> None:

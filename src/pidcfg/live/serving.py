@@ -7,6 +7,7 @@ import logging
 import socket
 import time
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -174,41 +175,49 @@ MOST_WAITING, HEAD, LONGEST = 16, 6, 254
 """Requests of a client that may wait, by the protocol; bytes before the length of one, and what it is at most."""
 
 
-def context_of(plc: VirtualPlc, unit: int) -> Any:
-    """The PLC as pymodbus' servers know one, which answers as this ``unit`` alone."""
+def context_of(plcs: Mapping[int, VirtualPlc]) -> Any:
+    """The PLCs as pymodbus' servers know them, each of which answers as its unit alone."""
     from pymodbus.constants import ExcCodes
     from pymodbus.datastore import ModbusBaseDeviceContext, ModbusServerContext
 
     class Context(ModbusBaseDeviceContext):
         """Every request goes to the PLC as it is at that moment."""
 
+        def __init__(self, plc: VirtualPlc) -> None:
+            self.plc = plc
+
         def getValues(self, func_code: int, address: int, count: int = 1) -> Any:  # noqa: N802 - pymodbus' name
             try:
-                return plc.read(TABLES.get(func_code, ""), address, count)
+                return self.plc.read(TABLES.get(func_code, ""), address, count)
             except RegisterError as error:
                 return ExcCodes(error.code)
 
         def setValues(self, func_code: int, address: int, values: Any) -> Any:  # noqa: N802 - pymodbus' name
             try:
-                plc.write(TABLES.get(func_code, ""), address, values)
+                self.plc.write(TABLES.get(func_code, ""), address, values)
             except RegisterError as error:
                 return ExcCodes(error.code)
             return None
 
-    return ModbusServerContext({unit: Context()}, single=False)  # type: ignore[no-untyped-call]
+    return ModbusServerContext(  # type: ignore[no-untyped-call]
+        {unit: Context(plc) for unit, plc in plcs.items()}, single=False
+    )
 
 
 async def serve(
-    plc: VirtualPlc,
+    plcs: Mapping[int, VirtualPlc],
     listen: Address,
     speed: float,
     seconds: float | None,
     ready: Callable[[str], None],
     tell: Callable[[str], None],
 ) -> None:
-    """Serves until it is cancelled, or for so many seconds; raises `PlcError` where it cannot listen."""
+    """Serves PLCs, each as its unit, until it is cancelled or for so many seconds.
+
+    Raises `PlcError` where it cannot listen.
+    """
     logging.getLogger("pymodbus.logging").addHandler(logging.NullHandler())
-    server = _server_of(plc, listen)
+    server = _server_of(plcs, listen)
     try:
         is_listening = await server.listen()
     except TERMINAL_ERRORS as error:
@@ -217,7 +226,7 @@ async def serve(
         raise PlcError(f"{listen}: {_reason(listen)}")
     try:
         ready(_place(server, listen))
-        moving = _move(plc, speed, tell)
+        moving = asyncio.gather(*(_move(one, speed, tell) for one in plcs.values()))
         await (moving if seconds is None else asyncio.wait_for(moving, seconds))
     except (asyncio.CancelledError, TimeoutError):
         pass
@@ -225,18 +234,18 @@ async def serve(
         await server.shutdown()
 
 
-def _server_of(plc: VirtualPlc, listen: Address) -> Any:
+def _server_of(plcs: Mapping[int, VirtualPlc], listen: Address) -> Any:
     from pymodbus.server import ModbusSerialServer
 
     if not listen.device:
-        return _tcp_server(plc, listen)
+        return _tcp_server(plcs, listen)
     line: dict[str, Any] = {
         "port": listen.device,
         "baudrate": listen.baud,
         "parity": PARITIES[listen.parity],
         "stopbits": listen.stop_bits,
     }
-    return ModbusSerialServer(context_of(plc, listen.unit), ignore_missing_devices=True, **line)
+    return ModbusSerialServer(context_of(plcs), ignore_missing_devices=True, **line)
 
 
 def is_flood(data: bytes) -> bool:
@@ -247,7 +256,7 @@ def is_flood(data: bytes) -> bool:
     return at < len(data)
 
 
-def _tcp_server(plc: VirtualPlc, listen: Address) -> Any:
+def _tcp_server(plcs: Mapping[int, VirtualPlc], listen: Address) -> Any:
     """A server that hangs up on who asks without end and on who takes no answer, so that all others get theirs."""
     from pymodbus.server import ModbusTcpServer
     from pymodbus.server.requesthandler import ServerRequestHandler
@@ -273,7 +282,7 @@ def _tcp_server(plc: VirtualPlc, listen: Address) -> Any:
             """As the library has it."""
             return Connection(self, self.trace_packet, self.trace_pdu, self.trace_connect)  # type: ignore[no-untyped-call]
 
-    return Server(context_of(plc, listen.unit), address=(listen.host, listen.port))
+    return Server(context_of(plcs), address=(listen.host, listen.port))
 
 
 def _place(server: Any, listen: Address) -> str:
@@ -327,22 +336,29 @@ class ServeResult:
     """The run's findings, and its report with every write in its events."""
     notes: tuple[str, ...] = field(default=())
     """That the simulation could not keep up, and writes that the report does not list."""
+    others: Mapping[int, Outcome] = field(default_factory=dict)
+    """The same of each further PLC, by its unit."""
+
+    @property
+    def outcomes(self) -> tuple[Outcome, ...]:
+        """Those of all PLCs, in the order in which they were named."""
+        return (self.outcome, *self.others.values())
 
     @property
     def findings(self) -> tuple[Diagnostic, ...]:
-        """What is wrong with the scenario or its configuration."""
-        return tuple(self.outcome.findings)
+        """What is wrong with the scenarios or their configurations."""
+        return tuple(finding for outcome in self.outcomes for finding in outcome.findings)
 
     @property
     def ok(self) -> bool:
-        """Whether the PLC was served."""
-        return self.outcome.report is not None
+        """Whether the PLCs were served."""
+        return all(outcome.report is not None for outcome in self.outcomes)
 
     def to_json(self) -> Data:
-        """The report as ``pidcfg simulate --format json`` has it; where nothing ran, the errors."""
-        from pidcfg.output.runs import SimulateResult
+        """The reports as ``pidcfg simulate --format json`` has them; where nothing ran, the errors."""
+        from pidcfg.output.runs import runs_data
 
-        return SimulateResult(self.outcome).to_json() if self.ok else findings_data(errors_in(self.findings))
+        return deepcopy(runs_data(list(self.outcomes))) if self.ok else findings_data(errors_in(self.findings))
 
 
 @frozen
@@ -356,31 +372,63 @@ class Serving:
     tell: Callable[[str], None]
 
 
-def serve_document(doc: Document, serving: Serving, reader: Reader, stated: MapFile | None = None) -> ServeResult:
+def serve_document(
+    doc: Document,
+    serving: Serving,
+    reader: Reader,
+    stated: MapFile | None = None,
+    others: Mapping[int, Document] | None = None,
+) -> ServeResult:
     """Serves the scenario of a document until it is interrupted; raises `PlcError` where it cannot listen.
 
-    ``stated``: the map, in place of the one that the configuration names; raises `UnusableMapError`.
+    ``stated``: the map, in place of the one that the configuration names; raises `UnusableMapError`. ``others``:
+    further scenarios, by the units that they answer as.
     """
-    loaded = load(doc, reader)
-    if loaded.scenario is None or loaded.image is None or loaded.vendor is None:
-        return ServeResult(Outcome(doc.file, loaded.config, findings=loaded.findings, documents=loaded.documents))
-    stated = stated or named_map(loaded.documents.get(loaded.config), reader)
-    numbering = numbering_of(loaded.vendor, stated, loaded.image, loaded.config)
-    try:
-        plc = VirtualPlc(loaded, numbering)
-    except UnusableError as error:
-        loaded.add(error.problems)
-        return ServeResult(Outcome(doc.file, loaded.config, findings=loaded.findings, documents=loaded.documents))
+    first = _prepared(doc, reader, stated)
+    further = {unit: _prepared(one, reader, None) for unit, one in (others or {}).items()}
+    if any(plc is None for _, plc in (first, *further.values())):
+        return ServeResult(
+            _unserved(first[0]), others={unit: _unserved(loaded) for unit, (loaded, _) in further.items()}
+        )
+    units = {serving.listen.unit: first, **further}
     notes: list[str] = []
 
     def tell(text: str) -> None:
         notes.append(text)
         serving.tell(text)
 
-    run(serve(plc, serving.listen, serving.speed, serving.seconds, serving.ready, tell))
+    plcs = {unit: plc for unit, (_, plc) in units.items() if plc is not None}
+    run(serve(plcs, serving.listen, serving.speed, serving.seconds, serving.ready, tell))
+    outcomes = [_served(*one, notes) for one in units.values()]
+    return ServeResult(outcomes[0], tuple(notes), dict(zip(further, outcomes[1:], strict=True)))
+
+
+def _prepared(doc: Document, reader: Reader, stated: MapFile | None) -> tuple[Loaded, VirtualPlc | None]:
+    """A scenario and its PLC; None where its findings say why there is none."""
+    loaded = load(doc, reader)
+    if loaded.scenario is None or loaded.image is None or loaded.vendor is None:
+        return loaded, None
+    stated = stated or named_map(loaded.documents.get(loaded.config), reader)
+    numbering = numbering_of(loaded.vendor, stated, loaded.image, loaded.config)
+    try:
+        return loaded, VirtualPlc(loaded, numbering)
+    except UnusableError as error:
+        loaded.add(error.problems)
+        return loaded, None
+
+
+def _unserved(loaded: Loaded) -> Outcome:
+    file = loaded.document.file
+    return Outcome(file, loaded.config, findings=loaded.findings, documents=loaded.documents)
+
+
+def _served(loaded: Loaded, plc: VirtualPlc | None, notes: list[str]) -> Outcome:
+    """What has happened to a PLC."""
+    if plc is None:
+        return _unserved(loaded)
     report = plc.report()
     loaded.add(report.problems)
     if plc.unlisted:
         notes.append(f"{plc.unlisted} more writes are not listed")
-    outcome = Outcome(doc.file, loaded.config, report, [*loaded.findings, *loaded.config_errors], loaded.documents)
-    return ServeResult(outcome, tuple(notes))
+    findings = [*loaded.findings, *loaded.config_errors]
+    return Outcome(loaded.document.file, loaded.config, report, findings, loaded.documents)

@@ -175,6 +175,11 @@ def one_or_list_of(is_kind: Kind) -> Kind:
     return lambda value: is_kind(value) or list_of(is_kind)(value)
 
 
+def is_sources(value: object) -> bool:
+    """Files by whole numbers."""
+    return isinstance(value, Mapping) and all(is_whole(key) and is_source(one) for key, one in value.items())
+
+
 def is_optional_text(value: object) -> bool:
     """A text, or nothing."""
     return value is None or isinstance(value, str)
@@ -208,6 +213,7 @@ KINDS: Mapping[str, tuple[Kind, str]] = {
     "tuple[str | None, str | None]": (pair_of(is_optional_text),   "two texts, or None for one without a name"),
     "tuple[float, float]":           (pair_of(is_number),          "two numbers"),
     "Mapping[str, object]":          (is_mapping,                  "a mapping"),
+    "Mapping[int, Source]":          (is_sources,                  f"a mapping of whole numbers to {DATA}"),
     "Files":                         (is_files,                    "texts by their names, or a reader"),
     "Limits":                        (is_limits,                   "a pidcfg.text.reader.Limits"),
     "Sink":                          (is_sink,                     "an open text stream"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ipaddress import ip_address
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,22 +19,35 @@ EPILOG = options.examples(
     "pidcfg serve reactor.scenario.yaml",
     "pidcfg serve reactor.scenario.yaml --speed 10 --listen 127.0.0.1:1502",
     "pidcfg serve oven.scenario.yaml --map oven-map.csv --unit 3",
+    "pidcfg serve reactor.scenario.yaml tank.scenario.yaml --unit 1,7",
     "pidcfg serve tank.scenario.yaml --listen 'modbus+rtu:///dev/ttyUSB0?baud=38400&parity=odd'",
 )
 LISTEN = "127.0.0.1:5020"
 
 
+class Units(click.ParamType[tuple[int, ...]]):
+    """Whole numbers from 1 on with commas between."""
+
+    name = "units"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
+        """The numbers."""
+        if isinstance(value, tuple):
+            return value
+        return tuple(options.Whole(1).convert(part.strip(), param, ctx) for part in str(value).split(","))
+
+
 @click.command("serve", epilog=EPILOG)
-@click.argument("scenario")
+@click.argument("scenario", nargs=-1, required=True)
 @options.MAP
 @click.option(
     "--listen", default=LISTEN, show_default=True, metavar="HOST:PORT", help="Where to listen, or modbus+rtu:///DEVICE."
 )
 @click.option(
     "--unit",
-    type=options.Whole(1),
-    metavar="N",
-    help="The Modbus unit that it answers as, and no other; 1 unless --listen says another one.",
+    type=Units(),
+    metavar="N,N…",
+    help="The Modbus unit of each scenario, which it alone answers as; 1, 2, 3 … unless --listen says another one.",
 )
 @click.option(
     "--speed",
@@ -51,10 +64,10 @@ LISTEN = "127.0.0.1:5020"
 @options.QUIET
 @options.LIMITS
 def command(
-    scenario: str,
+    scenario: tuple[str, ...],
     stated: str | None,
     listen: str,
-    unit: int | None,
+    unit: tuple[int, ...] | None,
     speed: float,
     seconds: float | None,
     fmt: str,
@@ -64,7 +77,8 @@ def command(
     """Serve the virtual PLC of SCENARIO over Modbus until Ctrl-C, which prints the report of the run.
 
     An HMI, a SCADA driver or a script reads it, writes set points, modes and outputs as an operator does, and sees the
-    loops answer. The events of the scenario happen; its duration and its expectations do not count.
+    loops answer. The events of the scenario happen; its duration and its expectations do not count. Several scenarios
+    are as many PLCs at one address, each with its unit, as behind a gateway.
     """
     options.require_packages(listen)
     from pidcfg.cli.findings import show_errors
@@ -73,22 +87,26 @@ def command(
     from pidcfg.live.calls import serve
     from pidcfg.text.writer import json_text
 
-    documents = list(read_inputs((scenario,), limits))
-    if len(documents) != 1:
-        raise click.ClickException(f"{scenario} stands for {len(documents)} files; name one scenario")
+    documents = [list(read_inputs((name,), limits)) for name in scenario]
+    for name, found in zip(scenario, documents, strict=True):
+        if len(found) != 1:
+            raise click.ClickException(f"{name} stands for {len(found)} files; name one scenario")
+    units = _units(unit, scenario, stated)
     LINE.silence()
 
     def ready(place: str) -> None:
         if not quiet:
             note(
-                f"serving {scenario} at {place}, {_who(place)}, {speed:g} times real time; Ctrl-C ends with the report"
+                f"serving {_what(scenario, units)} at {place}, {_who(place)}, {speed:g} times real time; "
+                "Ctrl-C ends with the report"
             )
 
-    with options.reach_plc():
+    with options.reach_plc(), options.usage({"others": "--unit"}):
         result = serve(
-            documents[0],
+            documents[0][0],
             listen=listen,
-            unit=unit,
+            unit=units[0],
+            others={number: found[0] for number, found in zip(units[1:], documents[1:], strict=True) if number},
             map=options.map_file(stated, limits),
             speed=speed,
             seconds=seconds,
@@ -97,12 +115,33 @@ def command(
             limits=limits,
         )
     if not result.ok:
-        show_errors(result.findings, documents[0], fmt)
+        show_errors(result.findings, documents[0][0], fmt)
         click.get_current_context().exit(Exit.UNUSABLE)
     if fmt == "json":
         echo_json(json_text(result.to_json()))
     else:
-        show(simulations_text([result.outcome], tables=True))
+        show(simulations_text([*result.outcomes], tables=True))
+
+
+def _units(given: tuple[int, ...] | None, scenarios: tuple[str, ...], stated: str | None) -> tuple[int | None, ...]:
+    """The unit of each scenario; None: what --listen says, or 1."""
+    if len(scenarios) == 1 and given is None:
+        return (None,)
+    if len(scenarios) > 1 and stated is not None:
+        raise click.UsageError("--map is of one PLC; name the map of each in its configuration")
+    units = given or tuple(range(1, len(scenarios) + 1))
+    if len(units) != len(scenarios):
+        raise click.UsageError(f"--unit names {len(units)} units for {len(scenarios)} scenarios; name one for each")
+    if len(set(units)) < len(units):
+        raise click.UsageError("--unit names a unit twice; each PLC has one of its own")
+    return units
+
+
+def _what(scenarios: tuple[str, ...], units: tuple[int | None, ...]) -> str:
+    """What is served, with the units where there are several."""
+    if len(scenarios) == 1:
+        return scenarios[0]
+    return ", ".join(f"{name} as unit {unit}" for name, unit in zip(scenarios, units, strict=True))
 
 
 def _who(place: str) -> str:
