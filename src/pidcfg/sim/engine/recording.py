@@ -228,15 +228,6 @@ RUN = (
         "The simplest model that shows the limit cycle of a sticking valve.",
     ),
     Decision(
-        992,
-        "pulses of a scenario",
-        "The plant `pulses` is on from the beginning of each period for its input, in % of the period, to the nearest "
-        "step of its resolution; a change of the input within a period counts from the next one on. Its value in a "
-        "base step is the share of it in which the pulse is on, so that no base step changes the mean.",
-        "The manual's rung of time proportioning (DL06, On/Off Control Program Example): a period of 10 s in 1000 "
-        "ticks, the output taken at its end, on at its beginning.",
-    ),
-    Decision(
         87,
         "flags of a report were on at some time",
         "A flag is true when its bit was on at any time of the run; alarms and modes carry their times. "

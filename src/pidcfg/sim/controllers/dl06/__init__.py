@@ -453,5 +453,14 @@ OPERATING = (
         "While an auto-tune runs, bit 7 of +01 is on already; a start is only logged.",
         'The bit is "autotune done" at 0 and "force start" at 1.',
     ),
+    Decision(
+        992,
+        "pulses of a scenario",
+        "The plant `pulses` is on from the beginning of each period for its input, in % of the period, to the nearest "
+        "step of its resolution; a change of the input within a period counts from the next one on. Its value in a "
+        "base step is the share of it in which the pulse is on, so that no base step changes the mean.",
+        "The manual's rung of time proportioning (DL06, On/Off Control Program Example): a period of 10 s in 1000 "
+        "ticks, the output taken at its end, on at its beginning.",
+    ),
 )
 """In the order of their numbers."""
