@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
@@ -382,3 +384,30 @@ def test_a_start_between_the_pointer_range_and_the_end_of_the_lower_block_is_out
 def test_starts_that_are_no_addresses_are_refused(start):
     (found,) = pidcfg.check_text(text(start, 1)).findings
     assert (found.code, found.span.line) == ("PID029", 3)
+
+
+@pytest.mark.parametrize(
+    "pv", [{"range": [0, 200], "unit": "degC"}, {}, {"format": "15-bit unipolar", "range": [-5, 3]}]
+)
+@pytest.mark.parametrize("counts", ["0.1269", "0.0148", "1.234", "0.0062"])
+def test_the_two_nearest_slopes_are_told_in_the_unit_of_the_file_and_fit(pv, counts):
+    full, width = (32767, 8) if "format" in pv else (4095, 200 if pv else 4095)
+    slope = Decimal(counts) * width / full
+
+    def found(value):
+        steps = [{"ramp_to": 1, "slope": float(value), "soak": 1, "deviation": 1}]
+        loop = {**LOOP, "pv": pv, "ramp_soak": {"table": "V3000", "steps": steps}}
+        data = {"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000"}, "loops": [loop]}
+        checked = check_document(read_document(json.dumps(data).encode(), "a.yaml"))
+        return [d for d in checked.findings if d.code == "DL285"]
+
+    cures = [re.findall(r"([\d.]+)(?: degC)? a second \(([\d.]+) counts\)", d.help) for d in found(slope)]
+    assert bool(cures) == (abs(round(Decimal(counts), 2) / Decimal(counts) - 1) > Decimal("0.01"))
+    for cure in cures:
+        assert {Decimal(held) for _, held in cure} == {
+            step
+            for step in (Decimal(counts) // Decimal("0.01") * Decimal("0.01") + k * Decimal("0.01") for k in (0, 1))
+            if step
+        }
+        assert [found(value) for value, _ in cure] == [[]] * len(cure)
+    assert all(("15-bit" in d.help) == ("format" not in pv) for d in found(slope))

@@ -35,7 +35,7 @@ from pidcfg.schemas.base import (
 )
 from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.numbers import NUMBER, parse_integer, parse_number, refuse, text_schema
-from pidcfg.text.references import CLICK, CLICK_HELP, Decision
+from pidcfg.text.references import CLICK, CLICK_ERRORS, Decision
 
 D100 = Decision(
     100,
@@ -59,7 +59,7 @@ D620 = Decision(
     "neither topic lists an error for them. The equation does not use them, only the autotune does.",
 )
 
-ERRORS = CLICK_HELP.at("PID errors")
+ERRORS = CLICK_ERRORS.at("CLICK PID Errors")
 
 EFFECT = "CLICK error "
 """What the PLC reports, before its number."""

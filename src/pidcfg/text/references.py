@@ -51,7 +51,8 @@ Basis = Ref | Decision
 
 DL06 = Manual("DL06 Micro PLC User Manual, 1st Ed., Rev. B, 6/03, chapter 8: PID Loop Operation", "DL06 manual ch. 8")
 CLICK = Manual("CLICK PLC help, topic CL246: PID Control in CLICK", "CLICK help CL246")
-CLICK_HELP = Manual("CLICK PLC help, topics CL248 and CL254: PID errors and PID addresses", "CLICK help CL248/CL254")
+CLICK_ERRORS = Manual("CLICK PLC help, topic CL248: CLICK PID Errors", "CLICK help CL248")
+CLICK_ADDRESSES = Manual("CLICK PLC help, topic CL254: PID Address Descriptions", "CLICK help CL254")
 EZLOGIX = Manual("EZLogix PLC user manual, chapter 6: PID Loop", "EZLogix manual ch. 6")
 NEXTOPID = Manual("NextoPID Function Blocks User Manual (Altus)", "NextoPID manual")
 DPIDE = Manual("Delta AS Series Programming Manual, chapter 6: API 0708 DPIDE", "DPIDE manual ch. 6")

@@ -23,7 +23,7 @@ from pidcfg.schemas import click as limits
 from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS
 from pidcfg.schemas.click import ERRORS as ERROR_LIST
 from pidcfg.text.frozen import frozen
-from pidcfg.text.references import CLICK, CLICK_HELP, Decision
+from pidcfg.text.references import CLICK, CLICK_ADDRESSES, Decision
 
 if TYPE_CHECKING:
     from pidcfg.schemas.limits import Limits
@@ -33,10 +33,9 @@ if TYPE_CHECKING:
 # A loop has three blocks, each at an address of its own: C bits, DS integers and DF floats. ``suffix`` is what the
 # PLC's own nicknames add to the loop's name.
 
-ADDRESSES = CLICK_HELP.at("PID Address Description")
+ADDRESSES = CLICK_ADDRESSES.at("PID Address Descriptions")
 MODES = CLICK.at("Manual Mode, Auto Mode, Autotune Mode")
 ALARMS = CLICK.at("PV Alarm")
-OPTIONS = CLICK.at("CLICK PID options")
 
 D102 = Decision(
     102,
@@ -122,7 +121,7 @@ DS_BLOCK = RegisterMap(
     size=15,
     label="DSn+{:02d}",
     words=(
-        Word(0,  "error_code",                      None,                                   WHOLE,        "",   "PID error number, the lowest active", "-", CLICK.at("CLICK PID Errors"), "status", suffix="_PID_ErrorCode"),
+        Word(0,  "error_code",                      None,                                   WHOLE,        "",   "PID error number, the lowest active", "-", ERROR_LIST, "status", suffix="_PID_ErrorCode"),
         Word(5,  "sample_rate",                     "sample_rate",                          MILLISECONDS, "s",  "Sample rate in ms",                  "-", CLICK.at("Sample Rate(TS)"), suffix="_SampleRate"),
         Word(6,  "derivative_gain_limit",           "derivative_gain_limit",                WHOLE,        "",   "Derivative gain limit factor",       "-", CLICK.at("Derivative Gain Limit"), suffix="_DerivativeLmt"),
         Word(7,  "pwm_period",                      "output.pwm.period",                    WHOLE,        "s",  "PWM time period",                    "-", CLICK.at("PWM Control"), suffix="_PWM_Period"),
@@ -291,7 +290,7 @@ WORDS = {
     "autotune_method": Meaning(INFERRED.format(shown="open or closed loop", before="the autotune"), "", (), D100),
     "autotune_type": Meaning(INFERRED.format(shown="PID or PI", before="the autotune"), "", (), D100),
     "error_code": Meaning("The lowest PID error that is active. 0: none. When it is cured, the next one shows up, so "
-                          "look again after each cure.", "", ("CK309",), CLICK.at("CLICK PID Errors")),
+                          "look again after each cure.", "", ("CK309",), ERROR_LIST),
     "manual_request": Meaning("Asks for Manual: the output then stays where it is put.", MOMENT, (), MODES),
     "auto_request": Meaning("Asks for Auto; works only from Manual, and not while a PID error is active.", MOMENT, (), MODES),
     "autotune_request": Meaning("Asks for the autotune; works only in Auto. Switched off again, it ends the autotune "

@@ -112,6 +112,8 @@ class Source:
 TABLE = DL06.at("Loop Table Word Definitions")
 SETUP = DL06.at("Establishing the Loop Table Size and Location")
 RAMP_TABLE = DL06.at("Ramp/Soak Table")
+TRANSFER = DL06.at("PV Auto Transfer (Addr + 36) from I/O Module Base/Slot/Channel Option")
+OUTPUT_TRANSFER = DL06.at("Auto Transfer to Analog I/O")
 FLAGS = DL06.at("Ramp / Soak Table Flags (Addr + 33)")
 
 D01 = Decision(
@@ -227,8 +229,8 @@ LOOP_TABLE = RegisterMap(
         Word(0o33, "ramp_soak_flags",        None,                    BITS,                "",       "Ramp/soak setting flags",              "yes", TABLE),
         Word(0o34, "ramp_soak_table",        "ramp_soak.table",       ADDRESS,             "",       "Ramp/soak table starting address",     "no**", TABLE),
         Word(0o35, "ramp_soak_errors",       None,                    BITS,                "",       "Ramp/soak table programming errors",   "no**", TABLE, "status"),
-        Word(0o36, "pv_transfer",            "pv.transfer",           Source(),            "",       "PV auto transfer",                     "-",   D03),
-        Word(0o37, "output_transfer",        "output.transfer",       Source(),            "",       "Control output auto transfer",         "-",   D03),
+        Word(0o36, "pv_transfer",            "pv.transfer",           Source(),            "",       "PV auto transfer",                     "-",   TRANSFER),
+        Word(0o37, "output_transfer",        "output.transfer",       Source(),            "",       "Control output auto transfer",         "-",   OUTPUT_TRANSFER),
     ),
     bits=(
         #    offset bits            path                              choices                             title

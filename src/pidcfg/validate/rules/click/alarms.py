@@ -339,7 +339,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Findings:
 @per_loop
 @info(
     "CK381",
-    RATE,
+    HYSTERESIS,
     "hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
 )
 def hysteresis_without_effect(view: LoopView) -> Findings:

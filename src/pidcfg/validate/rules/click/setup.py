@@ -7,7 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.click import LOOPS, SPACE, SUFFIXES
-from pidcfg.schemas.click import D100, EFFECT
+from pidcfg.schemas.click import D100, EFFECT, ERRORS
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate import shared_checks
@@ -180,7 +180,6 @@ def nicknames_collide(context: ClickContext) -> Findings:
 
 # --- What decides whether a loop runs at all, and which way: its action, and the PID errors that its values cause -----
 
-ERRORS = CLICK.at("CLICK PID Errors")
 MANUAL = CLICK.at("Manual Mode")
 FORWARD = {"direct": "Forward", "reverse": "Reverse"}
 RISES = {"direct": "rises", "reverse": "falls"}

@@ -7,8 +7,9 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.image import OUTPUT_OFFSET, loop_start
+from pidcfg.encoders.maps.dl06 import SLOPE
 from pidcfg.schemas.base import v_name
-from pidcfg.schemas.numbers import decimal_text
+from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
 from pidcfg.text.signs import same_word
@@ -525,7 +526,8 @@ def slope_rounded(view: LoopView) -> Findings:
     Why: the word holds counts per second with two decimals. A slow ramp on a wide range has one or two digits left, and
     over hours the profile ends minutes early or late.
 
-    Fix: use the 15-bit format (eight times the counts), or a slope that is a multiple of 0.01 counts a second.
+    Fix: write one of the two nearest slopes that the word holds, a multiple of 0.01 counts a second; or use the 15-bit
+    format, which has eight times the counts.
     """
     for pair in pairs_until_end(view):
         exact = view.scales["sp"].distance(pair.step.slope)
@@ -543,7 +545,27 @@ def slope_rounded(view: LoopView) -> Findings:
                 stored=pair.slope,
                 percent=f"{abs(100 * float(change)):.1f}",
                 longer="longer" if change > 0 else "less",
+                fix=f"write {_nearest(view, exact, pair)}{_finer(view)}",
             )
+
+
+def _nearest(view: LoopView, exact: Decimal, pair: Pair) -> str:
+    """The two nearest slopes that the word holds, in the unit of the file."""
+    step, scale = SLOPE.step, view.scales["sp"]
+    below = exact // step * step
+    counts = [slope for slope in (below, below + step) if 0 < slope <= SLOPE.high]
+    is_raw = pair.step.slope.counts or scale.range is None
+    values = [slope if is_raw else EXACT_CONTEXT.divide(slope * scale.width, scale.full) for slope in counts]
+    unit = " counts" if pair.step.slope.counts else _unit(view, pair)
+    return " or ".join(
+        f"{float(value):.4g}{unit} a second ({slope} counts)" for value, slope in zip(values, counts, strict=True)
+    )
+
+
+def _finer(view: LoopView) -> str:
+    """What else has more counts; empty: nothing."""
+    finer = "; or use the 15-bit format, which has eight times the counts"
+    return finer if view.loop.pv.format.startswith("12") else ""
 
 
 def _unit(view: LoopView, pair: Pair) -> str:
