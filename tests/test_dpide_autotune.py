@@ -8,8 +8,13 @@ from itertools import pairwise
 import pytest
 
 from dpide_rig import Rig
+from pidcfg.cli.formats.runs import autotune_text
+from pidcfg.sim.controllers.click.plc import Click
+from pidcfg.sim.controllers.dl06.plc import Dl06
 from pidcfg.sim.controllers.dpide.autotune import PATIENCE_SAMPLES, REASONS, balance, measure, usable
 from pidcfg.sim.controllers.dpide.equation import Config, State
+from pidcfg.sim.controllers.dpide.plc import Dpide
+from pidcfg.sim.controllers.ezlogix.plc import Ezlogix
 from pidcfg.sim.controllers.kernels import single
 from rig_plants import FirstOrder, Fixed
 
@@ -338,3 +343,15 @@ def test_a_failure_in_pid_mode_2_goes_back_there():
     rig.step(700)
 
     assert (rig.mode(), rig.states[0].mode, rig.plc.tuned(0)["error"]) == ("auto", 2, True)
+
+
+@pytest.mark.parametrize(
+    ("vendor", "rule"), [(Dpide, "D276, D277"), (Click, "D123, D125"), (Ezlogix, "D178"), (Dl06, "")]
+)
+def test_results_whose_rule_no_manual_prints_say_so(vendor, rule):
+    plc = object.__new__(vendor)
+    done = plc.tune_report("done", [1.0] * len(vendor.tuned_names), done=True, error=False)
+    assert rule in done.get("rule", "")
+    assert bool(done.get("rule")) == bool(rule)
+    assert "rule" not in plc.tune_report("running", [], done=False, error=False)
+    assert autotune_text(done).endswith(f"({rule})" if rule else " 1")

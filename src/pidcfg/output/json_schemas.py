@@ -483,6 +483,8 @@ def loop_of_run() -> Schema:
         unlisted=count("Changes that the lists leave out."),
         autotune=record(
             "Where a tuning was started.",
+            ("rule",),
+            rule=text("What the results rest on, where no manual prints the PLC's rule."),
             done=switch("Whether it came to its end."),
             error=switch("Whether it failed."),
             status=text("In the PLC's words."),

@@ -132,7 +132,8 @@ def _answer(loop: LoopReport, reason: str) -> Iterator[str]:
 def autotune_text(found: Mapping[str, Any]) -> str:
     """How an auto-tune ended, and with what."""
     results = ", ".join(f"{key} {number_text(value)}" for key, value in found["results"].items())
-    return f"autotune {found['status']}{': ' if results else ''}{results}"
+    rule = f"; {found['rule']}" if "rule" in found else ""
+    return f"autotune {found['status']}{': ' if results else ''}{results}{rule}"
 
 
 def _happenings(report: Report) -> str:

@@ -444,6 +444,12 @@ NEVER_WRITTEN = (
 )
 
 
+RETAINED = (
+    "look at Initial Value and Retentive of the loops' registers in the Address Picker, and at the battery: after a "
+    "power cycle a register that is not retained begins with its initial value, and the operator's set point is gone"
+)
+
+
 def checklist(config: ClickFile) -> tuple[str, ...]:
     """What no file can set or prove."""
     items = [NEVER_WRITTEN]
@@ -456,4 +462,5 @@ def checklist(config: ClickFile) -> tuple[str, ...]:
     pulsed = [f"{loop.name} ({loop.output.pwm.bit})" for loop in config.loops if loop.output.pwm is not None]
     if pulsed:
         items.append(f"enable PWM in the PID window, and its bit address: {', '.join(pulsed)}; no register holds them")
+    items.append(RETAINED)
     return tuple(items)

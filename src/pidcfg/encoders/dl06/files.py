@@ -10,6 +10,7 @@ from pidcfg.encoders.dl06.image import loop_start
 from pidcfg.encoders.listing import FileKind, Listing, ListingError, Place, listings
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES, SPACE
 from pidcfg.schemas.base import v_name
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -182,9 +183,41 @@ TRANSITION = "change the CPU from Program to Run: it reads V7640 and V7641 only 
 CHANGES = "change words of the loop table later only with the loop in Manual and the PLC stopped"
 
 
+D956 = Decision(
+    956,
+    "what must outlast a power cycle is a line of the checklist",
+    "`encode` and `report` ask for the retentive memory and the battery of a DL06, and of a CLICK whether a register "
+    "of a loop begins with its initial value or with the retained one. No ranges are stated.",
+    "Public problems: a DL06 whose V7640 and V7641 were 0 after a power cycle (industrialmonitordirect.com, "
+    "dl06-pid-loop-configuration-lost-after-power-cycle), a set point that came back as -201 (same site, "
+    "automationdirect-dl205-pid-setpoint-not-retained-after-power-off), a CLICK whose registers went with its battery "
+    "(same site, click-plc-c0-01dr-d-sram-backup-battery-memory-retention-time). The texts at hand name no retentive "
+    "ranges, and pages of that site contradict each other.",
+)
+RETENTIVE = (
+    "check that V7640, V7641, {first} to {last}{profiles} lie in retentive memory, and look at the battery: without "
+    "them no loop runs after a power cycle, or with another set point"
+)
+
+
+def _retentive(config: Dl06File) -> str:
+    """What must outlast a power cycle: the set-up words and the loop table."""
+    first = loop_start(config.plc, 0)
+    last = loop_start(config.plc, len(config.loops)) - 1
+    profiles = " and the ramp/soak tables" if any(loop.ramp_soak for loop in config.loops) else ""
+    return RETENTIVE.format(first=v_name(first), last=v_name(last), profiles=profiles)
+
+
 def checklist(config: Dl06File) -> tuple[str, ...]:
     """What no download does, and what to compare by eye because the manual contradicts itself there."""
-    items = (_compare_resets(config), _copy_values(config), TRANSITION, _request_modes(config), _later_changes(config))
+    items = (
+        _compare_resets(config),
+        _copy_values(config),
+        TRANSITION,
+        _request_modes(config),
+        _later_changes(config),
+        _retentive(config) if config.loops else "",
+    )
     return tuple(item for item in items if item) if config.loops else ()
 
 

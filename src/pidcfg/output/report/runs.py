@@ -189,7 +189,8 @@ def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float
     """What the auto-tunes found."""
     for name, loop in report.loops.items():
         if loop.autotune is not None:
-            yield name, str(loop.autotune["status"]), tuple(loop.autotune["results"].items())
+            rule = f" ({loop.autotune['rule']})" if "rule" in loop.autotune else ""
+            yield name, f"{loop.autotune['status']}{rule}", tuple(loop.autotune["results"].items())
 
 
 def found_text(verdict: Verdict, units: Mapping[str, Units]) -> str:

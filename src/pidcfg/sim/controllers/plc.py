@@ -243,6 +243,8 @@ class Plc(LoopFacts):
     """The CPU's switch is at run."""
     options: Sequence[str] = ()
     """What a scenario may choose about it, by the keys of ``plc``."""
+    tune_rule = ""
+    """What the results of an auto-tune rest on where no manual prints its rule."""
     commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": (), "plc": ()}
     """What the events ``ramp_soak``, ``autotune`` and ``plc`` may say; nothing where the PLC has no such thing."""
     tuned_names: Sequence[str] = ()
@@ -375,7 +377,8 @@ class Plc(LoopFacts):
     def tune_report(self, status: str, results: Sequence[float], *, done: bool, error: bool) -> Mapping[str, Any]:
         """How an auto-tune went; only one that is done shows its ``results``, in the order of ``tuned_names``."""
         values = dict(zip(self.tuned_names, results, strict=True)) if done and results else {}
-        return {"done": done, "error": error, "status": status, "results": values}
+        rule = {"rule": self.tune_rule} if values and self.tune_rule else {}
+        return {"done": done, "error": error, "status": status, "results": values} | rule
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 

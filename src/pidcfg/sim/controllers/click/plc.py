@@ -68,6 +68,7 @@ class Click(Plc):
     modes: Mapping[str, int] = MODE_BITS
     options = tuple(f.name for f in fields(ScanOptions))
     commands = SWITCH_AND_TUNE
+    tune_rule = "a rule of ours, since the help prints none (D123, D125)"
     tuned_names = ("proportional_gain", "reset_time", "derivative_gain", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
     alarm_limits: Mapping[str, str] = ALARM_LIMITS

@@ -12,7 +12,11 @@ ENGINE = (
         "the engine works in fractions of the data range",
         "e = (SP − PV) / span of the PV's format; the output in counts is M times the span of the output's format. "
         "M is limited to the data range and then to +30/+31, the bias to the data range.",
-        "A gain is percent per percent, and the family's bias clamp is to 0 and 1.",
+        "A gain is percent per percent, and the family's bias clamp is to 0 and 1. A user says otherwise of a transfer "
+        "(community.automationdirect.com, productivity-pid-bumpless-transfer-fix, 2019): DirectLOGIC and Do-more let "
+        "the bias go below 0 % and above 100 %, so that no output jumps. That is not followed: the chapter makes the "
+        "bias the output at a transfer, which lies in the range, the sister manual prints the clamp, and the word of a "
+        "unipolar format (+04) has no place for more.",
     ),
     Decision(
         31,

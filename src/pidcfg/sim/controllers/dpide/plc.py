@@ -132,6 +132,7 @@ class Dpide(NamedPlc):
     out_name = "MV"
     modes: Mapping[str, int] = MODE_BITS
     commands = SWITCH_AND_TUNE
+    tune_rule = "a rule of ours, since the manual prints none (D276, D277)"
     tuned_names = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS

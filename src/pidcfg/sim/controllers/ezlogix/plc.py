@@ -161,6 +161,7 @@ class Ezlogix(CountsPlc):
     pulses = ("O",)
     modes: Mapping[str, int] = MODE_BITS
     commands = SWITCH_AND_TUNE
+    tune_rule = "coefficients of the DL06's family, since the manual prints none (D178)"
     tuned_names = ("proportional_gain", "integral_time", "derivative_time")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
