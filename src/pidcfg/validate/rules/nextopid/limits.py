@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.iec import INT
@@ -14,10 +14,12 @@ from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import ON_OFF, BlockView, NextopidContext, all_known
 from pidcfg.validate.rules.nextopid.first_scan import ALWAYS, D208, as_int
-from pidcfg.validate.shared_checks import number_text
+from pidcfg.validate.shared_checks import D955, crossed_set_points, number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from pidcfg.schemas.expressions import Expression
 
 # --- The limits of PV and MV, the bits that the block sets, and values outside ----------------------------------------
 
@@ -468,6 +470,14 @@ D553 = Decision(
     "An info, unless both go to a selector or a split range: one of them heats and the other cools there.",
     "Both may be meant so, with a gap between their set points; that no file shows.",
 )
+D957 = Decision(
+    957,
+    "two moves of MV to one output",
+    "An error where both are moved as they are, in every cycle and at the same end of it. With conditions, or through "
+    "a block, nothing is said.",
+    "Moves are executed in their order, so that the last one has the output in every cycle; a loop that never has it "
+    "is no design.",
+)
 JOINING_BLOCKS = ("ControlSelectMax", "ControlSelectMin", "ControlSplitRange")
 
 
@@ -552,10 +562,67 @@ def opposite_loops_of_one_pv(context: NextopidContext) -> Findings:
         for number in wire.signals
     }
     outputs = {view.number for number in joined if (view := context.pid_output(number)) is not None}
+    crossed = {frozenset((one.number, two.number)) for one, two in _crossed(context)}
     for one, two in combinations(context.pids, 2):
         pv, directions = one.source("PV"), {one.is_on("Direct"), two.is_on("Direct")}
         if pv is None or pv != two.source("PV") or directions != {True, False} or {one.number, two.number} <= outputs:
             continue
+        if frozenset((one.number, two.number)) in crossed:
+            continue
         for this, other in ((one, two), (two, one)):
             key = "Direct" if this.is_given("Direct") else "PV"
             yield this.at(key, one=one.name, two=two.name, pv=pv).shared_with(other.name)
+
+
+def _crossed(context: NextopidContext) -> list[tuple[BlockView, BlockView]]:
+    """Pairs of loops with one PV, the heating one first, that heat to above where they cool."""
+    pairs = (
+        pair
+        for pair in combinations(context.pids, 2)
+        if pair[0].source("PV") is not None
+        and pair[0].source("PV") == pair[1].source("PV")
+        and all(view.is_on("Direct") or not view.may_be_on("Direct") for view in pair)
+    )
+    return [*crossed_set_points(pairs, lambda view: not view.is_on("Direct"), lambda view: view.number_of("SP"))]
+
+
+@warning("NX691", D955, "{heating} raises {pv} to {high}, {cooling} lowers it to {low}: between them both MV are on")
+def set_points_crossed(context: NextopidContext) -> Findings:
+    """A heating and a cooling loop on one PV have crossed set points.
+
+    Why: the loop with Direct FALSE raises the PV to its SP, the one with TRUE lowers it to its own. With the first
+    above the second, both run to their limits and work against each other.
+
+    Fix: put the SP of the loop with Direct TRUE above that of the other, with a gap between them.
+    """
+    for heating, cooling in _crossed(context):
+        names = {"heating": heating.name, "cooling": cooling.name, "pv": heating.source("PV")}
+        for this, other in ((heating, cooling), (cooling, heating)):
+            values = {"high": heating.shown("SP"), "low": cooling.shown("SP")}
+            yield this.at("SP").quoting(**names, **values).shared_with(other.name)
+
+
+@error("NX692", D957, "{to} is also written by the move of {other}.MV, {which}: the last move has the output")
+def output_written_twice(context: NextopidContext) -> Findings:
+    """Two loops move their MV to one output in each cycle.
+
+    Why: the last move wins; the other loop controls nothing, and its integral runs to a limit.
+
+    Fix: give each loop its own output; join two loops of one valve by a selector or a split range, or write with `when`
+    which of them has it.
+    """
+    written: dict[tuple[int, bool], list[tuple[int, BlockView]]] = {}
+    for i, copy in enumerate(context.encoding.copies):
+        view = None if copy is None or copy.when is not None else _moved_output(context, copy.value)
+        if copy is not None and view is not None:
+            written.setdefault((copy.target, copy.at_start), []).append((i, view))
+    for moves in written.values():
+        for (i, one), (j, two) in permutations(moves, 2):
+            if one is not two:
+                to, which = context.config.moves[i].to, "before it" if j < i else "behind it"
+                yield Finding(("moves", i, "move"), {"to": to, "other": two.name, "which": which})
+
+
+def _moved_output(context: NextopidContext, value: Expression) -> BlockView | None:
+    """The controller whose MV is moved as it is; None: something else is."""
+    return None if value.signal is None else context.pid_output(value.signal)
