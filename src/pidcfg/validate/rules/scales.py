@@ -115,7 +115,9 @@ SCALES: Mapping[str, Scales] = {
     "dl06": Shares("tuning.gain", plain=lambda loop: loop.error.curve == "linear"),
     "click": Scales("", whole=(Decimal(0), Decimal(100))),
     "ezlogix": Counts("tuning.proportional_gain", plain=lambda loop: not loop.pv.square_root),
-    "nextopid": Scales("Kp", ("MinPV", "MaxPV"), ("MinMV", "MaxMV"), lambda loop: loop.DisableP is False),
+    "nextopid": Scales(
+        "Kp", ("MinPV", "MaxPV"), ("MinMV", "MaxMV"), lambda loop: loop.DisableP is False or loop.Indep is True
+    ),
     "dpide": Scales("Kc_Kp", limits=("MV_MIN", "MV_MAX")),
     "generic": Scales("tuning.gain", plain=lambda loop: loop.tuning.proportional and not loop.pv.square_root),
 }
