@@ -9,8 +9,6 @@ import stat
 import sys
 import warnings
 from dataclasses import dataclass, field
-from difflib import get_close_matches
-from itertools import islice
 from math import comb
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -22,7 +20,7 @@ from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
-from pidcfg.text.reader import DEFAULT, SUFFIXES, Disk, read_file, refusal
+from pidcfg.text.reader import DEFAULT, SUFFIXES, Disk, near_name, read_file, refusal
 from pidcfg.text.signs import UTF16_MARKS
 from pidcfg.text.source import read_document
 
@@ -390,8 +388,6 @@ NAME_OF_STDIN = "pidcfg.stdin"
 """Where a command keeps that name."""
 MOST_NAMES = 3
 """Names of what was left out."""
-MAX_NEARBY = 1000
-"""Names of a folder that are compared with one that is not there."""
 
 
 @frozen
@@ -454,19 +450,10 @@ def document(entry: Input) -> Document:
     """An input as a document; a file that could not be opened is one with that finding."""
     if entry.problem is None:
         return read_document(entry.data, entry.name, entry.limits)
-    cure = _nearby_name_cure(entry.name) or "check the path"
+    near = near_name(entry.name, FILES)
+    cure = f"did you mean {near}?" if near else "check the path"
     finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help=cure)
     return Document(entry.name, "", None, Node(None), (finding,), entry.limits)
-
-
-def _nearby_name_cure(name: str) -> str | None:
-    """The cure that names a file of the same folder whose name is like that of one that is not there."""
-    path = Path(name)
-    if path.exists() or not path.parent.is_dir():
-        return None
-    names = (entry.name for entry in islice(path.parent.iterdir(), MAX_NEARBY) if entry.suffix.lower() in SUFFIXES)
-    near = get_close_matches(path.name, names, 1, 0.7)
-    return f"did you mean {(path.parent / near[0]).as_posix()}?" if near else None
 
 
 def gather(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) -> Iterator[Input]:

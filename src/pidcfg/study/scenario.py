@@ -16,7 +16,7 @@ from pidcfg.sim.engine.network import initial_values, rest
 from pidcfg.sim.engine.run import options, prepare
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.paths import dotted, leaves, steps
-from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, read_other, refusal
+from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, near_name, read_other, refusal
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import unusable
 from pidcfg.validate.engine import check_document, is_scenario
@@ -203,7 +203,10 @@ def _read_config(loaded: Loaded, scenario: Scenario, reader: Reader) -> None:
     try:
         data = read_other(reader, loaded.config, loaded.document.limits.file_bytes + 1)
     except (OSError, ValueError) as error:
-        loaded.refuse(refusal(loaded.config, error), "the path is relative to the scenario file")
+        shown = may_be_quoted(reader, loaded.document.file, loaded.config)
+        near = near_name(loaded.config, reader) if shown else None
+        meant = f"did you mean {PurePath(near).name}? " if near else ""
+        loaded.refuse(refusal(loaded.config, error), f"{meant}the path is relative to the scenario file")
         return
     if PurePath(loaded.config).suffix.lower() in SUFFIXES:
         _use_configuration(loaded, data)

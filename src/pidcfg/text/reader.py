@@ -148,6 +148,10 @@ class Texts:
 
 
 DISK = Disk()
+MAX_NEARBY = 1000
+"""Files of a folder that are looked at for a name like another one."""
+LIKE = 0.7
+"""How like it must be."""
 Files = Mapping[str, str | bytes] | Reader | None
 """Texts by name, or a reader; None: the disk."""
 
@@ -184,6 +188,23 @@ def may_be_quoted(reader: Reader, file: str, named: str) -> bool:
     if isinstance(reader, Texts):
         return True
     return Path(os.path.realpath(named)).is_relative_to(os.path.realpath(Path(file).parent))
+
+
+def near_name(name: str, reader: Reader) -> str | None:
+    """A file beside one that is not there whose name is like that one's."""
+    from difflib import get_close_matches
+    from itertools import islice
+
+    path, inner = Path(name), getattr(reader, "reader", reader)
+    if isinstance(inner, Texts):
+        others = [Path(other) for other in inner.files]
+    elif isinstance(inner, Disk) and not path.exists() and path.parent.is_dir():
+        others = list(islice(path.parent.iterdir(), MAX_NEARBY))
+    else:
+        return None
+    names = {other.name: other for other in others if other.suffix.lower() in SUFFIXES}
+    near = get_close_matches(path.name, names, 1, LIKE)
+    return (path.parent / near[0]).as_posix() if near else None
 
 
 def refusal(name: str, error: OSError | ValueError) -> str:

@@ -201,6 +201,8 @@ UNION_KINDS = {"union_tag_invalid": "literal_error", "union_tag_not_found": "mis
 CHOICE_KINDS = {"literal_error", "union_tag_invalid"}
 EITHER = "write true or false"
 """The cure of a switch where no word is clearly meant."""
+NEAR = 0.7
+"""How like a key is to the one by which an item is known, where that one is missing."""
 LIKE, CLEARLY = 0.5, 0.05
 """How like a word must be to one that is suggested, and how much more than to any other."""
 MAX_VALUE_LENGTH = 60
@@ -282,6 +284,9 @@ def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic
     if kind in UNION_KINDS and not isinstance(error["input"], dict):
         kind = "model_type"
     elif kind in UNION_KINDS:
+        written = difflib.get_close_matches(UNION_KEY, map(str, error["input"]), 1, NEAR)
+        if written and UNION_KEY not in error["input"]:
+            return _misspelt(file_place((*place, written[0]), doc.data), doc)
         place, kind = (*place, UNION_KEY), UNION_KINDS[kind]
     path = file_place(place, doc.data)
     code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)
@@ -292,6 +297,13 @@ def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic
     return Diagnostic(
         code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure, edits=edits
     )
+
+
+def _misspelt(path: Path, doc: Document) -> Diagnostic:
+    """The finding on a key by which the item of a list was to be known."""
+    message, cure = unknown_key(str(path[-1]), [UNION_KEY])
+    span = doc.locate(path, key=True)
+    return Diagnostic("PID020", Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure)
 
 
 def _same_word(error: Any) -> str | None:

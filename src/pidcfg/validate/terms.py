@@ -28,6 +28,8 @@ MORE_WORDS: dict[str, tuple[str, ...]] = {
     "action direction richtung wirkrichtung wirksinn regelsinn": DIRECTION,
     "bias offset": ("output.offset", "output.bias", "BIAS"),
     "windup integral_stop": ANTI_WINDUP,
+    "rate_limit output_rate max_output_rate slew_rate ramp_rate rampe": ("output.max_rate",),
+    "derivative_lag rate_filter d_filter td_filter vorhaltfilter": ("tuning.derivative_filter", "Tf"),
     "istwert messwert regelgrösse regelgröße process_value process_variable": ("pv", "PV"),
     "stellgrösse stellgröße stellwert ausgang": ("output", "MV"),
     "grenzwerte alarme": ("alarms",),

@@ -52,6 +52,8 @@ def command(
 
     doc = one_configuration(file, limits)
     suffix = Path(out or "").suffix.lower().lstrip(".").replace("yml", "yaml")
+    if fmt is None and suffix and suffix not in FORMATS:
+        raise click.UsageError(f"-o {out}: write a name that ends in .yaml, .csv or .xlsx, or say --format")
     kind = fmt or (suffix if suffix in FORMATS else "yaml")
     if decimal_comma and kind != "csv":
         raise click.UsageError("--decimal-comma is for CSV")
