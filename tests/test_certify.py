@@ -526,6 +526,7 @@ def test_a_scenario_in_which_nothing_varies_is_refused():
     text = scenario().replace(f"vary:\n{GAIN}\n", "")
     result = certify(text)
     assert [d.message for d in result.findings] == ["nothing varies: there is no vary and no noise"]
+    assert result.findings[0].help == "write what is uncertain, as in 'vary: {plants: {TIC-1: {gain: ±30 %}}}'"
     assert not result.ok
     noisy = certify(text.replace("gain: 2}", "gain: 2, noise: 1}"))
     assert noisy.certification.samples == 60

@@ -166,7 +166,8 @@ def test_the_table_is_long_enough():
 
 
 @pytest.mark.parametrize(
-    "question", ["V2006 bit 10", "bit 10 of V7356", "output stays 0", "yellow alarm", "set point jumps", "sensor lost"]
+    "question",
+    ["V2006 bit 10", "bit 10 of V7356", "output stays 0", "yellow alarm", "set point jumps", "sensor lost", "error 10"],
 )
 def test_a_question_needs_no_quotes(question):
     assert api.explain(*question.split()).pages == api.explain(question).pages

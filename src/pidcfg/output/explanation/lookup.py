@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pkgutil
 import re
+from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -464,13 +465,16 @@ def explain_things(
 
 
 def _asked(things: Sequence[str], ask: Callable[[str], list[Page]]) -> list[Page]:
-    """The answers to all things; where one of them is nothing, or they spell a bit, to all of them as one text.
+    """The answers to all things; where one is nothing, or they spell a bit or an error, to all of them as one text.
 
     Things of which one is an address or a code are no text.
     """
     joined = " ".join(things)
     if len(things) > 1 and spelled(joined) != joined:
         return ask(joined)
+    if len(things) > 1 and things[-1].isdecimal() and not CODE.fullmatch(things[-2].upper()):
+        with suppress(QuestionError):
+            return ask(joined)
     try:
         return [page for thing in things for page in ask(thing)]
     except QuestionError as error:

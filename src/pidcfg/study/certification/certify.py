@@ -368,7 +368,9 @@ def certify_document(doc: Document, plan: Plan, reader: Reader = DISK) -> BatchO
     varies, problems = loaded.uncertainties(plc)
     problems += _not_shown(scenario, plan.samples)
     if not varies and not net.noisy:
-        problems.append(Problem((), "nothing varies: there is no vary and no noise", help="write what is uncertain"))
+        plant = next(iter(scenario.plants), "TIC-1")
+        cure = f"write what is uncertain, as in 'vary: {{plants: {{{plant}: {{gain: ±30 %}}}}}}'"
+        problems.append(Problem((), "nothing varies: there is no vary and no noise", help=cure))
     loaded.add([*net.problems, *problems])
     if any(finding.severity is Severity.ERROR for finding in loaded.findings):
         return replace(outcome, findings=loaded.findings)

@@ -58,7 +58,8 @@ D945 = Decision(
     "An action that does not fit a word of heating or cooling in the loop's name or description is a warning that "
     "names both, for every vendor, in English and German. Words of both kinds, of an exhaust, or of an actuator that "
     "works the other way round are none, nor is a PV whose unit, or without one whose name, is not of a temperature. "
-    "A drafted scenario takes the sign of its plant from the word; without a word from the action, and says so.",
+    "A drafted scenario takes the sign of its plant from the word; without a word from the action, and says so. It "
+    "stands in the place of D183 (EZLogix) and D261 (DPIDE).",
     "DL06 and CLICK name the process's action, EZLogix and NextoPID the controller's, and manuals do not agree on "
     "forward: swapping it is the likeliest mistake, and a heater that runs away its result.",
 )
