@@ -7,6 +7,7 @@ import dataclasses
 import decimal
 import gc
 import importlib
+import importlib.util
 import io
 import json
 import os
@@ -24,6 +25,8 @@ import pidcfg
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.text.reader import DEFAULT, Texts
 from pidcfg.vendors import VENDORS
+from shell import captured
+from shell import pidcfg as shell_pidcfg
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -44,6 +47,8 @@ CALLS = {
     "simulate": lambda: pidcfg.simulate(Path("line/tank.scenario.yaml"), engine="python", record=True, files=FILES),
     "certify": lambda: pidcfg.certify(Path("line/chiller.scenario.yaml"), samples=1, record=True, files=FILES),
     "tune": lambda: pidcfg.tune("zn-closed", ultimate_gain=8, ultimate_period=4, vendor="click", files={}),
+    "report": lambda: pidcfg.report(Path("line/tank.scenario.yaml"), Path("line/tank.yaml"), files=FILES),
+    "plot": lambda: pidcfg.plot(pidcfg.convert(Path("line/chiller.yaml"), "click", verify=True, files=FILES), "html"),
     "explain": lambda: pidcfg.explain("DF101", config=Path("line/tank.yaml"), files=FILES),
 }
 """A call of every function, none of which needs the disk."""
@@ -367,6 +372,113 @@ def test_a_run_keeps_its_signals_and_its_trend():
     shares = []
     pidcfg.simulate(TANK_SCENARIO, engine="python", progress=shares.append)
     assert shares == sorted(shares)
+
+
+def test_a_trend_that_is_kept_is_the_csv_as_columns():
+    text = io.StringIO()
+    pidcfg.simulate(TANK_SCENARIO, engine="python", trend=text, every=10)
+    run = pidcfg.simulate(TANK_SCENARIO, engine="python", trend=True, every=10)
+    frame = run.to_frame()
+    head, *rows = (line.split(",") for line in text.getvalue().splitlines())
+    assert list(frame) == head
+    assert [list(map(float, row)) for row in rows] == [list(row) for row in zip(*frame.values(), strict=True)]
+    frame["time"].clear()
+    assert run.to_frame()["time"][:2] == [0.0, float(rows[1][0])]
+    for other in (None, False, text):
+        with pytest.raises(ValueError, match="the trend was not kept; call simulate with trend=True"):
+            pidcfg.simulate(TANK_SCENARIO, engine="python", trend=other).to_frame()
+
+
+EVIL = "</td></table></iframe><script>alert(1)</script>"
+
+
+@pytest.mark.parametrize("record", [False, True])
+def test_what_a_notebook_shows_of_a_file_is_escaped(record):
+    config = TANK.read_text("utf-8").replace("TANK1", f'"{EVIL}"').replace("description: ", f"description: {EVIL} ")
+    scenario = TANK_SCENARIO.read_text("utf-8").replace("TANK1", f'"{EVIL}"')
+    scenario = re.sub("(?m)^scenario:.*", f"scenario: '{EVIL}'", scenario)
+    files = {"a.yaml": config, "a.scenario.yaml": re.sub("(?m)^config:.*", "config: a.yaml", scenario)}
+    run = pidcfg.simulate(Path("a.scenario.yaml"), files=files, record=record, engine="python")
+    results = (
+        run,
+        pidcfg.check(Path("a.yaml"), files=files),
+        pidcfg.check(EVIL, name=EVIL),
+        pidcfg.encode(Path("a.yaml"), files=files, allow_errors=True),
+        pidcfg.diff(config, config.replace("proportional_gain: 6", "proportional_gain: 5"), names=(EVIL, "b.yaml")),
+        pidcfg.diff(config, EVIL, names=("a.yaml", EVIL)),
+    )
+    for result in results:
+        shown = result._repr_html_()
+        assert "<script>alert" not in shown
+        assert shown.count("<table>") == shown.count("</table>") >= 1, type(result)
+        assert (
+            shown.count("<iframe") == shown.count("</iframe>") == (record and result is run and run.report is not None)
+        )
+
+
+def test_a_notebook_shows_verdicts_words_and_differences():
+    shown = pidcfg.simulate(TANK_SCENARIO, engine="python", record=True)._repr_html_()
+    assert "<b>Heating up, cold make-up water, a broken sensor</b> passed" in shown
+    assert "<td>TANK1</td><td>proven</td>" in shown
+    assert '<iframe sandbox="allow-scripts"' in shown
+    assert "&lt;polyline" in shown
+    assert "<td>DF106</td>" in pidcfg.encode(TANK)._repr_html_()
+    cascade = pidcfg.encode(EXAMPLES / "nextopid" / "cascade.yaml")
+    assert cascade._repr_html_().count("<tr>") == len(cascade.image.cells) + 1
+    text = TANK.read_text("utf-8")
+    shown = pidcfg.diff(text, text.replace("proportional_gain: 6", "proportional_gain: 5"))._repr_html_()
+    assert "<td>tuning.proportional_gain</td><td>6</td><td>5 %/degF</td><td>DF106</td>" in shown
+    extruder = EXAMPLES / "dl06" / "extruder.yaml"
+    assert "more rows</p>" in pidcfg.encode(extruder)._repr_html_()
+
+
+def test_a_picture_of_a_result():
+    run = pidcfg.simulate(TANK_SCENARIO, engine="python", record=True)
+    page = pidcfg.plot(run, "html", title="Tank & <b>")
+    assert page.loops == ("TANK1",)
+    assert "<title>Tank &amp; &lt;b&gt;</title>" in page.text
+    assert page._repr_html_().startswith("<iframe")
+    if importlib.util.find_spec("matplotlib"):
+        svg, png = (pidcfg.plot(run, kind, loops=["TANK1"]) for kind in ("svg", "png"))
+        assert "<svg" in svg.text
+        assert png.data.startswith(b"\x89PNG")
+        assert svg._repr_html_().startswith('<img style="max-width:100%" src="data:image/svg+xml;base64,')
+        with pytest.raises(ValueError, match="a png is no text"):
+            _ = png.text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (lambda: (pidcfg.simulate(TANK_SCENARIO), "html"), "`result` has nothing to be drawn: run it with record=True"),
+        (lambda: (pidcfg.simulate("scenario: x"), "html"), "it has not run; see `findings`"),
+        (lambda: (pidcfg.diff(TANK, TANK), "html"), "run both sides with verify=True"),
+        (lambda: (pidcfg.check(TANK), "html"), "plot takes a result of simulate, certify, diff or convert"),
+        (lambda: (CALLS["certify"](), "gif"), "`format` is 'gif'; it is one of svg, png, html"),
+        (lambda: (CALLS["certify"](), "html", ["X"]), "`loops` has 'X'; there are TIC-21"),
+    ],
+)
+def test_what_cannot_be_drawn_says_what_to_do(arguments, message):
+    result, kind, *loops = arguments()
+    with pytest.raises(ValueError, match=re.escape(message)):
+        pidcfg.plot(result, kind, loops=loops[0] if loops else ())
+
+
+def test_a_report_is_what_the_command_writes(tmp_path, monkeypatch):
+    pytest.importorskip("jinja2")
+    monkeypatch.chdir(EXAMPLES / "click")
+    words = ["report", "tank.scenario.yaml", "--project", "Line 4", "-o", str(tmp_path / "a.html"), "--quiet"]
+    assert captured(shell_pidcfg, words)[0] == 0
+    result = pidcfg.report(Path("tank.scenario.yaml"), project="Line 4")
+    assert result.page() == (tmp_path / "a.html").read_text("utf-8")
+    assert result.ok
+    assert "TANK1" in result.sheet()
+    assert result.tables["title.csv"].count("Line 4") == 1
+    broken = pidcfg.report(EXAMPLES / "mistakes" / "oven.yaml")
+    assert not broken.ok
+    assert broken.to_json()["verdict"] == "FAILED"
+    with pytest.raises(ValueError, match="`sources` is empty"):
+        pidcfg.report()
 
 
 def test_a_scenario_that_cannot_run():

@@ -17,7 +17,20 @@ from pidcfg.tuning.rules import METHODS
 from pidcfg.vendors import VENDORS
 from test_vendors import scenario, starter
 
-CALLS = ("load", "check", "encode", "decode", "convert", "diff", "simulate", "certify", "tune", "explain")
+CALLS = (
+    "load",
+    "check",
+    "encode",
+    "decode",
+    "convert",
+    "diff",
+    "simulate",
+    "certify",
+    "tune",
+    "explain",
+    "report",
+    "plot",
+)
 FIRST = next(iter(VENDORS.values()))
 TEXT = starter(FIRST)
 GOOD = {
@@ -39,6 +52,8 @@ GOOD = {
     },
     "tune": {"method": "zn-open", "gain": 2, "time_constant": 60, "dead_time": 5},
     "explain": {},
+    "report": {},
+    "plot": {"result": pidcfg.check(TEXT)},
 }
 VALUES = [3, 1.5, -1, True, None, b"x", "x", (), (5,), ("a",), ["a"], {}, {"a": 3}, {3: "a"}, {"x": None}]
 VALUES += [object(), Path("nowhere"), float("nan"), Decimal("NaN"), (None, None), (float("nan"), 1), ("a", "b"), [[]]]

@@ -58,8 +58,8 @@ MAY_IMPORT = {
     "study.draft":      "text.signs text.reader text.diagnostics text.document text.source schemas validate sim "
                         "study.scenario study.outcome study.draft_plan study.verification",
     "output":           "text.signs text.reader text.writer text.diagnostics text.document text.source schemas vendors "
-                        "encoders conversion tuning validate sim study.scenario study.accepted study.outcome "
-                        "study.certification study.verification",
+                        "encoders conversion tuning validate sim study.axes study.scenario study.accepted "
+                        "study.outcome study.certification study.verification",
     "output.explanation": "text.signs text.references text.diagnostics text.document schemas vendors encoders validate "
                         "output.arguments output.findings",
     "output.report":    "text.signs text.diagnostics schemas vendors encoders pictures conversion validate sim "
@@ -67,6 +67,9 @@ MAY_IMPORT = {
     "output.sheets":    "text.signs text.writer text.document schemas vendors",
     "output.sheet_reader": "text.signs text.reader text.writer text.diagnostics text.document text.source schemas "
                         "vendors validate output.sheets",
+    "output.notebook":  "text.signs text.diagnostics pictures study.outcome",
+    "output.drawing":   "text.diagnostics pictures study.outcome study.certification output.arguments "
+                        "output.findings output.notebook output.runs",
     "live":             "text.references text.reader text.diagnostics text.document schemas vendors encoders "
                         "conversion validate sim study.scenario study.outcome output",
     "api":              "text.reader vendors encoders tuning validate sim study output",
@@ -181,8 +184,8 @@ LINES = {
     "convert --help":    4_850,
     "encode --help":     2_850,
     "decode --help":     4_350,
-    "validate examples/dl06/reactor.yaml": 18_200,
-    "encode examples/dl06/reactor.yaml": 23_400,
+    "validate examples/dl06/reactor.yaml": 18_300,
+    "encode examples/dl06/reactor.yaml": 23_350,
     "simulate examples/dl06/reactor.scenario.yaml": 34_100,
 }
 SERVE_ALL = ("text.frozen", "text.paths")

@@ -17,12 +17,12 @@ from click.testing import CliRunner
 from pidcfg.cli import outputs
 from pidcfg.cli import settings as settings_file
 from pidcfg.cli.commands import rule
-from pidcfg.cli.commands.report import shortener
 from pidcfg.cli.console import echo_xml
 from pidcfg.cli.main import COMMANDS, Exit, cli
 from pidcfg.output.report.content import text
 from pidcfg.output.report.page import number as on_page
 from pidcfg.output.report.tables import Table, csv_text
+from pidcfg.output.reporting import shortener
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCENARIO = """

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from pidcfg.api import encode as encode
     from pidcfg.api import explain as explain
     from pidcfg.api import load as load
+    from pidcfg.api import plot as plot
+    from pidcfg.api import report as report
     from pidcfg.api import simulate as simulate
     from pidcfg.api import tune as tune
     from pidcfg.encoders.codecs import DecodeError as DecodeError
@@ -36,11 +38,13 @@ if TYPE_CHECKING:
     from pidcfg.output.arguments import ArgumentError as ArgumentError
     from pidcfg.output.conversion import ConvertResult as ConvertResult
     from pidcfg.output.differences import DiffResult as DiffResult
+    from pidcfg.output.drawing import PlotResult as PlotResult
     from pidcfg.output.explanation.lookup import ExplainResult as ExplainResult
     from pidcfg.output.explanation.page import QuestionError as QuestionError
     from pidcfg.output.findings import CheckResult as CheckResult
     from pidcfg.output.findings import LoadResult as LoadResult
     from pidcfg.output.gains import TuneResult as TuneResult
+    from pidcfg.output.reporting import ReportResult as ReportResult
     from pidcfg.output.runs import CertifyResult as CertifyResult
     from pidcfg.output.runs import SimulateResult as SimulateResult
     from pidcfg.output.words import DecodeResult as DecodeResult
@@ -57,7 +61,7 @@ __version__ = "0.2.0"
 NAMES = {
     "api": (
         *("check", "check_text", "check_file", "load", "encode", "decode", "decode_words", "convert", "diff"),
-        *("simulate", "certify", "tune", "explain"),
+        *("simulate", "certify", "tune", "explain", "plot", "report"),
     ),
     "live.calls": ("pull", "compare", "trend", "serve"),
     "encoders.codecs": ("DecodeError",),
@@ -71,10 +75,12 @@ NAMES = {
     "output.arguments": ("ArgumentError",),
     "output.conversion": ("ConvertResult",),
     "output.differences": ("DiffResult",),
+    "output.drawing": ("PlotResult",),
     "output.explanation.lookup": ("ExplainResult",),
     "output.explanation.page": ("QuestionError",),
     "output.findings": ("CheckResult", "LoadResult"),
     "output.gains": ("TuneResult",),
+    "output.reporting": ("ReportResult",),
     "output.runs": ("CertifyResult", "SimulateResult"),
     "output.words": ("DecodeResult", "EncodeResult"),
     "study.certification.samples": ("WorkersError",),

@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Decoded
     from pidcfg.output.conversion import ConvertResult
     from pidcfg.output.differences import DiffResult
+    from pidcfg.output.drawing import PictureFormat, PlotResult, Result
     from pidcfg.output.explanation.lookup import ExplainResult
     from pidcfg.output.findings import CheckResult, LoadResult
     from pidcfg.output.gains import TuneResult
     from pidcfg.output.process import GainsFile
+    from pidcfg.output.reporting import ReportResult
     from pidcfg.output.runs import CertifyResult, SimulateResult
     from pidcfg.output.sources import Source
     from pidcfg.output.words import DecodeResult, EncodeResult
@@ -195,6 +197,8 @@ __all__ = [
     "encode",
     "explain",
     "load",
+    "plot",
+    "report",
     "simulate",
     "tune",
 ]
@@ -369,7 +373,7 @@ def simulate(
     engine: EngineName = "auto",
     runs: int | None = None,
     every: int = 1,
-    trend: Sink | None = None,
+    trend: Sink | bool | None = None,
     record: bool = False,
     reference: bool = True,
     against: Path | str | bytes | None = None,
@@ -384,7 +388,8 @@ def simulate(
 
     A configuration in its place runs with the scenario that `pidcfg init --scenario` writes for it.
 
-    ``trend``: an open text stream for the trend as CSV, a row every ``every`` base steps. ``record``: keep the signals
+    ``trend``: an open text stream for the trend as CSV, a row every ``every`` base steps; True keeps it for
+    ``to_frame()`` of the result. ``record``: keep the signals
     of the loops for pictures. ``reference``: run the same plants beside it without control, without which no loop is
     proven to do better than nothing. ``engine``: numba (extra ``fast``) pays for long runs, with the same results;
     ``runs``: how many runs like this one the caller makes in all, where that alone is to choose it, and not what ran
@@ -392,7 +397,7 @@ def simulate(
     that the scenario's ``reference`` names; what differs from it fails. ``accept``: what the file will be called that
     this run is accepted as; ``accepted`` of the result is its text, unless the run has failed. Nothing is saved.
     """
-    from pidcfg.output.runs import SimulateResult
+    from pidcfg.output.runs import Columns, SimulateResult
     from pidcfg.output.sources import document_of
     from pidcfg.sim.engine.choice import EngineName
     from pidcfg.sim.engine.run import Settings
@@ -406,15 +411,17 @@ def simulate(
     if against is None and against_name is not None:
         raise ArgumentError("`against_name` is for `against`", "against_name", "against")
     stated = None if against is None else source_data(against, against_name, files, limits.file_bytes + 1)
-    settings = Settings(engine, every, limits.loop_steps, trend, progress=progress, runs=runs, reference=reference)
+    columns = Columns() if trend is True else None
+    sink = columns if isinstance(trend, bool) else trend
+    settings = Settings(engine, every, limits.loop_steps, sink, progress=progress, runs=runs, reference=reference)
     doc = document_of(source, name, files, limits)
     if is_configuration(doc):
         from pidcfg.study.draft import simulate_draft
 
-        return SimulateResult(simulate_draft(doc, settings, record=record, against=stated, accept=accept))
-    return SimulateResult(
-        simulate_document(doc, settings, reader_of(files), record=record, against=stated, accept=accept)
-    )
+        outcome = simulate_draft(doc, settings, record=record, against=stated, accept=accept)
+    else:
+        outcome = simulate_document(doc, settings, reader_of(files), record=record, against=stated, accept=accept)
+    return SimulateResult(outcome, columns)
 
 
 @check_arguments
@@ -463,3 +470,56 @@ def certify(
         return CertifyResult(certify_document(doc, plan, reader_of(files)))
     except StateError as error:
         raise ArgumentError(f"`state` cannot be continued: {error}; begin anew without it", "state") from None
+
+
+@check_arguments
+def plot(
+    result: Result,
+    format: PictureFormat = "svg",
+    *,
+    loops: Sequence[str] = (),
+    title: str | None = None,
+) -> PlotResult:
+    """The picture of a result: ``data`` of what it returns is what a file of it holds. Nothing is saved.
+
+    ``result``: of `simulate` or `certify` with ``record=True``, of `diff` or `convert` with ``verify=True``.
+    ``format``: svg and png need the extra ``report``, html needs nothing and can be zoomed. ``loops``: only these.
+    """
+    from pidcfg.output.drawing import PictureFormat, draw
+
+    refuse_unknown("format", format, get_args(PictureFormat))
+    return draw(result, format, loops, title)
+
+
+@check_arguments
+def report(
+    *sources: Source,
+    title: str = "Commissioning report",
+    project: str | None = None,
+    customer: str | None = None,
+    plant: str | None = None,
+    document: str | None = None,
+    revision: str | None = None,
+    author: str | None = None,
+    date: str | None = None,
+    pictures: bool = True,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+    progress: Callable[[float], None] | None = None,
+) -> ReportResult:
+    """The commissioning report on scenarios, which are run, and configurations.
+
+    A scenario brings its configuration along. ``page()`` of the result is the HTML page, ``sheet()`` the page for the
+    cabinet's door (both need the extra ``report``), ``tables`` the tables as CSV. ``pictures``: with trends. The other
+    texts are those of the title block. Nothing is saved.
+    """
+    from pidcfg import __version__
+    from pidcfg.output.report.content import Title
+    from pidcfg.output.reporting import report_sources
+    from pidcfg.output.sources import document_of
+
+    block = Title(title, project, customer, plant, document, revision, author, date, __version__)
+    documents = [document_of(source, None, files, limits) for source in sources]
+    if not documents:
+        raise ArgumentError("`sources` is empty; give a scenario or a configuration", "sources")
+    return report_sources(documents, reader_of(files), block, progress, pictures=pictures, on_disk=files is None)

@@ -143,6 +143,16 @@ def is_sink(value: object) -> bool:
     return callable(getattr(value, "write", None))
 
 
+def is_sink_or_flag(value: object) -> bool:
+    """What can be written to, or whether to keep it."""
+    return is_flag(value) or is_sink(value)
+
+
+def is_result(value: object) -> bool:
+    """What a call has returned."""
+    return hasattr(value, "findings")
+
+
 def is_source(value: object) -> bool:
     """A file, or the document of another result."""
     from pidcfg.text.document import Document
@@ -217,6 +227,9 @@ KINDS: Mapping[str, tuple[Kind, str]] = {
     "Files":                         (is_files,                    "texts by their names, or a reader"),
     "Limits":                        (is_limits,                   "a pidcfg.text.reader.Limits"),
     "Sink":                          (is_sink,                     "an open text stream"),
+    "Sink | bool":                   (is_sink_or_flag,             "an open text stream, or True to keep the trend"),
+    "Result":                        (is_result,                   "a result of simulate, certify, diff or convert"),
+    "PictureFormat":                 (is_text,                     TEXT),
     "Callable[[float], None]":       (callable,                    "a function"),
     "Callable[[bytes], None]":       (callable,                    "a function"),
     "Callable[[str], None]":         (callable,                    "a function"),

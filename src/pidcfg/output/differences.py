@@ -217,6 +217,12 @@ class DiffResult:
         statuses = Counter(loop.status for loop in self.loops)
         return {risk: count[risk] for risk in RISKS} | {status: statuses[status] for status in get_args(Status)}
 
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        from pidcfg.output.notebook import differences_html
+
+        return differences_html(self)
+
     def to_json(self) -> Data:
         """What ``pidcfg diff --format json`` prints: the differences, or the errors of the side that is in the way."""
         if not self.ok:

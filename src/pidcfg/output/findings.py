@@ -141,6 +141,12 @@ class CheckResult:
         """Whether there is no error; warnings are allowed."""
         return not errors_in(self.findings)
 
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        from pidcfg.output.notebook import findings_html
+
+        return findings_html(self.findings, self.document.file)
+
     def to_json(self) -> Data:
         """What ``pidcfg validate --format json`` prints."""
         return findings_data(self.findings)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+import io
+from array import array
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +26,21 @@ if TYPE_CHECKING:
 # --- A run of a scenario: the result of `pidcfg.simulate`, and its JSON -----------------------------------------------
 
 
+class Columns:
+    """Takes a trend as CSV, and keeps the numbers by the names of their columns."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, array[float]] = {}
+
+    def write(self, text: str) -> None:
+        """Whole lines: the head first."""
+        rows = list(csv.reader(io.StringIO(text)))
+        if not self.values:
+            self.values = {name: array("d") for name in rows.pop(0)}
+        for column, values in zip(self.values.values(), zip(*rows, strict=True), strict=False):
+            column.extend(map(float, values))
+
+
 @frozen
 class SimulateResult:
     """One scenario: its findings, and its report when it could run."""
@@ -30,6 +48,8 @@ class SimulateResult:
     __repr__ = short_repr
 
     outcome: Outcome
+    columns: Columns | None = None
+    """The trend, where it was to be kept (``trend=True``)."""
 
     @property
     def findings(self) -> tuple[Diagnostic, ...]:
@@ -60,6 +80,22 @@ class SimulateResult:
     def ok(self) -> bool:
         """The same, under the name that every result has."""
         return self.passed
+
+    def to_frame(self) -> dict[str, list[float]]:
+        """The trend as columns, ``time`` in s first and then a column a signal, as the CSV of `pidcfg simulate` has it.
+
+        A data frame is made of it by ``pandas.DataFrame(run.to_frame())``, and so by polars. Raises `ValueError` where
+        the trend was not kept.
+        """
+        if self.columns is None:
+            raise ValueError("the trend was not kept; call simulate with trend=True (and every=N for fewer rows)")
+        return {name: list(values) for name, values in self.columns.values.items()}
+
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        from pidcfg.output.notebook import run_html
+
+        return run_html(self)
 
     def to_json(self) -> Data:
         """What ``pidcfg simulate --format json`` prints for one scenario."""

@@ -79,6 +79,12 @@ class EncodeResult:
             raise ValueError(f"there are {len(self.files)} files; see `files` and `findings`")
         return next(iter(self.files.values()))
 
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        from pidcfg.output.notebook import words_html
+
+        return words_html(self)
+
     def to_json(self) -> Data:
         """What ``pidcfg encode --format json`` prints: every word; where there is none, the errors."""
         if self.image is None or self.vendor is None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
 import re
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,15 +17,18 @@ from pidcfg.cli.console import echo_xml, note, remark
 from pidcfg.cli.environment import require_extra
 from pidcfg.cli.inputs import FILES, document, note_read, read_entries, read_input
 from pidcfg.cli.terminal import LINE
-from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.contract import encoder_of
-from pidcfg.encoders.image import read_settings
-from pidcfg.output.report.content import SourceFile, Units
-from pidcfg.output.report.runs import Run, run_sheet
-from pidcfg.output.report.sheets import plc_sheet
-from pidcfg.text.diagnostics import sort_findings
-from pidcfg.text.document import Document, Node
-from pidcfg.text.frozen import frozen
+from pidcfg.output.reporting import (
+    ConfigurationInput,
+    ReadInput,
+    ReportInputs,
+    RunInput,
+    add_all,
+    configuration_input,
+    content_of,
+    named_input,
+    processing_time,
+    run_input,
+)
 from pidcfg.text.processes import Crew
 from pidcfg.validate.engine import Checked, check_document, is_scenario
 
@@ -36,42 +37,16 @@ if TYPE_CHECKING:
 
     from pidcfg.cli.inputs import Input
     from pidcfg.cli.main import Exit
-    from pidcfg.output.report.content import Content, PlcSheet, RunSheet
-    from pidcfg.study.axes import Axes
+    from pidcfg.output.report.content import Content
     from pidcfg.study.outcome import Outcome
     from pidcfg.study.scenario import Loaded
-    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
 # --- The inputs of a report: every file is read, checked and run once, by this process or by several ------------------
 
 SCENARIO = re.compile(rb"^scenario[ \t]*:", re.MULTILINE)
 """What a scenario looks like to whoever only counts them."""
-
-
-@frozen
-class ConfigurationInput:
-    """A configuration or a memory listing, and the sheet on it."""
-
-    file: SourceFile
-    sheet: PlcSheet
-    findings: Sequence[Diagnostic] = ()
-
-
-@frozen
-class RunInput:
-    """A scenario and its run; it travels between processes."""
-
-    file: SourceFile
-    sheet: RunSheet
-    outcome: Outcome
-    """Without the recording and the texts of the files."""
-    findings: Sequence[Diagnostic]
-    named: ConfigurationInput | None
-    """What it runs, unless the command line has a file by this name."""
-
-
-ReadInput = ConfigurationInput | RunInput
 
 
 @dataclass(frozen=True)
@@ -103,121 +78,38 @@ class InputReader:
             entry = read_input(entry.name, self.limits)
         run = self.run.pop(entry.name, None)
         if run is not None and run.document.text.encode() == entry.data:
-            return make_configuration_input(entry, run)
+            return configuration_input((entry.name, entry.data), run)
         doc = document(entry)
         if entry.problem is not None:
             raise click.ClickException(entry.problem)
-        return self._run(entry, doc) if is_scenario(doc) else make_configuration_input(entry, check_document(doc))
+        if is_scenario(doc):
+            return self._run(entry, doc)
+        return configuration_input((entry.name, entry.data), check_document(doc))
 
     def _run(self, entry: Input, doc: Document) -> RunInput:
         from pidcfg.sim.engine.run import Settings
-        from pidcfg.study.outcome import charts_of, signals_before_root, simulate_loaded
         from pidcfg.study.scenario import load
 
         loaded = load(doc, FILES)
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress, runs=self.runs)
-        outcome = simulate_loaded(loaded, settings, record=self.pictures)
-        run = Run(
-            outcome.file,
-            outcome.config,
-            outcome.report,
-            passed=outcome.passed,
-            unjudged=outcome.unjudged,
-            title=str((doc.data or {}).get("scenario") or ""),
-            charts=charts_of(outcome) if outcome.recording is not None else (),
-            units={loop: units_of(axes) for loop, axes in outcome.axes.items()},
-            before_root=signals_before_root(outcome),
-        )
-        findings = [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
-        slim = replace(outcome, recording=None, documents={}, axes={})
+        taken = run_input((entry.name, entry.data), loaded, settings, self._named(loaded), pictures=self.pictures)
         self.run.clear()
         if loaded.checked is not None:
             self.run[loaded.config] = loaded.checked
-        return RunInput(source_file(entry, "scenario"), run_sheet(run), slim, findings, self._named(loaded))
+        return taken
 
     def _named(self, loaded: Loaded) -> ConfigurationInput | None:
-        """The configuration that a scenario names, or the memory listing."""
+        """What a scenario runs; each is read once."""
         name = loaded.config
         if not name or name in self.names:
             return None
         if name not in self.configured:
             entry = read_input(name, self.limits)
-            if entry.problem is not None:
+            made = None if entry.problem is not None else named_input((name, entry.data), loaded)
+            if made is None:
                 return None
-            if loaded.checked is not None:
-                self.configured[name] = make_configuration_input(entry, loaded.checked)
-            elif name in loaded.documents:
-                self.configured[name] = make_configuration_input(entry, check_document(loaded.documents[name]))
-            elif loaded.vendor is not None:
-                self.configured[name] = make_configuration_input(entry, decode_listing(name, loaded), "memory listing")
-        return self.configured.get(name)
-
-
-def make_configuration_input(entry: Input, checked: Checked, kind: str = "configuration") -> ConfigurationInput:
-    """A checked configuration with its sheet."""
-    return ConfigurationInput(source_file(entry, kind), plc_sheet(checked), sort_findings(list(checked.findings)))
-
-
-def source_file(entry: Input, kind: str) -> SourceFile:
-    """A file with its hash."""
-    return SourceFile(entry.name, kind, len(entry.data), hashlib.sha256(entry.data).hexdigest())
-
-
-def processing_time(taken: ReadInput) -> float:
-    """What a file has taken beside its reading, in µs."""
-    return taken.outcome.effort if isinstance(taken, RunInput) else 0.0
-
-
-def units_of(axes: Axes) -> Units:
-    """The units of a loop and its signals; before a root a PV has none."""
-    pv = "" if axes.root is not None else axes.pv_unit
-    signals = {axes.pv: pv, axes.setpoint: pv, axes.output: axes.output_unit}
-    return Units(pv, axes.output_unit, {name: unit for name, unit in signals.items() if name})
-
-
-def decode_listing(name: str, loaded: Any) -> Checked:
-    """A memory listing as a configuration, as far as it carries what one needs."""
-    doc, vendor, image = Document(name, "", None, Node(None)), loaded.vendor, loaded.image
-    try:
-        data = encoder_of(vendor).decode(image.words, image.settings, image.plc).data
-        config = read_settings(vendor.model, data, name)
-    except DecodeError:
-        return Checked(doc, (), vendor)
-    return Checked(Document(name, "", data, Node(None)), (), vendor, config, encoder_of(vendor).encode(config))
-
-
-@dataclass(slots=True)
-class ReportInputs:
-    """Everything that was read, in the order of the command line; a configuration stands before its first run."""
-
-    files: dict[Path, SourceFile] = field(default_factory=dict)
-    sheets: dict[Path, PlcSheet] = field(default_factory=dict)
-    runs: list[RunSheet] = field(default_factory=list)
-    outcomes: list[Outcome] = field(default_factory=list)
-    findings: list[Diagnostic] = field(default_factory=list)
-
-    def add(self, taken: ReadInput, named: ConfigurationInput | None) -> None:
-        """One file, with the configuration that it names where it is a scenario."""
-        if isinstance(taken, ConfigurationInput):
-            self._configuration(taken)
-            return
-        self._note(taken.file)
-        if named is not None:
-            self._configuration(named)
-        self.runs.append(taken.sheet)
-        self.outcomes.append(taken.outcome)
-        self.findings += taken.findings
-
-    def _note(self, file: SourceFile) -> None:
-        """A file, once."""
-        self.files.setdefault(Path(file.name).resolve(), file)
-
-    def _configuration(self, one: ConfigurationInput) -> None:
-        self._note(one.file)
-        place = Path(one.file.name).resolve()
-        if place not in self.sheets:
-            self.sheets[place] = one.sheet
-            self.findings += one.findings
+            self.configured[name] = made
+        return self.configured[name]
 
 
 def gather_inputs(
@@ -232,11 +124,7 @@ def gather_inputs(
         entries.append(entry if entry.piped else replace(entry, data=b""))
     names = frozenset(entry.name for entry in entries)
     taken = list(_read_inputs(entries, (limits, names, max(scenarios, 1), pictures), jobs, progress))
-    own = {one.file.name: one for one in taken if isinstance(one, ConfigurationInput)}
-    content = ReportInputs()
-    for one in taken:
-        content.add(one, own.get(one.outcome.config, one.named) if isinstance(one, RunInput) else None)
-    return content
+    return add_all(taken)
 
 
 def _read_inputs(
@@ -362,7 +250,6 @@ def command(
     Exit codes: 0 no error and no failed expectation, 1 some (they are in the report), 2 unusable input.
     """
     from pidcfg.output.report.content import Title
-    from pidcfg.output.report.sheets import compose, rename_files
 
     if out is None and csv is None and xlsx is None:
         out = PAGE
@@ -373,8 +260,7 @@ def command(
     pictures = out is not None and not sheet
     inputs = gather_inputs(paths, limits, _progress, pictures=pictures, jobs=options.processes(jobs))
     block = Title(title, project, customer, plant, document, revision, author, date, __version__)
-    complete = compose(block, list(inputs.files.values()), list(inputs.sheets.values()), inputs.runs, inputs.findings)
-    content = rename_files(complete, shortener([file.name for file in complete.files]))
+    content = content_of(inputs, block)
     page: str | bytes | None = None if out is None else _page(content, sheet=sheet, full=full)
     if printed is not None and isinstance(page, str):
         page = _print_pdf(page, printed)
@@ -397,19 +283,6 @@ def _require_packages(*wanted: str | None) -> None:
 def _progress(share: float) -> None:
     """What the line on the terminal shows."""
     LINE.update("simulating", share)
-
-
-def shortener(names: Sequence[str]) -> Callable[[str], str]:
-    """Names as a report shows them: those that are absolute from the folder that they have in common.
-
-    On several drives there is none: then names stay as they are.
-    """
-    whole = [str(Path(name).parent) for name in names if Path(name).is_absolute()]
-    try:
-        base = os.path.commonpath(whole) if whole else ""
-    except ValueError:
-        return lambda name: Path(name).as_posix()
-    return lambda name: Path(os.path.relpath(name, base)).as_posix() if Path(name).is_absolute() else name
 
 
 def _browser() -> str:

@@ -1,0 +1,130 @@
+"""What notebooks show of results: every text of a file is escaped, and a picture stands in a frame of its own."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections import Counter
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.signs import one_line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from pidcfg.pictures.chart import Chart
+    from pidcfg.text.diagnostics import Diagnostic
+
+MOST_ROWS = 200
+"""Of a table, before the rest is counted."""
+FRAME = "width:100%;border:0"
+HEAD, PICTURE, PANEL, STRIP, NOTE = 90, 225, 125, 22, 18
+"""Heights in pixels: of a heading, of a picture beside its panels, of a panel, of a strip and of a note."""
+
+
+def cell(value: object) -> str:
+    """A value in a table."""
+    return escape(one_line("" if value is None else str(value)))
+
+
+def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table of texts; of very many rows some."""
+    listed = [[cell(value) for value in row] for row in rows]
+    head = "".join(f"<th>{cell(column)}</th>" for column in columns)
+    lines = "".join(f"<tr>{''.join(f'<td>{value}</td>' for value in row)}</tr>" for row in listed[:MOST_ROWS])
+    more = f"<p>{len(listed) - MOST_ROWS} more rows</p>" if len(listed) > MOST_ROWS else ""
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>{more}" if listed else ""
+
+
+def said(title: str, text: str) -> str:
+    """A heading with a line beside it."""
+    return f"<p><b>{cell(title)}</b> {cell(text)}</p>"
+
+
+def findings_html(findings: Sequence[Diagnostic], title: str = "") -> str:
+    """Findings with their places and cures."""
+    count = Counter(d.severity for d in findings)
+    kinds = (Severity.ERROR, Severity.WARNING, Severity.INFO)
+    totals = ", ".join(f"{count[s]} {s.label}{'' if count[s] == 1 else 's'}" for s in kinds)
+    rows = [
+        (f"{d.file}:{d.span.line}", d.severity.label, d.code, d.loop, d.message, d.plc_effect, d.help) for d in findings
+    ]
+    return said(title, totals) + table(("place", "", "rule", "loop", "finding", "what the PLC does", "cure"), rows)
+
+
+def words_html(result: Any) -> str:
+    """The memory of a configuration, or why there is none."""
+    if result.image is None:
+        return findings_html(result.findings, result.document.file)
+    cells = result.image.cells
+    rows = [(c.address, getattr(c, "hex", ""), getattr(c, "value", c.raw), c.loop, c.field) for c in cells]
+    head = said(result.document.file, f"{result.vendor}, {len(cells)} words")
+    return head + table(("address", "hex", "value", "loop", "field"), rows)
+
+
+def differences_html(result: Any) -> str:
+    """What differs, loop by loop."""
+    if result.refused:
+        return findings_html(result.findings, result.refused)
+    rows: list[tuple[object, ...]] = []
+    for loop in result.loops:
+        rows += [(loop.loop, state.kind, state.text, "", "", state.address) for state in loop.states]
+        rows += [
+            (loop.loop, d.risk, d.key or d.field, d.before, f"{d.after} {d.unit}", d.address) for d in loop.differences
+        ]
+        rows += [(loop.loop, loop.status, "", "", "", "")] if _stands_alone(loop) else []
+    verdict = "the same" if result.same else ""
+    return said(f"{result.before} → {result.after}", verdict) + table(
+        ("loop", "risk", "key", "before", "after", "register"), rows
+    )
+
+
+def _stands_alone(loop: Any) -> bool:
+    return loop.status in {"added", "removed", "renamed", "moved"} and not (loop.states or loop.differences)
+
+
+def run_html(result: Any) -> str:
+    """The verdict on each loop and each expectation; with the trends where the run was recorded."""
+    report = result.report
+    if report is None:
+        return findings_html(result.findings, "cannot run")
+    head = said(report.scenario, "passed" if result.passed else "FAILED")
+    loops = table(("loop", "verdict", "why"), ((name, one.verdict, one.missing) for name, one in report.loops.items()))
+    expected = table(
+        ("expectation", "", "found"),
+        ((v.text, "passed" if v.passed else "FAILED", _four_digits(v.value)) for v in report.expectations),
+    )
+    wrong = findings_html(result.findings) if result.findings else ""
+    from pidcfg.study.outcome import charts_of
+
+    charts = charts_of(result.outcome)
+    return head + loops + expected + wrong + (frame_of(charts, report.scenario) if charts else "")
+
+
+def _four_digits(value: object) -> object:
+    """A measured number as a person reads it."""
+    return f"{value:.4g}" if isinstance(value, float) else value
+
+
+def frame_of(charts: Sequence[Chart], title: str) -> str:
+    """Charts as a page within the page, whose styles touch nothing else."""
+    from pidcfg.pictures.page import html
+
+    height = HEAD + sum(
+        PICTURE + PANEL * len(one.panels) + STRIP * len(one.strips) + NOTE * (len(one.notes) + len(one.marks))
+        for one in charts
+    )
+    return frame_of_page(html(charts, title=title), height)
+
+
+def frame_of_page(page: str, height: int = 600) -> str:
+    """A page within the page; ``height`` in pixels."""
+    source = escape(page, quote=True)
+    return f'<iframe sandbox="allow-scripts" style="{FRAME};height:{height}px" srcdoc="{source}"></iframe>'
+
+
+def image(kind: str, data: bytes) -> str:
+    """An svg or a png; as an image no text in it is more than a picture."""
+    mime = "svg+xml" if kind == "svg" else kind
+    return f'<img style="max-width:100%" src="data:image/{mime};base64,{b64encode(data).decode()}">'
