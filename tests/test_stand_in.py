@@ -242,6 +242,9 @@ def test_a_wild_conversion_is_alike_and_with_another_action_or_gain_it_is_not(nu
         ("33101", 19),  # an integral that comes to a limit a sample later on one side
         ("33101", 63),  # a filter that lets just as much of a step through as the dead band is wide
         ("33102", 94),  # set points that follow the PV in Manual, one of them a sample later
+        ("33106", 3),
+        ("33106", 42),  # an alarm point that a slow PV reaches four samples earlier, within a count
+        ("33106", 137),  # a derivative that the edge of the dead band kicks from limit to limit
     ],
 )
 def test_what_rounding_and_order_decide_is_no_difference(seed, number):

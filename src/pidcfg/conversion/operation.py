@@ -268,7 +268,7 @@ class Operation:
     follows_output: bool = False
     """Whether its integral is worked out of the output all the time in Manual, and not of the first sample in Auto."""
     keeps_following: bool = False
-    """Whether a set point that follows the PV does so all the time in Manual, and not on the way to Auto alone."""
+    """Whether a set point that follows the PV does so all the time in Manual, a sample late, and not at Auto alone."""
     smoothing: Smoothing | None = Smoothing.BACKWARD
     """None: the derivative has no filter."""
     rate: Rate = Rate.ANEW

@@ -119,6 +119,8 @@ REST_SAMPLES = 4
 FLIP_SAMPLES, FEW_FLIPS = 2, 4
 """Samples in which a PV that is rounded up on one side and down on the other moves the output, and of how many such
 PVs in a stage this may be so."""
+LARGE_KICK = 0.1
+"""Of the output's range, by which a derivative kicks at the edge of a dead band, so that a loop never comes to rest."""
 LIMIT_DISTANCE = 1e-3
 """How near to its end an output is at it: a share of its range."""
 
@@ -273,11 +275,11 @@ class _Comparison:
         if signal == "output":
             flips = self._flips()
             samples = [k for k in samples if k not in flips and not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
-            samples = [
-                k
-                for k in samples
-                if not (abs(a[k] - b[k]) - allowed <= min(self._sample_at_limit(k), allowed) or self._begins_apart(k))
-            ]
+            samples = [k for k in samples if not abs(a[k] - b[k]) - allowed <= min(self._sample_at_limit(k), allowed)]
+        if samples:
+            kick = self._kick_of_one_side()
+            samples = [k for k in samples if k < kick]
+        if signal == "output":
             samples += self._by_hand(samples)
         held = self._other_limits() if signal == "output" else frozenset()
         if samples or held:
@@ -330,15 +332,16 @@ class _Comparison:
             for n in range(max(k - 1, 0), min(k + 2, len(side.pv)))
         )
 
-    def _begins_apart(self, k: int) -> bool:
-        """Whether Auto begins here with set points that followed the PV in Manual, one of them by a sample later."""
-        one, two = self.one, self.two
-        if not (k and one.modes[k - 1] == two.modes[k - 1] == "manual" != one.modes[k] == two.modes[k]):
-            return False
-        apart = abs(one.setpoint[k] - two.setpoint[k])
-        return 0.0 < apart <= abs(one.pv[k] - one.pv[k - 1]) + self.tolerance.setpoint and all(
-            distance_at(side.setpoint, side.pv, k, 1) <= self.tolerance.setpoint for side in (one, two)
-        )
+    def _kick_of_one_side(self) -> int:
+        """The sample after which each side goes its own way, a derivative having kicked one of them alone at the edge.
+
+        Where that is far, PV and output swing on by kicks whose times rounding decides.
+        """
+        one, two, count = self.one, self.two, len(self.one.output)
+        if self.stage.swept or self.tolerance.kick < LARGE_KICK:
+            return count
+        apart = ((k, abs(one.output[k] - two.output[k]) - LARGE_KICK) for k in range(self.first, count))
+        return next((k for k, further in apart if further > 0.0 and self._at_edge(k, further)), count)
 
     def _sample_at_limit(self, k: int) -> float:
         """What the last sample in which the output was at a limit adds to an integral; 0: it was not at one."""
@@ -446,8 +449,9 @@ D306 = Decision(
     "its own way lies between two counts and is rounded up on one side alone, up to four times in a stage, the output "
     "of that sample and of the next is left out; where the PV follows the output, so is a single sample that is less "
     "than twice as far apart. A sample more of the integral, which one side took before it came to a limit, counts for "
-    "at most as much again; the sample in which Auto begins is left out where set points followed the PV until then, "
-    "one of them a sample late. Two files of different vendors, of which no report says what differs, "
+    "at most as much again. Where the edge of a dead band makes a derivative kick the output by a tenth of its range "
+    "and more, closed loops are compared up to the first kick of one side alone. "
+    "Two files of different vendors, of which no report says what differs, "
     "agree within 1 % and two counts of the coarser side, at least of 12 bits, and one side may be a sample late from "
     "one act to the next. Outputs that are held by their limits "
     "agree within two counts, set points within two counts, modes and alarms within 2 samples; alarms are compared "

@@ -399,7 +399,7 @@ def _slow_answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
     times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
     acts = tuple(Act(at, load=load) for at, load in zip(times, (-rate, 0.0, rate, 0.0), strict=True))
-    return _sweep(b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, ALL)
+    return _sweep(b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, CLOSED)
 
 
 def _share(b: Bench, loop: Loop) -> float:

@@ -318,7 +318,7 @@ def switch_mode(config: Config, state: State) -> None:
             state.manual = state.out
     elif state.status & MANUAL and wanted != MANUAL:
         state.pending |= BUMPLESS | (ANEW if operation.rate is Rate.ANEW else 0)
-        if config.sp_follows_pv and not state.pending & SP_SET:
+        if config.sp_follows_pv and not (state.pending & SP_SET or operation.keeps_following):
             state.sp = state.pv
     state.pending &= ~(REQUEST | bits.MANUAL_SET | SP_SET)
     state.status = (state.status & ~MODES) | wanted
@@ -327,8 +327,6 @@ def switch_mode(config: Config, state: State) -> None:
 def choose_setpoint(i: int, configs: Sequence[Config], states: Sequence[State]) -> None:
     """The set point in force: its own, the PV or the master's output, within its limits."""
     config, state = configs[i], states[i]
-    if state.status & MANUAL and config.sp_follows_pv and config.rules.operation.keeps_following:
-        state.sp = state.pv
     if state.status & CASCADE and config.master >= 0:
         state.sp = states[config.master].out
     state.sp = clamp(state.sp, config.sp_low, config.sp_high)
@@ -419,6 +417,8 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     signals[config.sp_slot] = held_setpoint(config, state)
     signals[config.out_slot] = state.out
     signals[config.bias_slot] = state.integral
+    if state.status & MANUAL and config.sp_follows_pv and operation.keeps_following:
+        state.sp = state.pv  # a program moves it behind the block: the next sample is the first that has it
 
 
 def filter_pv(tick: int, config: Config, state: State, raw: float) -> None:
