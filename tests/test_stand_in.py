@@ -253,6 +253,54 @@ def test_what_rounding_and_order_decide_is_no_difference(seed, number):
     assert verdict(one, one.result, 0, 0, source=True) is None
 
 
+ALIKE_THOUGH = {
+    "P, I and D end at the limit": (
+        "dpide",
+        (
+            "pidcfg: 1\nvendor: dl06\nplc: {loop_table: V2000, derivative: error}\nloops:\n  - {name: T1, mode: auto, "
+            "sample_rate: 5, action: direct, bumpless: II, bias_freeze: false, "
+            "tuning: {gain: 3, reset: 5, reset_unit: seconds, rate: 2}, derivative_gain_limit: 2, "
+            "pv: {range: [0, 6.5], format: 12-bit unipolar}, setpoint: {value: 2.6}, "
+            "output: {range: [4, 20], limits: [5.6, 16.8]}}\n"
+        ),
+    ),
+    "an output of 0 in Manual": (
+        "dl06",
+        (
+            "pidcfg: 1\nvendor: ezlogix\nloops:\n  - {name: T1, registers: R1, discretes: S1, mode: manual, "
+            "algorithm: position, action: reverse, sample_rate: 0.1, anti_windup: true, "
+            "tuning: {proportional_gain: 3, integral_time: 0, derivative_time: 0}, setpoint: {value: 2.641}, "
+            "pv: {tag: IR1, range: [0, 6.5], counts: [0, 4095], square_root: true}, "
+            "output: {tag: OR1, range: [-100, 100], offset: 0}}\n"
+        ),
+    ),
+    "no proportional action, and another gain": (
+        "dl06",
+        (
+            "pidcfg: 1\nvendor: dpide\nloops:\n  - {name: T1, device: D0, SV: 100, PID_MODE: 2, PID_MAN: true, "
+            "MOUT_AUTO: true, CYCLE: 200, Kc_Kp: 0, Ti_Ki: 12, Td_Kd: 120, Tf: 0.25, PID_EQ: false, PID_DE: true, "
+            "PID_DIR: false, ERR_DBW: 2, MV_MAX: 3200, MV_MIN: 400, pv: {range: [20, 220]}, "
+            "output: {range: [0, 4000]}}\n"
+        ),
+    ),
+    "a proportional action that cannot be switched off": (
+        "click",
+        (
+            "pidcfg: 1\nvendor: nextopid\nplc: {sample_time: 0.2}\nloops:\n  - {name: T1, type: PIDA_REAL, SP: 480, "
+            "Kp: 26.7, Td_Kd: 2, Ti_Ki: 1000, MaxMV: 4000, MinMV: 0, DeadBand: 12, MaxPV: 1200, MinPV: 0, "
+            "DisableP: true, DerivEr: true, Direct: true, output: {range: [0, 4000]}}\n"
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("why", ALIKE_THOUGH)
+def test_a_correct_conversion_is_alike_though(why):
+    target, text = ALIKE_THOUGH[why]
+    (loop,) = convert(text, target, verify=True).verified
+    assert loop.passed, loop
+
+
 def test_an_output_in_manual_is_told_where_a_dead_band_could_switch_it():
     source, target = wild_source(20, "33103")
     one = Conversion.of(source, target, "wild 20")

@@ -7,7 +7,7 @@ from decimal import Decimal
 from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.conversion.builder import flatten, rescale_output
+from pidcfg.conversion.builder import flatten, rescale_output, round_computed
 from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import number_of
 from pidcfg.conversion.pipeline import generic_file
@@ -49,12 +49,23 @@ def loops_of(config: Any, vendor: Vendor) -> tuple[Loop | None, ...]:
     return neutral_of(config, vendor)[0]
 
 
+GAIN, INTEGRAL_TIME, DERIVATIVE_TIME = "tuning.gain", "tuning.integral_time", "tuning.derivative_time"
+
+
 def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The values of two neutral loops by path, the second on the first one's scale of the output."""
+    """The values of two neutral loops by path, the second on the first one's scale of the output.
+
+    Without a proportional action any gain is as good, as long as its times go with it: the second has the first one's.
+    """
     one, two = flatten(loop), flatten(other)
     for values in (one, two):
         values.setdefault(FOLLOWS, NO_FOLLOWING)
-    return one, rescale_output(one, two)
+    two = rescale_output(one, two)
+    if loop.tuning.proportional is other.tuning.proportional is False and one[GAIN] and two[GAIN]:
+        share = two[GAIN] / one[GAIN]
+        times = {INTEGRAL_TIME: two[INTEGRAL_TIME] / share, DERIVATIVE_TIME: two[DERIVATIVE_TIME] * share}
+        two |= {GAIN: one[GAIN]} | {path: round_computed(time) for path, time in times.items()}
+    return one, two
 
 
 def same_value(a: Any, b: Any) -> bool:
@@ -163,9 +174,6 @@ class Tolerance:
     """Samples by which PV and output may come apart from one act to the next."""
     by_hand: float | None = None
     """Of an output in Manual, as a share of its range; None: as in Auto."""
-    integral: float = 0.0
-    """What an error of a PV unit adds to the integral in a sample: a share of the output's range. One side may come to
-    a limit a sample later, where rounding decides, and its integral has a sample more, as long as that is little."""
 
 
 @frozen
@@ -275,7 +283,6 @@ class _Comparison:
         if signal == "output":
             flips = self._flips()
             samples = [k for k in samples if k not in flips and not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
-            samples = [k for k in samples if not abs(a[k] - b[k]) - allowed <= min(self._sample_at_limit(k), allowed)]
         if samples:
             kick = self._kick_of_one_side()
             samples = [k for k in samples if k < kick]
@@ -342,17 +349,6 @@ class _Comparison:
             return count
         apart = ((k, abs(one.output[k] - two.output[k]) - LARGE_KICK) for k in range(self.first, count))
         return next((k for k, further in apart if further > 0.0 and self._at_edge(k, further)), count)
-
-    def _sample_at_limit(self, k: int) -> float:
-        """What the last sample in which the output was at a limit adds to an integral; 0: it was not at one."""
-        if not (self.stage.swept and self.tolerance.integral):
-            return 0.0
-        low, high = self.bench.limits
-        at = (n for n in range(k - 1, self.first, -1) if not low < self.one.output[n] < high)
-        n = next(at, None)
-        if n is None:
-            return 0.0
-        return self.tolerance.integral * max(abs(side.setpoint[n] - side.pv[n]) for side in (self.one, self.two))
 
     def setpoint(self) -> Iterator[SignalDifference]:
         """The set points, but for one that follows its PV in Manual: some PLCs take it over with the change to Auto."""
@@ -448,10 +444,11 @@ D306 = Decision(
     "follows the output within eight, and what these make of each other; a sample is a sample. Where a PV that goes "
     "its own way lies between two counts and is rounded up on one side alone, up to four times in a stage, the output "
     "of that sample and of the next is left out; where the PV follows the output, so is a single sample that is less "
-    "than twice as far apart. A sample more of the integral, which one side took before it came to a limit, counts for "
-    "at most as much again. Where the edge of a dead band makes a derivative kick the output by a tenth of its range "
-    "and more, closed loops are compared up to the first kick of one side alone. "
-    "Two files of different vendors, of which no report says what differs, "
+    "than twice as far apart. A stage that differs is gone through "
+    "once more with moves that are 1.3 % smaller: what is alike then was rounding at a limit or an edge, which the "
+    "first moves met by chance. Where the edge of a dead band makes a derivative kick the output by a tenth of its "
+    "range and more, closed loops are compared up to the first kick of one side alone. Two files of different vendors, "
+    "of which no report says what differs, "
     "agree within 1 % and two counts of the coarser side, at least of 12 bits, and one side may be a sample late from "
     "one act to the next. Outputs that are held by their limits "
     "agree within two counts, set points within two counts, modes and alarms within 2 samples; alarms are compared "

@@ -287,21 +287,6 @@ def delayed_act(act: Act, by: float) -> Act:
     return replace(act, at=act.at + by)
 
 
-def round_setpoints(stage: Stage, low: float, step: float, high: float) -> Stage:
-    """The stage with its set points at whole steps from ``low`` on, so that the coarser register holds them."""
-    acts = tuple(
-        act if act.setpoint is None else replace(act, setpoint=nearest_step(act.setpoint, low, step, high))
-        for act in stage.acts
-    )
-    return replace(stage, acts=acts)
-
-
-def nearest_step(value: float, low: float, step: float, high: float) -> float:
-    """The nearest of the values that lie whole steps from ``low`` on, up to ``high``; the value itself at an end."""
-    near = low + round((value - low) / step) * step
-    return near if low < value < high and near <= high else value
-
-
 # --- The stages in which the PV goes its own way, whatever the output does: the loop's answer, and its alarms ---------
 
 FASTEST, SLOWEST = 0.0025, 0.001
@@ -320,8 +305,8 @@ SMALLEST_SHARE = 0.1
 """Way to the nearer limit, as a share of the output's range, below which the other one is taken."""
 LARGEST_STEP = 0.2
 """Step of the PV, as a share of its range."""
-BANDS, FEWEST_BANDS = 6.13, 2.17
-"""Widths of a dead band that the PV is moved by, at most and at least: no simple share ends at the edge of the band."""
+BANDS, FEWEST_BANDS = 6.0, 2.0
+"""Widths of a dead band that the PV is moved by, where the output has room for it, and at least."""
 SHORTEST, LONGEST = 20, 600
 """Samples of which each step lasts."""
 SLOW_CHANGE_TIMES = 4.0
@@ -340,7 +325,7 @@ BAND_SHARES = (0.9, 0.0, -0.9, -1.12, 1.12, 0.9, 0.0)
 """Where the PV is brought, in widths of a dead band."""
 DRIFT_SHARE = 0.02
 """Of the output's range, what an integral would make of an error that the dead band does not let through."""
-TRANSFER_BANDS = 1.57
+TRANSFER_BANDS = 1.5
 """Widths of a dead band beside the set point where a loop goes back to Auto."""
 OPEN_LOOP_FORGOTTEN = 6
 """Time constants after which a filter has forgotten, for what is to be seen."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import sqrt
 from typing import TYPE_CHECKING, Any
@@ -419,3 +419,46 @@ def _alarm(report: LoopReport, name: str, count: int, sample: float) -> list[boo
             last = count if alarm.cleared is None else min(max(_at(alarm.cleared, sample), first + 1), count)
             states[first:last] = [True] * max(last - first, 0)
     return states
+
+
+# --- The moves of a stage: smaller ones, and set points that both sides can hold ------------------------------------
+
+SMALLER = 0.987
+"""Of a stage's moves, with which it is gone through again."""
+
+
+def smaller_moves(stage: Stage, b: Bench, step: float) -> Stage:
+    """The stage with everything moved by less from where it rests; ``step``: of its set points, 0: any."""
+
+    def nearer(value: float | None, rest: float) -> float | None:
+        return None if value is None else rest + SMALLER * (value - rest)
+
+    acts = tuple(
+        replace(
+            act,
+            setpoint=nearer(act.setpoint, b.start),
+            output=nearer(act.output, b.middle),
+            load=nearer(act.load, stage.load),
+            moved=nearer(act.moved, 0.0),
+        )
+        if act.at >= stage.begin
+        else act
+        for act in stage.acts
+    )
+    smaller = replace(stage, acts=acts)
+    return round_setpoints(smaller, b.low, step, b.high) if step else smaller
+
+
+def round_setpoints(stage: Stage, low: float, step: float, high: float) -> Stage:
+    """The stage with its set points at whole steps from ``low`` on, so that the coarser register holds them."""
+    acts = tuple(
+        act if act.setpoint is None else replace(act, setpoint=nearest_step(act.setpoint, low, step, high))
+        for act in stage.acts
+    )
+    return replace(stage, acts=acts)
+
+
+def nearest_step(value: float, low: float, step: float, high: float) -> float:
+    """The nearest of the values that lie whole steps from ``low`` on, up to ``high``; the value itself at an end."""
+    near = low + round((value - low) / step) * step
+    return near if low < value < high and near <= high else value

@@ -19,7 +19,10 @@ from pidcfg.encoders.image import default_of
 from pidcfg.schemas.generic import Loop
 from pidcfg.study.verification.comparison import (
     ACTION,
+    DERIVATIVE_TIME,
     FOLLOWS,
+    GAIN,
+    INTEGRAL_TIME,
     LABELS,
     differing,
     loops_of,
@@ -44,6 +47,7 @@ if TYPE_CHECKING:
 # the target does. The action is never another one.
 
 BY_HAND = "output.manual"
+PROPORTIONAL = "tuning.proportional"
 SAID = Decimal("1e-4")
 """Share by which a number may differ from the one that its line says."""
 LINE_TOLERANCE = Decimal(5)
@@ -141,6 +145,18 @@ def _told(
         )
         if row is not None:
             yield path, (two.get(path), row)
+            if path == PROPORTIONAL and not loop.tuning.proportional and _acts_as(one, two):
+                yield from ((name, (two[name], row)) for name in (GAIN, INTEGRAL_TIME, DERIVATIVE_TIME))
+
+
+def _acts_as(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
+    """Whether integral and derivative act as strongly with a gain that is smaller and hardly acts itself."""
+    gain, other = one[GAIN], two[GAIN]
+    pairs = (
+        (gain * two[INTEGRAL_TIME], other * one[INTEGRAL_TIME]),
+        (gain * one[DERIVATIVE_TIME], other * two[DERIVATIVE_TIME]),
+    )
+    return abs(other) < abs(gain) and all(abs(a - b) <= SAID * max(abs(a), abs(b)) for a, b in pairs)
 
 
 def _is_about(row: Change, path: str, places: Mapping[str, Sequence[str]]) -> bool:
@@ -164,7 +180,7 @@ def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: D
         gone = row.kind == "dropped" and (path.startswith(ALARMS) or _is_as_not_given(path, after))
         return near or said or gone
     if two is None or one is None:
-        return said if two else row.kind == "dropped"
+        return said or (not two and row.kind == "dropped")
     return row.kind in LOSSES
 
 

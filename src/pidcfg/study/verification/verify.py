@@ -34,9 +34,20 @@ from pidcfg.study.verification.comparison import (
     refused_mode,
 )
 from pidcfg.study.verification.lines import field_of, is_material, key_of
-from pidcfg.study.verification.stages import bench_of, nearest_step, round_setpoints, stages_of
+from pidcfg.study.verification.stages import bench_of, stages_of
 from pidcfg.study.verification.stand_in import Rules, StandIn, stand_in
-from pidcfg.study.verification.trial import Side, companions, finest_counts, new_plc, resolution, root_step, run_stage
+from pidcfg.study.verification.trial import (
+    Side,
+    companions,
+    finest_counts,
+    nearest_step,
+    new_plc,
+    resolution,
+    root_step,
+    round_setpoints,
+    run_stage,
+    smaller_moves,
+)
 from pidcfg.study.verification.twin import ALARMS, reported_loops, with_fields, without_losses
 from pidcfg.text.frozen import frozen
 from pidcfg.text.processes import Crew
@@ -90,6 +101,8 @@ class Reference:
     bench: Bench
     stages: tuple[Stage, ...]
     before_root: bool
+    step: float
+    """Of its set points, where either side has few of them; 0: all values are as near."""
     trials: dict[tuple[Bench, Stage], Trial] = field(default_factory=dict)
 
     @property
@@ -133,7 +146,7 @@ def make_reference(side: Side, i: int, other: Loop, step: float = 0.0, *, in_cas
         stages = tuple(round_setpoints(stage, bench.low, step, bench.high) for stage in stages)
     if isinstance(side, StandIn) and in_cascade:
         stages = tuple(stage for stage in stages if stage.swept or stage.name in ALONE_STAGES)
-    return Reference(side, i, bench, stages, loop.pv.square_root)
+    return Reference(side, i, bench, stages, loop.pv.square_root, step)
 
 
 def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
@@ -147,7 +160,7 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     whole = any(getattr(new_plc(side, (k,)).configs[k], "is_integer", 0) for side, k in ((one, i), (two, j)))
     last = 1.0 if whole else SINGLE * max(abs(bench.low), abs(bench.high))
     digits = last / bench.span * share * (1 + kick)
-    band, integral_time = float(loop.deadband), float(loop.tuning.integral_time)
+    band = float(loop.deadband)
     switching = share * band / bench.span
     return Tolerance(
         STAND_IN_TOLERANCE,
@@ -159,7 +172,6 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
         switching,
         switching * float(loop.tuning.derivative_time) / bench.sample,
         by_hand=COUNT_TOLERANCE * output,
-        integral=share / bench.span * bench.sample / integral_time if integral_time else 0.0,
     )
 
 
@@ -211,16 +223,16 @@ class Battery:
     tolerance: Tolerance
     other: Reference | None = None
     """Where the other side has trials already."""
-    trials: dict[str, Trial] = field(default_factory=dict)
+    trials: dict[Stage, Trial] = field(default_factory=dict)
 
     def trial(self, stage: Stage) -> Trial:
         """The other side through a stage."""
         if self.other is not None:
             return self.other.trial(stage)
-        if stage.name not in self.trials:
+        if stage not in self.trials:
             rooted = self.reference.before_root
-            self.trials[stage.name] = run_stage(self.side, self.j, stage, self.reference.bench, before_root=rooted)
-        return self.trials[stage.name]
+            self.trials[stage] = run_stage(self.side, self.j, stage, self.reference.bench, before_root=rooted)
+        return self.trials[stage]
 
     def as_reference(self) -> Reference:
         """The other side with the trials that it has."""
@@ -233,13 +245,21 @@ class Battery:
             yield from self._of(stage)
 
     def _of(self, stage: Stage) -> Iterator[SignalDifference]:
-        bench = self.reference.bench
+        """The differences of a stage that are there with smaller moves, too: rounding at an edge is not."""
+        found = list(self._within(stage))
+        smaller = smaller_moves(stage, self.reference.bench, self.reference.step)
+        if found and smaller != stage:
+            lasting = {difference.signal for difference in self._within(smaller)}
+            found = [difference for difference in found if difference.signal in lasting]
+        yield from found
+
+    def _within(self, stage: Stage) -> Iterator[SignalDifference]:
         try:
             trial = self.trial(stage)
         except UnusableError as error:
             yield SignalDifference(stage.name, RUN_SIGNAL, 0.0, "", str(error), ())
             return
-        yield from differences(stage, self.reference.trial(stage), trial, bench, self.tolerance)
+        yield from differences(stage, self.reference.trial(stage), trial, self.reference.bench, self.tolerance)
 
     def key_of(self, difference: SignalDifference, lines: Sequence[ReportLine] = ()) -> str:
         """The key of the other side that explains what ``lines`` of the report do not; empty where none does."""
@@ -539,15 +559,11 @@ def unsaid_rules(sides: Sides, i: int, j: int) -> Iterator[SignalDifference]:
 
 
 def _plain(value: Any) -> float | str | bool:
-    return (
-        "nothing"
-        if value is None
-        else float(value)
-        if isinstance(value, Decimal)
-        else value
-        if isinstance(value, bool)
-        else str(value)
-    )
+    if value is None:
+        return "nothing"
+    if isinstance(value, Decimal):
+        return float(value)
+    return value if isinstance(value, bool) else str(value)
 
 
 def _without_effect(loop: Loop, other: Loop) -> Iterator[str]:
