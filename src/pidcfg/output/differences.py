@@ -54,6 +54,15 @@ def with_verdict(result: DiffResult, progress: Callable[[float], None] | None, j
         return replace(result, verified=(), notes=(*result.notes, reason))
     notes: list[str] = []
     loops = verified_sides(result.sides, result.sources, (result.before, result.after), notes.append, progress, jobs)
+    changed = {
+        entry.loop: [d.key or d.field for d in entry.differences if d.risk != "cosmetic"] for entry in result.loops
+    }
+    loops = [
+        replace(loop, hidden=(*loop.hidden, *(key for key in changed.get(loop.loop, ()) if key not in loop.hidden)))
+        if loop.passed
+        else loop
+        for loop in loops
+    ]
     return replace(result, verified=tuple(loops), notes=(*result.notes, *notes))
 
 

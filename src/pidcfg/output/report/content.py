@@ -216,9 +216,11 @@ class Content:
 
     @property
     def verdict(self) -> tuple[str, str]:
-        """``passed`` or ``FAILED`` (empty: nothing ran), and why."""
+        """``passed``, ``FAILED`` or ``NOT PROVEN`` (empty: nothing ran), and why."""
         errors = sum(d.severity is Severity.ERROR for d in self.findings)
         bad = sum(not run.passed for run in self.runs)
+        if bad and not errors and all(run.word != "FAILED" for run in self.runs):
+            return "NOT PROVEN", f"{bad} of {len(self.runs)} run{'' if len(self.runs) == 1 else 's'} not proven"
         faults = [f"{errors} error{'' if errors == 1 else 's'}"] if errors else []
         faults += [f"{bad} of {len(self.runs)} run{'' if len(self.runs) == 1 else 's'} not passed"] if bad else []
         if faults:
@@ -345,6 +347,14 @@ class RunSheet:
     def signal_units(self) -> dict[str, str]:
         """The units of the loops' signals, by their names."""
         return {name: unit for units in self.units.values() for name, unit in units.signals.items()}
+
+    @property
+    def word(self) -> str:
+        """``passed``, ``FAILED``, or ``NOT PROVEN`` where nothing has failed."""
+        if self.passed:
+            return "passed"
+        failed = self.count("FAILED") or not all(expectation.passed for expectation in self.expectations)
+        return "NOT PROVEN" if self.count("NOT PROVEN") and not failed else "FAILED"
 
     def count(self, verdict: str) -> int:
         """How many standing expectations have this verdict."""

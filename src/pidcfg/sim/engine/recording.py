@@ -327,11 +327,12 @@ RUN = (
         "moment at which each first comes into Auto or Cascade; pulses give their mean. The error of both is taken "
         "against the set point of the run, while the loop is in Auto or Cascade and its sensor sound, less three "
         "standard deviations of the noise. More than 70 % of it left is not proven; so is a step of the set point by "
-        "more than the band, on a plant with lags, of which 63 % come later than the dead time, 1.5 times the lags "
-        "and three samples. Where the error without control stays within the band nothing has moved the loop, and it "
-        "is not judged; nor is one whose PV the PLC's program makes.",
+        "more than the band, on a plant with lags, of which 63 % come later than the dead time, 1.5 times the "
+        "lags (or the lags and a second dead time, if that is longer) and three samples. Where the error without "
+        "control stays within the band nothing has moved the loop, and it is not judged; nor is one whose PV the PLC's program makes.",
         "A tenth of a gain, or ten times a reset, comes to rest in the end like any other. Lambda tuning with the "
-        "closed loop as fast as the plant takes 63 % in the dead time and the lags.",
+        "closed loop as fast as the plant takes 63 % in the dead time and the lags; SIMC, which waits for a second "
+        "dead time, in two dead times.",
     ),
     Decision(
         913,
@@ -345,8 +346,9 @@ RUN = (
         914,
         "which changes of a set point meet nobody",
         "An event that sets a loop's set point while it is meant to be in Auto, and is not for more than a tenth of "
-        "the run, leaves it not proven; where the loop is meant for Manual and no later event brings it out of it, the "
-        "run fails. To set it before the event of the mode is in order.",
+        "the run, leaves it not proven; where the loop is in Manual, off, tracks another output or its PLC is stopped, "
+        "and it does not come back to Auto or Cascade, the run fails. To set it before the event of the mode is in "
+        "order.",
         "Nothing answers to it, and what was to be tested was not.",
     ),
     Decision(

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 # --- ``not-settled``: after the last excitation the PV comes to its set point, and stays there for as long as its plant
 # needs to show it -----------------------------------------------------------------------------------------------------
 
+ARRIVAL = 4
+"""Plant times after which a PV has come to its set point, if it ever does."""
 RAMP_PATIENCE = 1.5
 """Plant times by which a PV may be behind a set point that moves."""
 
@@ -54,9 +56,8 @@ def judge_settling(e: Evidence, i: int) -> Judgement:
     if m.outside < 0 and is_unexcited(e, i):
         return unjudged_verdict(NO_EXCITATION)
     until = _round_up(e.seconds(entered) + needed)
-    return open_verdict(
-        f"settled for {_short(stays)} s of the {_short(needed)} s that show it: let it run to {until} s"
-    )
+    cure = f"let it run to {until} s" if m.control else f"{e.seconds(end):g} s is too early to end its control"
+    return open_verdict(f"settled for {_short(stays)} s of the {_short(needed)} s that show it: {cure}")
 
 
 def _otherwise_judged(e: Evidence, i: int) -> Judgement | None:
@@ -132,7 +133,9 @@ def _not_there(e: Evidence, i: int, excited: int, end: int) -> Judgement:
         return Judgement("failed", text, e.seconds(m.calm_first_turn))
     what = "set point" if m.control else "set point when it leaves its mode"
     text = f"is {_short(away)}{e.unit(i)} away from its {what}"
-    return open_verdict(f"{text}, {e.seconds(end - excited):g} s after what moved it last{cause_of_offset(e, i)}")
+    since, enough = e.seconds(end - excited), ARRIVAL * pace.seconds
+    cure = f": let it run to {_round_up(e.seconds(excited) + enough)} s" if m.control and since < enough else ""
+    return open_verdict(f"{text}, {since:g} s after what moved it last{cause_of_offset(e, i) or cure}")
 
 
 def _short(value: float) -> str:
@@ -173,7 +176,8 @@ def _bounds_to_the_end(wanted: Expectation, loop: str) -> bool:
 MOST_LEFT = 0.7
 """Of the error without control: with more of it the loop does nothing."""
 SLOWEST = 1.5
-"""Sums of the lags after the dead time, in which a step of the set point has come 63 % of its way."""
+"""Sums of the lags after the dead time, in which a step of the set point has come 63 % of its way; where the dead time
+is long, so is a second one and the lags once, as a robust loop waits for its answer."""
 
 
 def judge_benefit(e: Evidence, i: int) -> Judgement:
@@ -212,10 +216,12 @@ def _late(e: Evidence, i: int) -> str:
         return ""
     if m.moved > m.locked or abs(m.after - m.before) <= e.bands[i]:
         return ""
-    needed = pace.dead + SLOWEST * pace.lags + SMOOTHING * e.plc.configs[i].period / TICKS
+    answered = max(SLOWEST * pace.lags, pace.dead + pace.lags)
+    needed = pace.dead + answered + SMOOTHING * e.plc.configs[i].period / TICKS
     end = min(e.last if m.control else m.control_since, m.until)
     took = e.seconds((m.reached if m.reached >= 0 else end) - m.event)
     if took <= needed:
         return ""
     verb = "comes 63 % of the way" if m.reached >= 0 else "has not come 63 % of the way"
-    return f"the PV {verb} to its new set point after {took:g} s, later than {_short(needed)} s (D912)"
+    text = f"the PV {verb} to its new set point after {took:g} s, later than {_short(needed)} s (D912)"
+    return f"{text}; where it may, expect a settling_time"

@@ -229,11 +229,10 @@ class Evidence:
     """How far each loop's output can move its PV (an integrator: in 1 s), as at the start; 0: that is not known."""
     paces: list[Pace] = field(default_factory=list)
     """How fast the plants of each loop are."""
+    ignored: dict[int, int] = field(default_factory=dict)
+    """The event that changed a loop's set point last, where it did not control then."""
     unmet: dict[int, tuple[int, int]] = field(default_factory=dict)
-    """The event that changed a loop's set point last, where it did not control though it was meant to, and from when
-    on it was."""
-    presets: dict[int, int] = field(default_factory=dict)
-    """The same, where it was not meant to."""
+    """The same where it was meant to, and from when on it was."""
     asked: dict[int, tuple[int, float]] = field(default_factory=dict)
     """The event that changed a loop's set point last, and to what, where that is a number in the PV's unit."""
     verdicts: Sequence[Verdict] = ()
@@ -318,11 +317,21 @@ class Evidence:
         )
 
     def set_point_of(self, event: Event, loop: int) -> object:
-        """What an event sets a loop's own set point to; None: it does not."""
+        """What an event sets a loop's set point to, itself or a signal that it is made of; None: it does not."""
+        if event.loop is None:
+            made_of, outside = self.influence.set_points[loop], self.net.outside
+            given = ((outside[dotted(path)], value) for path, value, _ in leaves(event.set or {}))
+            return next((value for slot, value in given if slot in made_of), None)
         if event.loop != self.plc.loops[loop]:
             return None
         keys = {*SETPOINT, self.plc.setpoint}
         return next((value for path, value, _ in leaves(event.set or {}) if dotted(path) in keys), None)
+
+    def is_set_point(self, event: Event, loop: int) -> bool:
+        """Whether what an event sets is the set point itself, as far as the signals tell before it happens."""
+        sp = self.signal_values[self.plc.configs[loop].sp_slot]
+        sources = self.influence.set_points[loop].intersection(self.influence.signals_set(event))
+        return all(abs(self.signal_values[slot] - sp) <= self.bands[loop] for slot in sources)
 
     def mode(self, loop: int) -> str:
         """The mode that a loop ends in."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp
+from math import exp, inf
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.engine.influence import answer
@@ -131,8 +131,13 @@ def _stands(e: Evidence, i: int, look: Look) -> Judgement:
 
 
 def _with_one_sign(e: Evidence, i: int, look: Look) -> float:
-    """For how long an error of one sign has lasted of which no event and no change of the mode is the reason, in s."""
+    """For how long an error of one sign has lasted of which no event and no change of the mode is the reason, in s.
+
+    A run that begins at rest had all the time before it.
+    """
     m = e.meters[i]
+    if e.scenario.initial == "steady" and max(look.stage, m.control_since, m.since) == 0:
+        return inf
     return e.seconds(look.end - max(look.stage, m.control_since, m.since))
 
 

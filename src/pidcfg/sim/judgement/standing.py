@@ -245,12 +245,12 @@ SLACK_SAMPLES = 10
 def judge_mode(e: Evidence, i: int) -> Judgement:
     """Judges one loop; what it is meant for is known to its meter, since events change it."""
     m, name = e.meters[i], e.plc.loops[i]
-    if i in e.presets and not m.control and m.control_since <= e.presets[i]:
-        at = e.seconds(e.presets[i])
-        return failed_verdict(f"its set point is changed at {at:g} s, and it is in {e.mode(i)} to the end", at)
     if m.missed >= 0:
         until = e.seconds(m.missed)
         return failed_verdict(f"does not come into its mode until {until:g} s{_why(e, i)}", 0.0)
+    nobody = _met_nobody(e, i)
+    if nobody is not None and not m.wanted:
+        return nobody
     if not m.wanted:
         return proven_verdict("reaches each mode that it is meant for")
     wanted, mode = e.plc.mode(m.wanted), e.mode(i)
@@ -258,6 +258,8 @@ def judge_mode(e: Evidence, i: int) -> Judgement:
         return unjudged_verdict(f"{name} is expected never to be in {wanted}")
     if not m.seen & m.wanted:
         return failed_verdict(f"is meant for {wanted} and stays in {mode}{_why(e, i)}", 0.0)
+    if nobody is not None:
+        return nobody
     k, since = e.unmet.get(i, (0, 0))
     if i in e.unmet and m.control_since - since > LONG_SHARE * e.last:
         return open_verdict(f"the event at {e.seconds(k):g} s met {e.plc.mode(0)}: nothing was tested")
@@ -270,6 +272,16 @@ def judge_mode(e: Evidence, i: int) -> Judgement:
     if said:
         return unjudged_verdict(f"in {mode} from {at:g} s: {said}")
     return failed_verdict(f"is meant for {wanted} and ends in {mode}, from {at:g} s{_why(e, i)}", at)
+
+
+def _met_nobody(e: Evidence, i: int) -> Judgement | None:
+    """The verdict on a loop whose set point was changed last while it did not control, as it does not in the end."""
+    m, k = e.meters[i], e.ignored.get(i)
+    controls = m.control and e.plc.in_run
+    if k is None or controls or (not m.control and m.control_since > k):
+        return None
+    state = f"it is in {e.mode(i)}" if e.plc.in_run else "the PLC is stopped"
+    return failed_verdict(f"its set point is changed at {e.seconds(k):g} s, and {state} to the end", e.seconds(k))
 
 
 def _why(e: Evidence, i: int) -> str:
@@ -358,7 +370,7 @@ def _kept(e: Evidence, i: int, who: str) -> str:
     words = [name for name, word in e.plc.flags.items() if word and name not in e.plc.word_owners]
     if who == "meant" and not controlled and words:
         return f"{' and '.join(words)} keeps the loop task off"
-    if who == "meant" and not controlled and not m.wanted and m.missed < 0 and i not in e.presets:
+    if who == "meant" and not controlled and not m.wanted and m.missed < 0 and i not in e.ignored:
         return "is meant for manual"
     if who in {"controlled", "in control"} and not controlled:
         return f"in {e.mode(i)} from start to end"
@@ -453,20 +465,21 @@ class LoopWatch:
         for i, looks in self.waiting.items():
             yield from ((look.end + 1, partial(self._look, i)) for look in looks[:-1])
             yield from ((k, partial(self._stir, i)) for k in self.stirred[i])
-            asking = ((k, e.set_point_of(event, i)) for k, event in e.events())
-            yield from ((k, partial(self._ask, i, wanted)) for k, wanted in asking if wanted is not None)
+            asking = ((k, event) for k, event in e.events() if e.set_point_of(event, i) is not None)
+            yield from ((k, partial(self._ask, i, event)) for k, event in asking)
 
-    def _ask(self, i: int, wanted: object, k: int) -> None:
+    def _ask(self, i: int, event: Event, k: int) -> None:
         """Notes whether a loop is there to follow the new set point that an event is about to give it."""
         e, m = self.evidence, self.evidence.meters[i]
-        for notes in (e.unmet, e.presets, e.asked):
+        for notes in (e.unmet, e.ignored, e.asked):
             notes.pop(i, None)
         with suppress(ValueError):
-            e.asked[i] = k, float(str(wanted))
-        if not m.control:
-            e.presets[i] = k
-            if m.wanted:
-                e.unmet[i] = e.presets.pop(i), m.wanted_since
+            if e.is_set_point(event, i):
+                e.asked[i] = k, float(str(e.set_point_of(event, i)))
+        if not (m.control and e.plc.in_run):
+            e.ignored[i] = k
+            if m.wanted and not m.control:
+                e.unmet[i] = k, m.wanted_since
 
     def _stir(self, i: int, k: int) -> None:
         m = self.evidence.meters[i]

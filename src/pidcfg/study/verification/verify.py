@@ -559,11 +559,9 @@ def unsaid_rules(sides: Sides, i: int, j: int) -> Iterator[SignalDifference]:
 
 
 def _plain(value: Any) -> float | str | bool:
-    if value is None:
-        return "nothing"
     if isinstance(value, Decimal):
         return float(value)
-    return value if isinstance(value, bool) else str(value)
+    return value if isinstance(value, bool) else "nothing" if value is None else str(value)
 
 
 def _without_effect(loop: Loop, other: Loop) -> Iterator[str]:
