@@ -132,6 +132,53 @@ def test_auto_that_is_refused_while_the_set_point_changes_tests_nothing():
     assert "not-in-mode" in unproven(result)
 
 
+@pytest.mark.parametrize(
+    ("vendor", "mode"), [("dl06", "program"), ("click", "stop"), ("ezlogix", "stop"), ("dpide", "stop")]
+)
+def test_a_new_set_point_that_meets_a_plc_that_stands_for_good_fails(vendor, mode):
+    """It is no lack of an excitation, nor proven by what the loop had done until then."""
+    more = f"  - {{at: 70, plc: {mode}}}\n"
+    result = outcome(vendor, STEADY, more=more)
+    assert tank(result)[0] == "failed"
+    assert not result.passed
+
+
+def test_a_new_set_point_that_meets_tracking_for_good_fails():
+    result = outcome("nextopid", more="  - {at: 70, set: {Hold: true}}\n")
+    assert tank(result) == ("failed", "its set point is changed at 80 s, and it is in tracking to the end")
+
+
+def test_a_set_point_that_a_signal_gives_is_asked_for_too():
+    signal = [("{Hold: false}", "{Hold: false, Wanted: 60.0}"), ("SP: 60.0", "SP: Wanted")]
+    event = ("{at: 80, loop: TANK, set: {setpoint: 65}}", "{at: 80, set: {Wanted: 65.0}}")
+    assert tank(outcome("nextopid", event, config=signal)) == ("proven", "")
+    narrow = [*signal, ("MaxPV: 100.0", "MaxPV: 62.0")]
+    assert "asks for 65, and 62 is in force" in tank(outcome("nextopid", event, config=narrow))[1]
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "generic"])
+def test_a_run_from_rest_is_judged_at_once_at_an_output_limit(vendor):
+    """The output would have to be 40 % at rest, and may be 50 % at least."""
+    limits = ("output: {range: [0, 100]", "output: {range: [0, 100], limits: [50, 100]")
+    event = ("at: 80", "at: 10")
+    result = outcome(vendor, STEADY, event, ("setpoint: 65", "setpoint: 75"), config=[limits])
+    found = verdict(result, "saturated")
+    assert found.verdict == "failed"
+    assert "until the event at 10 s" in found.text
+
+
+def test_a_loop_on_a_long_dead_time_may_wait_for_a_second_one():
+    """SIMC with the closed loop as fast as the dead time: 63 % come after two of them."""
+    slow = ("time_constant: 20, dead_time: 1", "time_constant: 10, dead_time: 30")
+    gains = [("gain: 2.00", "gain: 0.17"), ("reset: 20.0", "reset: 10.0")]
+    result = outcome("dl06", STEADY, slow, ("duration: 200", "duration: 600"), config=gains)
+    assert tank(result) == ("proven", "")
+    late = outcome(
+        "dl06", STEADY, slow, ("duration: 200", "duration: 900"), config=[("gain: 2.00", "gain: 0.05"), gains[1]]
+    )
+    assert unproven(late) == {"no-better"}
+
+
 # --- better than nothing ---------------------------------------------------------------------------------------------
 
 

@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 from browser import BEYOND, IN_CI, NARROW, WIDE, opened, width_of
 from pidcfg.cli.main import cli
-from pidcfg.output.report.content import RunSheet, Title, Units, contents_of, measurement_text
+from pidcfg.output.report.content import Expectation, RunSheet, StandingRow, Title, Units, contents_of, measurement_text
 from pidcfg.output.report.page import (
     VARIABLE,
     FindingGroup,
@@ -640,3 +640,20 @@ def test_a_hostile_project_is_printed_as_it_is(browser, hostile):
         seen.page.emulate_media(media="print")
         assert width_of(seen.page) <= PRINTABLE
     assert "</style><script>window.pwned=1</script>\\" in pdf.pages[1].extract_text()
+
+
+@pytest.mark.parametrize(
+    ("standing", "holds", "word"),
+    [
+        (("NOT PROVEN",), True, "NOT PROVEN"),
+        (("NOT PROVEN", "FAILED"), True, "FAILED"),
+        (("NOT PROVEN",), False, "FAILED"),
+        ((), True, "FAILED"),
+    ],
+)
+def test_a_run_in_which_nothing_failed_is_not_proven_and_no_failure(standing, holds, word):
+    rows = tuple(StandingRow("L", "not-settled", verdict, None, "") for verdict in standing)
+    written = (Expectation("L.PV at most 9", holds, "8"),)
+    run = RunSheet("s", "c", "t", ran=True, passed=False, verdict="", standing=rows, expectations=written)
+    assert run.word == word
+    assert replace(run, passed=True).word == "passed"

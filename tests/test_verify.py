@@ -336,6 +336,15 @@ def test_diff_verify_decides_the_exit_code(tmp_path, monkeypatch):
     assert data["verify"][0]["differences"][0]["key"] == "tuning.reset_time"
 
 
+def test_diff_verify_lists_the_changes_that_no_stage_shows():
+    pulses = (
+        "pidcfg: 1\nvendor: generic\nloops:\n  - {name: T, output_raises_pv: true, sample_time: 1, "
+        "tuning: {gain: 1, integral_time: 60}, pv: {range: [0, 100]}, output: {range: [0, 100], pulse: {period: 10}}}\n"
+    )
+    (loop,) = diff(pulses, pulses.replace("period: 10", "period: 20"), verify=True).verified
+    assert (loop.passed, loop.hidden) == (True, ("output.pulse.period",))
+
+
 def test_yaml_of_a_spoiled_result_is_what_is_checked(kiln):
     assert "SP: 90" in yaml_text({"SP": 90})
     assert spoiled(kiln, SP=90).config.loops[0].SP == 90

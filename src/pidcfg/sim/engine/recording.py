@@ -329,7 +329,8 @@ RUN = (
         "standard deviations of the noise. More than 70 % of it left is not proven; so is a step of the set point by "
         "more than the band, on a plant with lags, of which 63 % come later than the dead time, 1.5 times the "
         "lags (or the lags and a second dead time, if that is longer) and three samples. Where the error without "
-        "control stays within the band nothing has moved the loop, and it is not judged; nor is one whose PV the PLC's program makes.",
+        "control stays within the band nothing has moved the loop, and it is not judged; nor is one whose PV the PLC's "
+        "program makes.",
         "A tenth of a gain, or ten times a reset, comes to rest in the end like any other. Lambda tuning with the "
         "closed loop as fast as the plant takes 63 % in the dead time and the lags; SIMC, which waits for a second "
         "dead time, in two dead times.",
