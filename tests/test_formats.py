@@ -620,7 +620,7 @@ def test_failed_expectations_are_findings_at_their_lines(failing):
         "not proven, not-settled: FIC-301: is 48.99 m3/h away from its set point, 15.05 s after what moved it last",
         (
             "not proven, no-better: FIC-301: no better than without control: the PV has not come 63 % of the way to "
-            "its new set point after 15 s, later than 5 s (D912)"
+            "its new set point after 15 s, later than 5 s (D912); where it may, expect a settling_time"
         ),
     ]
     assert told[3][1]["file"] == "flow.yaml"

@@ -763,8 +763,14 @@ def run_of_listing(*words, config=()):
     ("word", "text"),
     [
         (("V2013", "9000"), "+13 PV low-low alarm: "),
-        (("V2024", "00A0"), "+24 PV low-pass filter constant: 0x00A0 has a digit above 9; taken as 0"),
-        (("V2025", "000F"), "+25 Derivative gain limit: 0x000F has a digit above 9; taken as 0"),
+        (
+            ("V2024", "00A0"),
+            "+24 PV low-pass filter constant: 0x00A0 has a digit above 9; it is 160 (typed in decimal? ",
+        ),
+        (
+            ("V2025", "000F"),
+            "+25 Derivative gain limit: 0x000F has a digit above 9; it is 15 (typed in decimal? ",
+        ),
         (("V7001", "00A0"), "ramp/soak table +01 "),
         (("V7036", "0A00"), "ramp/soak table +36 "),
         (("V2005", "9000"), ""),
