@@ -376,7 +376,7 @@ RUN = (
         "A loop in whose place a selector, min or max takes another loop's output, one whose windup input is on "
         "without a slave that is itself at a limit, and one of two loops of opposite effect at its lower limit while "
         "the other is inside its limits and sees the same PV (to 5 % of span) are not judged; where both are above "
-        "5 % of their way they work against each other, and the verdict says so. The reason has to hold when the "
+        "5 % of their way they work against each other, and neither is proven. The reason has to hold when the "
         "window ends. A master is at a limit, too, where its slave's output or set point is. A loop whose output a "
         "plant takes as it is, is not left out, whatever OVERR says.",
         "There the output at its limit is what the program wants. The smaller of an output and a constant is a limit "

@@ -17,6 +17,7 @@ from pidcfg.sim.judgement.evidence import (
     failed_verdict,
     is_deselected,
     limits_reached,
+    open_verdict,
     proven_verdict,
     too_early_verdict,
     unjudged_verdict,
@@ -57,7 +58,7 @@ def look_at(e: Evidence, i: int, look: Look) -> Found | None:
     against = next((name for j, name in _opponents(e, i) if _works(e, i) and _works(e, j)), "")
     inside = proven_verdict("its output is inside its limits")
     if against:
-        inside = unjudged_verdict(f"{against} works against it: both move one PV, with opposite effects")
+        inside = open_verdict(f"{against} works against it: both move one PV, with opposite effects")
     return Found(look, inside, _stands(e, i, look), arrived)
 
 
@@ -193,7 +194,8 @@ def exempt(e: Evidence, i: int) -> Judgement | None:
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
         if not slaves or any(_limit(e, j) and _error(e, j) > e.bands[j] for j in slaves):
             return unjudged_verdict("its windup input is on")
-    other = next((name for j, name in _opponents(e, i) if not limits_reached(e, j)), "")
+    others = (name for j, name in _opponents(e, i) if not limits_reached(e, j) and not (_works(e, i) and _works(e, j)))
+    other = next(others, "")
     if other and not any(limits_reached(e, j) == "upper" for j in (i, *e.slaves(i))):
         return unjudged_verdict(f"{other} has the PV, with the opposite effect")
     return None
