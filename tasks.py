@@ -41,7 +41,7 @@ GENERATED = "tests/generated.py"
 SITE = ("-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-d", "build/doctrees")
 """Sphinx from source folder to site, as offline as everything else."""
 
-NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "report", "live", "dev", "docs")}
+NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "report", "live", "lsp", "dev", "docs")}
 """Files of requirements/ by what they are installed for."""
 
 WINDOWS_ONLY = ("colorama",)
@@ -156,6 +156,7 @@ def ranges(name: str) -> list[str]:
         "fast": project["optional-dependencies"]["fast"],
         "report": project["optional-dependencies"]["report"],
         "live": project["optional-dependencies"]["live"],
+        "lsp": project["optional-dependencies"]["lsp"],
         "dev": groups["dev"],
         "docs": groups["docs"],
     }[name]
@@ -275,7 +276,7 @@ def lock() -> None:
         python = Path(folder) / "venv" / PYTHON.relative_to(VENV)
         must(python, *PIP, "pip-tools>=7.5")
         locked: list[str] = []
-        for name in ("run", "build", "fast", "report", "live", "dev", "docs"):
+        for name in ("run", "build", "fast", "report", "live", "lsp", "dev", "docs"):
             compile_lock(python, Path(folder), name, locked)
             locked.append(name)
 

@@ -17,13 +17,14 @@ from rule_pages import decisions, rule_pages
 
 import pidcfg
 from pidcfg import NAMES
-from pidcfg.cli.commands.schema import document_schema, plain_schema
+from pidcfg.cli.commands.schema import SETTINGS, document_schema
 from pidcfg.cli.formats import FORMATS, load
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.main import load as load_command
 from pidcfg.cli.plots import heading
 from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.parameters import ParameterTable
+from pidcfg.output.file_schemas import plain_schema
 from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.pictures.figure import svg
 from pidcfg.schemas.document import field_texts, models_of
@@ -267,7 +268,7 @@ def schema_text(name: str) -> str:
 
 def keys(name: str, title: str) -> str:
     """All keys of a kind of file with their meaning, from its JSON Schema."""
-    schema = plain_schema(name)
+    schema = plain_schema(name) if name != SETTINGS else document_schema(name)
     lines = [
         f"# {title}\n",
         COMMON_KEYS.format(name=name),

@@ -20,6 +20,7 @@ from test_vendors import scenario, starter
 CALLS = (
     "load",
     "check",
+    "fix",
     "encode",
     "decode",
     "convert",
@@ -36,6 +37,7 @@ TEXT = starter(FIRST)
 GOOD = {
     "load": {"source": TEXT},
     "check": {"source": TEXT},
+    "fix": {"source": TEXT},
     "encode": {"source": TEXT},
     "decode": {"source": pidcfg.encode(TEXT).text, "vendor": FIRST.key},
     "convert": {"source": TEXT, "to": FIRST.key},

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pidcfg.api import diff as diff
     from pidcfg.api import encode as encode
     from pidcfg.api import explain as explain
+    from pidcfg.api import fix as fix
     from pidcfg.api import load as load
     from pidcfg.api import plot as plot
     from pidcfg.api import report as report
@@ -41,9 +42,14 @@ if TYPE_CHECKING:
     from pidcfg.output.drawing import PlotResult as PlotResult
     from pidcfg.output.explanation.lookup import ExplainResult as ExplainResult
     from pidcfg.output.explanation.page import QuestionError as QuestionError
+    from pidcfg.output.file_schemas import schema as schema
     from pidcfg.output.findings import CheckResult as CheckResult
+    from pidcfg.output.findings import FixResult as FixResult
     from pidcfg.output.findings import LoadResult as LoadResult
     from pidcfg.output.gains import TuneResult as TuneResult
+    from pidcfg.output.places import held_words as held_words
+    from pidcfg.output.places import loops_of as loops_of
+    from pidcfg.output.places import references as references
     from pidcfg.output.reporting import ReportResult as ReportResult
     from pidcfg.output.runs import CertifyResult as CertifyResult
     from pidcfg.output.runs import SimulateResult as SimulateResult
@@ -54,14 +60,16 @@ if TYPE_CHECKING:
     from pidcfg.text.diagnostics import Severity as Severity
     from pidcfg.text.document import Document as Document
     from pidcfg.text.reader import Limits as Limits
+    from pidcfg.text.reader import Overlay as Overlay
     from pidcfg.tuning.rules import TuningError as TuningError
+    from pidcfg.validate.baseline import ignore_edit as ignore_edit
     from pidcfg.validate.engine import Checked as Checked
 
 __version__ = "0.2.0"
 NAMES = {
     "api": (
         *("check", "check_text", "check_file", "load", "encode", "decode", "decode_words", "convert", "diff"),
-        *("simulate", "certify", "tune", "explain", "plot", "report"),
+        *("simulate", "certify", "tune", "explain", "fix", "plot", "report"),
     ),
     "live.calls": ("pull", "compare", "trend", "serve"),
     "encoders.codecs": ("DecodeError",),
@@ -78,16 +86,19 @@ NAMES = {
     "output.drawing": ("PlotResult",),
     "output.explanation.lookup": ("ExplainResult",),
     "output.explanation.page": ("QuestionError",),
-    "output.findings": ("CheckResult", "LoadResult"),
+    "output.file_schemas": ("schema",),
+    "output.findings": ("CheckResult", "FixResult", "LoadResult"),
     "output.gains": ("TuneResult",),
+    "output.places": ("held_words", "loops_of", "references"),
     "output.reporting": ("ReportResult",),
     "output.runs": ("CertifyResult", "SimulateResult"),
     "output.words": ("DecodeResult", "EncodeResult"),
     "study.certification.samples": ("WorkersError",),
     "text.diagnostics": ("Diagnostic", "Severity"),
     "text.document": ("Document",),
-    "text.reader": ("Limits",),
+    "text.reader": ("Limits", "Overlay"),
     "tuning.rules": ("TuningError",),
+    "validate.baseline": ("ignore_edit",),
     "validate.engine": ("Checked",),
 }
 """The public calls, and the types that they take, return or raise, by the modules that they stand in."""

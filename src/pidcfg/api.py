@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pidcfg.output.differences import DiffResult
     from pidcfg.output.drawing import PictureFormat, PlotResult, Result
     from pidcfg.output.explanation.lookup import ExplainResult
-    from pidcfg.output.findings import CheckResult, LoadResult
+    from pidcfg.output.findings import CheckResult, FixResult, LoadResult
     from pidcfg.output.gains import TuneResult
     from pidcfg.output.process import GainsFile
     from pidcfg.output.reporting import ReportResult
@@ -196,6 +196,7 @@ __all__ = [
     "diff",
     "encode",
     "explain",
+    "fix",
     "load",
     "plot",
     "report",
@@ -224,17 +225,57 @@ def check(
     name: str | None = None,
     files: Files = None,
     comments: bool = True,
+    select: Sequence[str] = (),
+    ignore: Sequence[str] = (),
+    baseline: Path | str | bytes | None = None,
     limits: Limits = DEFAULT,
 ) -> CheckResult:
     """All findings of a configuration, or of a scenario and how it fits the configuration that it names.
 
-    ``comments``: whether ``# pidcfg: ignore[CODE] reason`` in the file counts. Settings and baselines are the command
-    line's.
+    ``comments``: whether ``# pidcfg: ignore[CODE] reason`` in the file counts. ``select`` and ``ignore``: beginnings of
+    codes, as settings have them. ``baseline``: a file of known findings, whose names begin at its folder, or its text,
+    whose names are those of the findings; what it knows stands in ``known``. Raises `ArgumentError` for one that cannot
+    be read. Files of settings are the command line's.
     """
-    from pidcfg.output.findings import check_loaded
+    from pidcfg.output.findings import Chosen, check_loaded
+    from pidcfg.output.sources import document_of
+    from pidcfg.validate.baseline import BaselineError
+
+    text = (
+        None
+        if baseline is None
+        else source_data(baseline, None, files, limits.file_bytes + 1)[0].decode("utf-8-sig", "replace")
+    )
+    folder = baseline.parent.as_posix() if isinstance(baseline, Path) else None
+    chosen = Chosen(comments, [one.upper() for one in select], [one.upper() for one in ignore], text, folder)
+    try:
+        return check_loaded(document_of(source, name, files, limits), reader_of(files), chosen)
+    except BaselineError as error:
+        raise ArgumentError(f"`baseline`: {error}", "baseline") from None
+
+
+@check_arguments
+def fix(
+    source: Source,
+    *,
+    codes: Sequence[str] = (),
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> FixResult:
+    """A file with everything corrected that can be read in one way only, as ``pidcfg validate --fix`` does it.
+
+    Every correction is proven: the new text can be read, differs in the corrected places alone, its finding has gone
+    and none has come. ``codes``: only findings of these rules. Nothing is saved.
+    """
+    from pidcfg.output.findings import FixResult, correct
     from pidcfg.output.sources import document_of
 
-    return check_loaded(document_of(source, name, files, limits), reader_of(files), comments=comments)
+    doc = document_of(source, name, files, limits)
+    most = limits.file_bytes + 1
+    data = source_data(source, name, files, most)[0] if isinstance(source, Path | str | bytes) else data_of(doc.text)
+    fixed = correct(data, doc, reader_of(files), lambda d: not codes or d.code in codes)
+    return FixResult(doc, fixed.data, fixed.fixed, fixed.left)
 
 
 @check_arguments

@@ -19,9 +19,8 @@ from pidcfg.cli.options import selects_code
 from pidcfg.cli.outputs import difference, print_patch, replace_files
 from pidcfg.cli.policy import Rules, count, read_baseline
 from pidcfg.cli.terminal import progress
-from pidcfg.output.findings import check_any
-from pidcfg.text.diagnostics import number_of, sort_findings
-from pidcfg.text.source import read_document
+from pidcfg.output.findings import check_any, correct
+from pidcfg.text.diagnostics import number_of
 from pidcfg.validate.catalog import unusable
 
 if TYPE_CHECKING:
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
 
     from pidcfg.cli.formats.report_options import Report
     from pidcfg.cli.inputs import Input
-    from pidcfg.text.diagnostics import Diagnostic
-    from pidcfg.text.document import Document
     from pidcfg.validate.fixes import Fixed
 
 
@@ -104,18 +101,10 @@ def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
 
 def _fix_input(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
     """One input with its corrections."""
-    from pidcfg.validate.baseline import suppress
-    from pidcfg.validate.fixes import Fixed, Fixer
+    from pidcfg.validate.fixes import Fixed
 
-    def check(doc: Document) -> list[Diagnostic]:
-        return sort_findings(suppress(check_any(doc, FILES), doc).kept)
-
+    doc = document(entry)
     if entry.problem is not None:
-        return Fixed(entry.data, (), tuple(check(document(entry))))
+        return Fixed(entry.data, (), tuple(check_any(doc, FILES)))
     ignore = [*rules.ignore, *settings.current(ctx).ignored_in(entry.name)]
-    fixer = Fixer(
-        lambda data: read_document(data, entry.name, entry.limits),
-        check,
-        lambda d: selects_code(d.code, rules.select, ignore),
-    )
-    return fixer.fix(entry.data)
+    return correct(entry.data, doc, FILES, lambda d: selects_code(d.code, rules.select, ignore))

@@ -53,6 +53,7 @@ COMMANDS = {
     "explain": ("pidcfg.cli.commands.explain", "Say what a register, bit or error number means."),
     "rule": ("pidcfg.cli.commands.rule", "Explain a rule, or list all of them."),
     "schema": ("pidcfg.cli.commands.schema", "Print the JSON Schema of a file for editors."),
+    "lsp": ("pidcfg.cli.commands.lsp", "Serve an editor: findings and words while you type."),
     "completion": ("pidcfg.cli.commands.completion", "Print the script that completes commands in a shell."),
 }
 """Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""

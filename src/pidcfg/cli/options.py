@@ -268,9 +268,9 @@ def processes(jobs: int | None) -> int:
 
 def select_findings(findings: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
     """The findings that the options leave; what keeps a file from being used cannot be ignored."""
-    from pidcfg.validate.catalog import ignorable
+    from pidcfg.validate.catalog import is_chosen
 
-    return [d for d in findings if not ignorable(d) or selects_code(d.code, select, ignore)]
+    return [d for d in findings if is_chosen(d, select, ignore)]
 
 
 def selects_code(code: str, select: list[str], ignore: list[str]) -> bool:

@@ -11,7 +11,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.inputs import UNNAMED
-from pidcfg.text.diagnostics import sort_findings
+from pidcfg.text.diagnostics import Severity, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import read_file
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.cli.settings import Settings
-    from pidcfg.text.diagnostics import Diagnostic, Severity
+    from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
     from pidcfg.validate.baseline import Entry, Ignored
 
@@ -99,6 +99,28 @@ def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], setti
     elif rules.create or rules.shrink:
         raise click.UsageError("name the baseline with --baseline FILE")
     return result
+
+
+def as_validated(found: Sequence[Diagnostic], doc: Document) -> tuple[tuple[Diagnostic, ...], str]:
+    """What ``validate`` lists of the findings of a file that is named, and why its settings do not count, if so."""
+    from pidcfg.cli.settings import Settings, settings_of
+
+    settings, remark = Settings(), ""
+    try:
+        settings = settings_of([doc.file], None) if Path(doc.file).is_absolute() else settings
+        left = triage(found, {doc.file: doc}, settings, _rules_of(settings))
+    except click.ClickException as error:
+        settings, remark = Settings(), error.format_message()
+        left = triage(found, {doc.file: doc}, settings, _rules_of(settings))
+    fails = Severity.WARNING if settings.values.get("strict") else Severity.ERROR
+    least = min(Severity[str(settings.values.get("severity", "info")).upper()], fails)
+    return tuple(d for d in left.kept if d.severity >= least), remark
+
+
+def _rules_of(settings: Settings) -> Rules:
+    """What a settings file chooses."""
+    values = settings.values
+    return Rules(values.get("select", []), values.get("ignore", []), values.get("baseline"))
 
 
 def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Document]) -> Triage:

@@ -320,7 +320,7 @@ def apply(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) ->
     config, isolated = ctx.meta.get(CONFIG_FILE), ctx.meta.get(IS_ISOLATED, False)
     if config is not None and isolated:
         raise click.UsageError("--config and --isolated exclude each other", ctx)
-    settings = Settings() if isolated or not paths else _settings([search_start(path) for path in paths], config)
+    settings = Settings() if isolated or not paths else settings_of([search_start(path) for path in paths], config)
     ctx.meta[SETTINGS] = settings
     ctx.meta[EXCLUDED] = Exclusion(
         settings.root, f"{EXCLUDE_REASON}{settings.file}", tuple(settings.values.get(EXCLUDE, ()))
@@ -330,7 +330,7 @@ def apply(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) ->
     return paths
 
 
-def _settings(paths: Sequence[str], config: str | None) -> Settings:
+def settings_of(paths: Sequence[str], config: str | None) -> Settings:
     """The settings of a file that was named, or of the one that all paths have."""
     if config is not None:
         path = Path(config)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from copy import deepcopy
 from dataclasses import field
 from decimal import Decimal
@@ -40,6 +41,8 @@ class Cell:
     loop: str | None = None
     kind: Kind = WORD
     access: Access = "setting"
+    path: Path | None = dataclasses.field(default=None, compare=False)
+    """Where its value stands in the configuration; None where it holds several, or none of it."""
 
     @property
     def hex(self) -> str:
@@ -111,6 +114,7 @@ class Block:
                 self.loop,
                 space.kind(a),
                 row.access,
+                None if row.path is None else (*self.place, *steps(row.path)),
             )
             for row, a in ((row, self.start + row.offset) for row in rows)
         ]

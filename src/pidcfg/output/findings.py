@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from copy import deepcopy
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
@@ -10,7 +12,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DISK, Reader
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from pydantic import BaseModel
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Reader
     from pidcfg.validate.baseline import Ignored
+    from pidcfg.validate.engine import Checked
+    from pidcfg.validate.fixes import Fixed
 
 Data = dict[str, Any]
 """Plain data that `json.dumps` writes as it is."""
@@ -135,6 +139,8 @@ class CheckResult:
     """In the order of the file, without those that comments in it ignore."""
     ignored: tuple[Ignored, ...] = ()
     """What ``# pidcfg: ignore[CODE] reason`` leaves out, each with its reason."""
+    known: tuple[Diagnostic, ...] = ()
+    """What the baseline knows."""
 
     @property
     def ok(self) -> bool:
@@ -173,15 +179,45 @@ def load_document(document: Document) -> LoadResult:
     return LoadResult(document, tuple(findings), "configuration", vendor.key, model)
 
 
-def check_loaded(document: Document, reader: Reader, *, comments: bool) -> CheckResult:
-    """All findings of a document; ``comments``: without those that comments in it ignore."""
-    findings = check_any(document, reader)
-    if not comments or "ignore" not in document.text:
-        return CheckResult(document, tuple(findings))
-    from pidcfg.validate.baseline import suppress
+def check_loaded(document: Document, reader: Reader, chosen: Chosen) -> CheckResult:
+    """All findings of a document, but for those that comments in it, settings or a baseline leave out."""
+    from pidcfg.validate.catalog import is_chosen
 
-    rest = suppress(findings, document)
-    return CheckResult(document, tuple(sort_findings(rest.kept)), tuple(rest.ignored))
+    findings = check_any(document, reader)
+    ignored: list[Ignored] = []
+    known: list[Diagnostic] = []
+
+    def is_wanted(d: Diagnostic) -> bool:
+        return is_chosen(d, chosen.select, chosen.ignore)
+
+    if chosen.comments and "ignore" in document.text:
+        from pidcfg.validate.baseline import suppress
+
+        rest = suppress(findings, document)
+        findings, ignored = sort_findings(rest.kept), [one for one in rest.ignored if is_wanted(one.finding)]
+    if chosen.baseline is not None:
+        from pidcfg.validate.baseline import compare, from_text
+
+        files = {chosen.file_of(document.file)}
+        compared = compare(findings, is_wanted, from_text(chosen.baseline), files, chosen.file_of)
+        findings, known = compared.new, compared.known
+    return CheckResult(document, tuple(filter(is_wanted, findings)), tuple(ignored), tuple(known))
+
+
+@frozen
+class Chosen:
+    """What settings say of findings: whether comments count, beginnings of codes, and a baseline's text."""
+
+    comments: bool = True
+    select: Sequence[str] = ()
+    ignore: Sequence[str] = ()
+    baseline: str | None = None
+    folder: str | None = None
+    """That the names of a baseline begin at; None: they are those of the findings."""
+
+    def file_of(self, name: str) -> str:
+        """What the baseline calls a file."""
+        return name if self.folder is None else PurePath(os.path.relpath(name, self.folder)).as_posix()
 
 
 # --- The findings of a file, whether it is a configuration or a scenario ----------------------------------------------
@@ -189,23 +225,74 @@ def check_loaded(document: Document, reader: Reader, *, comments: bool) -> Check
 
 def check_any(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
     """The findings of a configuration, or of a scenario and what it names."""
+    return judge(doc, reader)[0]
+
+
+def judge(doc: Document, reader: Reader = DISK) -> tuple[list[Diagnostic], Checked | None]:
+    """The findings of a file, and of a configuration its model and words, as far as they exist."""
     from pidcfg.validate.engine import check_document, is_scenario
 
     if is_scenario(doc):
         from pidcfg.study.scenario import check_scenario
         from pidcfg.validate.engine import odd_texts
 
-        return [*check_scenario(doc, reader), *odd_texts(doc)]
+        return [*check_scenario(doc, reader), *odd_texts(doc)], None
     checked = check_document(doc)
     if checked.vendor is None or checked.encoding is None or not checked.encoding.whole or not has_map(doc):
-        return list(checked.findings)
+        return list(checked.findings), checked
     from pidcfg.validate.map_files import check_map
 
     wrong = check_map(doc, checked.vendor, checked.encoding.image, reader)
-    return sort_findings([*checked.findings, *wrong])
+    return sort_findings([*checked.findings, *wrong]), checked
 
 
 def has_map(doc: Document) -> bool:
     """Whether a configuration names a Modbus map."""
     plc = (doc.data or {}).get("plc")
     return isinstance(plc, dict) and "map" in plc
+
+
+# --- What can be read in one way only, put right ----------------------------------------------------------------------
+
+
+@frozen
+class FixResult:
+    """A file with its corrections, each of them proven: the new text says the same, and what was wrong has gone."""
+
+    __repr__ = short_repr
+
+    document: Document
+    """As it was."""
+    data: bytes
+    """The file as it is now."""
+    fixed: tuple[Diagnostic, ...]
+    """What was corrected, in rounds."""
+    findings: tuple[Diagnostic, ...]
+    """What is left."""
+
+    @property
+    def text(self) -> str:
+        """The file as it is now, without a byte order mark."""
+        return self.data.decode("utf-8-sig", "replace")
+
+    @property
+    def ok(self) -> bool:
+        """Whether no error is left."""
+        return not errors_in(self.findings)
+
+    def to_json(self) -> Data:
+        """The text, what was corrected, and what is left."""
+        left = findings_data(self.findings)["findings"]
+        return {"version": 1, "text": self.text, "fixed": [finding_data(d) for d in self.fixed], "findings": left}
+
+
+def correct(data: bytes, doc: Document, reader: Reader, wanted: Callable[[Diagnostic], bool] = lambda _: True) -> Fixed:
+    """The bytes of a file with all corrections that are ``wanted``; ``doc``: the file as it is read, for its name."""
+    from pidcfg.text.source import read_document
+    from pidcfg.validate.baseline import suppress
+    from pidcfg.validate.fixes import Fixer
+
+    def check(doc: Document) -> list[Diagnostic]:
+        return sort_findings(suppress(check_any(doc, reader), doc).kept)
+
+    return Fixer(lambda text: read_document(text, doc.file, doc.limits), check, wanted).fix(data)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.findings import check_loaded, errors_in, finding_data
+from pidcfg.output.findings import Chosen, check_loaded, errors_in, finding_data
 from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
@@ -257,6 +257,6 @@ def _behind_present(doc: Document, after: Mapping[Path, Path]) -> dict[Path, Pat
 
 def _findings(before: Document, after: Document, loop: str, reader: Reader) -> tuple[Diagnostic, ...]:
     """What is found at the loop after the change, and what is new elsewhere."""
-    old = {(d.code, d.where, d.message) for d in check_loaded(before, reader, comments=True).findings}
-    found = check_loaded(after, reader, comments=True).findings
+    old = {(d.code, d.where, d.message) for d in check_loaded(before, reader, Chosen()).findings}
+    found = check_loaded(after, reader, Chosen()).findings
     return tuple(d for d in found if d.loop == loop or loop in d.with_loops or (d.code, d.where, d.message) not in old)

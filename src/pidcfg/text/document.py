@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.frozen import frozen
@@ -72,6 +72,14 @@ class Node:
         return None
 
 
+class At(NamedTuple):
+    """What stands at a place of a file: its path, whether the place is in the key rather than the value, and where."""
+
+    path: Path
+    key: bool
+    span: Span
+
+
 @frozen
 class Document:
     """A file as read: data, positions and what was wrong with its text."""
@@ -108,6 +116,43 @@ class Document:
         if key or not path:
             return START if key_event is None else span_of(key_event)
         return node.span
+
+    def at(self, line: int, column: int) -> At | None:
+        """The key or the value that stands at a place (from 1, the end inclusive); None between them, or in comments.
+
+        Of a value that is used in several places, by an alias or a template, the place is where it is written.
+        """
+        node, here = self.root, (line, column)
+        path: Path = ()
+        while node.children is not None:
+            entry = max(
+                (one for one in _entries(node) if one[0] <= here), key=lambda one: one[0], default=None
+            )  # a mapping has no end, so the last one that begins before the place
+            if entry is None:
+                return None
+            _, step, key, node = entry
+            path = (*path, step)
+            if key is not None and _holds(span_of(key), here):
+                return At(path, key=True, span=span_of(key))
+        return At(path, key=False, span=node.span) if path and _holds(node.span, here) else None
+
+
+def _entries(node: Node) -> Iterator[tuple[tuple[int, int], str | int, Any, Node]]:
+    """The children of a node: where each begins, step, the event of the key (None in a list), and the node."""
+    if isinstance(node.children, dict):
+        for step, (key, child) in node.children.items():
+            yield _start(span_of(key)), step, key, child
+    else:
+        yield from ((_start(child.span), i, None, child) for i, child in enumerate(node.children or ()))
+
+
+def _start(span: Span) -> tuple[int, int]:
+    return span.line, span.column
+
+
+def _holds(span: Span, place: tuple[int, int]) -> bool:
+    """Whether a place is within a span, its end included."""
+    return _start(span) <= place <= (span.end_line, span.end_column)
 
 
 def span_of(event: Any) -> Span:

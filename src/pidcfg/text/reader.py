@@ -147,6 +147,23 @@ class Texts:
         return posixpath.normpath(posixpath.join(posixpath.dirname(name), other))
 
 
+class Overlay(Disk):
+    """Texts that stand for files, such as the buffers of an editor; every other file is that of the disk."""
+
+    def __init__(self, texts: Mapping[str, str | bytes]) -> None:
+        self.texts = {_place(name): data_of(text) for name, text in texts.items()}
+
+    def read(self, name: str, most: int) -> bytes:
+        """The first ``most`` bytes of a text, else of the file."""
+        data = self.texts.get(_place(name))
+        return super().read(name, most) if data is None else data[:most]
+
+
+def _place(name: str) -> str:
+    """A file by whatever name it is called; links are not followed."""
+    return os.path.normcase(os.path.abspath(name))  # noqa: PTH100 - as it is named
+
+
 DISK = Disk()
 MAX_NEARBY = 1000
 """Files of a folder that are looked at for a name like another one."""

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.frozen import frozen
-from pidcfg.text.source import Places, comments_in
+from pidcfg.text.source import Places, comments_in, read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import LISTED, ignorable, rules, suggestion, unusable
+from pidcfg.validate.fixes import line_break, splice
 from pidcfg.validate.rule import D315, D317, SUPPRESSION
 
 if TYPE_CHECKING:
@@ -379,6 +380,41 @@ def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ..
     if ignore.comment.alone and line < len(doc.lines):
         return (Edit(Span(line, 1, line + 1, 1), ""),)
     return (Edit(Span(line, len(row[: column - 1].rstrip()) + 1, line, len(row) + 1), ""),)
+
+
+def ignore_edit(doc: Document, finding: Diagnostic, reason: str) -> Edit | None:
+    """The edit that writes a comment which ignores a finding, or adds its code to the comment that is there.
+
+    The comment stands at the end of the line, or above it where there is another comment. None where the finding cannot
+    be ignored, or where no comment can be put without changing what the file says.
+    """
+    line = Places(doc).line(finding) if ignorable(finding) and doc.data is not None else 0
+    if not 0 < line <= len(doc.lines):
+        return None
+    ignores = _read_comments(doc)[0] if HINT.search(doc.text) else []
+    there = next((ignore for ignore in ignores if ignore.target == line), None)
+    for edit, moved in _comments_for(doc, line, f"{finding.code}", reason, there):
+        new = read_document(splice(doc.text, [edit]).encode(), doc.file, doc.limits)
+        found = _read_comments(new)[0] if new.data == doc.data else ()
+        if any(ignore.target == line + moved and finding.code in ignore.codes for ignore in found):
+            return edit
+    return None
+
+
+def _comments_for(
+    doc: Document, line: int, code: str, reason: str, there: _Ignore | None
+) -> Iterator[tuple[Edit, int]]:
+    """Ways to ignore a code at a line, and how far each moves the line down."""
+    row = doc.lines[line - 1]
+    if there is not None:
+        at = there.span.line, doc.lines[there.span.line - 1].index("]", there.span.column - 1) + 1
+        yield Edit(Span(*at, *at), f", {code}"), 0
+        return
+    text = f"# pidcfg: {WORD}[{code}] {reason}".rstrip()
+    end = len(row.rstrip()) + 1
+    yield Edit(Span(line, end, line, len(row) + 1), f"  {text}"), 0
+    indent = row[: len(row) - len(row.lstrip())]
+    yield Edit(Span(line, 1, line, 1), f"{indent}{text}{line_break(doc.text)}"), 1
 
 
 def _problem(code: str, message: str, doc: Document, span: Span, cure: str, edits: tuple[Edit, ...] = ()) -> Diagnostic:

@@ -48,6 +48,13 @@ def matches(code: str, beginning: str) -> bool:
     return code.startswith(beginning) or PREFIX.startswith(beginning)
 
 
+def is_chosen(finding: Diagnostic, select: Iterable[str], ignore: Iterable[str]) -> bool:
+    """Whether beginnings of codes leave a finding; what keeps a file from being used cannot be ignored."""
+    chosen = [*select]
+    wanted = not chosen or any(matches(finding.code, begin) for begin in chosen)
+    return (wanted and not any(matches(finding.code, begin) for begin in ignore)) or not ignorable(finding)
+
+
 def rules(begin: str = "") -> dict[str, Rule]:
     """The rules whose codes have a prefix, in order."""
     groups = [group for group, start in GROUPS.items() if begin.startswith(start) or matches(start, begin)]

@@ -347,7 +347,7 @@ class _Target:
         key = f"{mark}{key}{mark}" if mark in {*QUOTES} else key
         if self.in_braces:
             return f", {key}: {text}"
-        return f"{_line_break(doc.text)}{' ' * (self.key.column - 1)}{key}: {text}"
+        return f"{line_break(doc.text)}{' ' * (self.key.column - 1)}{key}: {text}"
 
     def end(self, doc: Document) -> Span:
         """Where another key goes: behind the value within braces, else behind the line."""
@@ -356,7 +356,7 @@ class _Target:
         return Span(line, column, line, column)
 
 
-def _line_break(text: str) -> str:
+def line_break(text: str) -> str:
     """How lines of a file end: as its first one."""
     found = LINE_BREAK.search(text)
     return found.group() if found else "\n"

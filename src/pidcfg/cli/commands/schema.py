@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import echo_json, show
-from pidcfg.output.json_schemas import OUTPUTS, output_schema
+from pidcfg.output.file_schemas import SCENARIO, schema
+from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
 
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
-SCENARIO, SETTINGS = "scenario", "settings"
+SETTINGS = "settings"
 EPILOG = options.examples(
     "pidcfg schema dl06",
     "pidcfg schema dl06 -o dl06.schema.json",
@@ -51,32 +49,8 @@ def command(name: str | None, out: str | None, force: bool) -> None:
 
 def document_schema(name: str) -> dict[str, Any]:
     """The JSON Schema of a vendor's files, with templates, of scenarios, of settings, or of an output."""
-    from pidcfg.schemas.templates import with_templates
-
-    schema = plain_schema(name)
-    return with_templates(schema) if name in VENDORS else schema
-
-
-def plain_schema(name: str) -> dict[str, Any]:
-    """The same without templates."""
-    if name in OUTPUTS:
-        return output_schema(name)
     if name == SETTINGS:
         from pidcfg.cli.settings import settings_schema
 
         return settings_schema()
-    from pidcfg.schemas.document import json_schema
-
-    return json_schema(_model(name), name, _title(name))
-
-
-def _model(vendor: str) -> type[BaseModel]:
-    if vendor == SCENARIO:
-        from pidcfg.schemas.scenario import Scenario
-
-        return Scenario
-    return VENDORS[vendor].model
-
-
-def _title(vendor: str) -> str:
-    return "pidcfg scenario" if vendor == SCENARIO else f"pidcfg configuration for {VENDORS[vendor].title}"
+    return schema(name)

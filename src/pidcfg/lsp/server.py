@@ -1,0 +1,324 @@
+"""The language server itself: which request gets which answer, and one worker that looks at files as they change.
+
+What answers is imported when it is asked for, so that the editor hears at once that somebody is there.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import redirect_stdout
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcInvalidRequest
+from pygls.lsp.server import LanguageServer
+
+from pidcfg import __version__
+from pidcfg.lsp import RUN, WORDS
+from pidcfg.lsp.files import Files, path_of, runs
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pidcfg.lsp.files import Analysis
+
+NAME = "pidcfg"
+INLAY_HINTS = "inlayHints"
+"""The one setting, among the options of initialisation: whether words stand beside values."""
+COLLECT_AFTER = 50_000
+"""Objects after which the garbage collector looks again: a file of 300 loops has as many."""
+
+
+class Server(LanguageServer):
+    """A server for one editor."""
+
+    def __init__(self) -> None:
+        super().__init__(NAME, __version__, types.TextDocumentSyncKind.Full)
+        self.files = Files()
+        self.lazy = False
+        """Whether the editor asks for the edit of an action when somebody wants it."""
+        self.hints = True
+        self.pool = ThreadPoolExecutor(1)
+        self.kept: dict[str, Analysis] = {}
+        self.running: dict[str, asyncio.Future[Analysis]] = {}
+        self.told: dict[str, int] = {}
+        """Of each file the version whose findings the editor has."""
+        self.remarks: dict[str, str] = {}
+        """What was said last of the settings of a file."""
+
+    # --- The worker ---------------------------------------------------------------------------------------------------
+
+    async def analysis(self, uri: str) -> Analysis:
+        """What is found in a buffer as it is now; while that is worked out a newer version may come, which counts."""
+        while True:
+            kept, opened = self.kept.get(uri), self.files.buffers.get(uri)
+            if opened is None:
+                raise JsonRpcInvalidRequest(f"{uri} is not open")
+            if kept is not None and kept.version == opened.version and kept.buffer is opened.buffer:
+                return kept
+            if uri not in self.running:
+                loop = asyncio.get_running_loop()
+                self.running[uri] = loop.run_in_executor(self.pool, self.files.analyse, uri)
+            task = self.running[uri]
+            try:
+                self.kept[uri] = await asyncio.shield(task)
+            finally:
+                if task.done() and self.running.get(uri) is task:
+                    del self.running[uri]
+
+    async def work(self, call: Callable[..., Any], *args: Any, **named: Any) -> Any:
+        """The result of something that takes a while, from the worker."""
+        return await asyncio.get_running_loop().run_in_executor(self.pool, lambda: call(*args, **named))
+
+    async def publish(self, uri: str) -> None:
+        """Tells the editor what is found in a buffer, once a version."""
+        from pidcfg.lsp import answers
+
+        try:
+            analysis = await self.analysis(uri)
+        except JsonRpcInvalidRequest:
+            return  # closed meanwhile
+        if self.told.get(uri) == analysis.version:
+            return
+        self.told[uri] = analysis.version
+        found = answers.diagnostics(analysis)
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, found, analysis.version))
+        if analysis.remark != self.remarks.get(uri, ""):
+            self.remarks[uri] = analysis.remark
+            if analysis.remark:
+                self.window_show_message(types.ShowMessageParams(types.MessageType.Warning, analysis.remark))
+
+    async def refresh(self, uri: str) -> None:
+        """After a change: the findings of the file, and then those of the scenarios that may run it."""
+        await self.publish(uri)
+        for other, analysis in list(self.kept.items()):
+            if other != uri and runs(analysis.document, path_of(uri), self.files.reader):
+                self.forget(other)
+                await self.publish(other)
+
+    async def renew(self) -> None:
+        """After a change of files that no buffer has, settings among them: everything is looked at again."""
+        for uri in list(self.files.buffers):
+            self.forget(uri)
+            await self.publish(uri)
+
+    def forget(self, uri: str) -> None:
+        """What was found in a buffer no longer counts, since another file has changed."""
+        self.kept.pop(uri, None)
+        self.told.pop(uri, None)
+
+
+def create() -> Server:
+    """The server with all its answers."""
+    server = Server()
+    _take_files(server)
+    _answer_places(server)
+    _answer_changes(server)
+    _take_commands(server)
+    return server
+
+
+def set_collector() -> None:
+    """Python looks for cycles seldom: there are hardly any, and a large file makes it look through everything."""
+    gc.set_threshold(COLLECT_AFTER, 20, 50)
+
+
+def start() -> None:
+    """Serves an editor over standard input and output, until it says that this is the end.
+
+    The server has standard output for itself, and closes it; what is printed meanwhile goes to standard error.
+    """
+    set_collector()
+    own = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    with redirect_stdout(sys.stderr):
+        create().start_io(stdout=own)
+
+
+# --- Files come, change and go ----------------------------------------------------------------------------------------
+
+
+def _take_files(server: Server) -> None:
+    @server.feature(types.INITIALIZE)
+    def initialize(ls: Server, params: types.InitializeParams) -> None:
+        folders = [folder.uri for folder in params.workspace_folders or ()] or [params.root_uri or ""]
+        ls.files.folders = [path_of(uri) for uri in folders if uri]
+        encoding = ls.workspace.position_encoding or types.PositionEncodingKind.Utf16
+        ls.files.unit = types.PositionEncodingKind(encoding).value
+        options = params.initialization_options
+        ls.hints = not isinstance(options, dict) or options.get(INLAY_HINTS) is not False
+        able = params.capabilities.text_document
+        support = able.code_action.resolve_support if able and able.code_action else None
+        ls.lazy = support is not None and "edit" in support.properties
+
+    @server.feature(types.INITIALIZED)
+    async def ready(ls: Server, params: types.InitializedParams) -> None:
+        del params
+        await ls.work(import_module, "pidcfg.lsp.answers")
+
+    @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
+    async def opened(ls: Server, params: types.DidOpenTextDocumentParams) -> None:
+        one = params.text_document
+        ls.forget(one.uri)
+        ls.files.put(one.uri, one.version, one.text)
+        await ls.refresh(one.uri)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
+    async def changed(ls: Server, params: types.DidChangeTextDocumentParams) -> None:
+        one = params.text_document
+        ls.files.put(one.uri, one.version, params.content_changes[-1].text)
+        await ls.refresh(one.uri)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
+    async def saved(ls: Server, params: types.DidSaveTextDocumentParams) -> None:
+        del params
+        await ls.renew()
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
+    def closed(ls: Server, params: types.DidCloseTextDocumentParams) -> None:
+        uri = params.text_document.uri
+        ls.files.drop(uri)
+        ls.forget(uri)
+        ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    async def watched(ls: Server, params: types.DidChangeWatchedFilesParams) -> None:
+        del params
+        await ls.renew()
+
+
+# --- What stands at a place -------------------------------------------------------------------------------------------
+
+
+def _answer_places(server: Server) -> None:
+    @server.feature(types.TEXT_DOCUMENT_HOVER)
+    async def hover(ls: Server, params: types.HoverParams) -> types.Hover | None:
+        from pidcfg.lsp import answers
+
+        return answers.hover(await ls.analysis(params.text_document.uri), params.position)
+
+    @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
+    async def hints(ls: Server, params: types.InlayHintParams) -> list[types.InlayHint]:
+        from pidcfg.lsp import answers
+
+        return answers.hints(await ls.analysis(params.text_document.uri), params.range) if ls.hints else []
+
+    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    async def symbols(ls: Server, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        from pidcfg.lsp import answers
+
+        return answers.symbols(await ls.analysis(params.text_document.uri))
+
+    @server.feature(types.TEXT_DOCUMENT_DEFINITION)
+    async def definition(ls: Server, params: types.DefinitionParams) -> types.Location | None:
+        from pidcfg.lsp import answers
+
+        return answers.definition(await ls.analysis(params.text_document.uri), ls.files, params.position)
+
+    @server.feature(types.TEXT_DOCUMENT_REFERENCES)
+    async def references(ls: Server, params: types.ReferenceParams) -> list[types.Location]:
+        from pidcfg.lsp import answers
+
+        analysis = await ls.analysis(params.text_document.uri)
+        found: list[types.Location] = await ls.work(answers.all_references, analysis, ls.files, params.position)
+        return found
+
+    @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[" ", "{", ","]))
+    def complete(ls: Server, params: types.CompletionParams) -> list[types.CompletionItem]:
+        from pidcfg.lsp.completion import completions
+
+        opened = ls.files.buffers.get(params.text_document.uri)
+        return [] if opened is None else completions(opened.buffer, params.position, opened.good, ls.files.reader)
+
+    @server.feature(types.TEXT_DOCUMENT_CODE_LENS)
+    async def lenses(ls: Server, params: types.CodeLensParams) -> list[types.CodeLens]:
+        from pidcfg.lsp import answers
+
+        return answers.lenses(await ls.analysis(params.text_document.uri))
+
+
+# --- What changes files -----------------------------------------------------------------------------------------------
+
+
+def _answer_changes(server: Server) -> None:
+    kinds = types.CodeActionOptions(
+        [types.CodeActionKind.QuickFix, types.CodeActionKind.SourceFixAll], resolve_provider=True
+    )
+
+    @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, kinds)
+    async def actions(ls: Server, params: types.CodeActionParams) -> list[types.CodeAction]:
+        from pidcfg.lsp import answers
+
+        analysis = await ls.analysis(params.text_document.uri)
+        found: list[types.CodeAction] = await ls.work(answers.actions, analysis, ls.files, params.range, lazy=ls.lazy)
+        only = params.context.only
+        return [one for one in found if only is None or any(_is_of(one.kind, kind) for kind in only)]
+
+    @server.feature(types.CODE_ACTION_RESOLVE)
+    async def resolved(ls: Server, action: types.CodeAction) -> types.CodeAction:
+        from pidcfg.lsp import answers
+
+        data: Any = action.data
+        analysis = await ls.analysis(data["uri"])
+        done: types.CodeAction = await ls.work(answers.with_edit, action, analysis, ls.files)
+        return done
+
+    @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
+    async def renameable(ls: Server, params: types.PrepareRenameParams) -> types.Range | None:
+        from pidcfg.lsp import answers
+
+        return answers.renameable(await ls.analysis(params.text_document.uri), ls.files, params.position)
+
+    @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
+    async def rename(ls: Server, params: types.RenameParams) -> types.WorkspaceEdit | None:
+        from pidcfg.lsp import answers
+        from pidcfg.output.places import RenamingError
+
+        analysis = await ls.analysis(params.text_document.uri)
+        try:
+            edit: types.WorkspaceEdit | None = await ls.work(
+                answers.rename, analysis, ls.files, params.position, params.new_name
+            )
+        except RenamingError as error:
+            raise JsonRpcInvalidRequest(str(error)) from None
+        return edit
+
+
+# --- What stands above a scenario and a loop --------------------------------------------------------------------------
+
+
+def _take_commands(server: Server) -> None:
+    @server.command(RUN)
+    async def run(ls: Server, uri: str) -> str:
+        text, passed = await asyncio.to_thread(_run, path_of(uri), ls.files)
+        kind = types.MessageType.Info if passed else types.MessageType.Warning
+        ls.window_show_message(types.ShowMessageParams(kind, text))
+        return text
+
+    @server.command(WORDS)
+    async def words(ls: Server, uri: str, loop: str) -> str:
+        from pidcfg.lsp import answers
+
+        text = answers.words_text(await ls.analysis(uri), loop)
+        ls.window_show_message(types.ShowMessageParams(types.MessageType.Info, text))
+        return text
+
+
+def _is_of(kind: str | None, wanted: str) -> bool:
+    """Whether a kind of action is another one or one below it."""
+    return kind == wanted or (kind or "").startswith(f"{wanted}.")
+
+
+def _run(path: str, files: Files) -> tuple[str, bool]:
+    """A scenario's run as ``simulate`` tells it, and whether it passed."""
+    from pidcfg.api import simulate
+    from pidcfg.cli.formats.runs import render_runs
+    from pidcfg.text.diagnostics import Severity
+
+    result = simulate(Path(path), files=files.reader)
+    return render_runs("text", [result.outcome], Severity.ERROR), result.passed

@@ -1,0 +1,273 @@
+"""Where things are: the word that a key becomes, and every place that names a loop, which may get another name."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.contract import tables_of
+from pidcfg.encoders.parameters import content_text
+from pidcfg.schemas.iec import Wire
+from pidcfg.text.diagnostics import Edit, Severity, Span
+from pidcfg.text.document import span_of
+from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import steps
+from pidcfg.text.reader import read_other
+from pidcfg.text.source import read_document
+from pidcfg.validate.engine import is_configuration, is_scenario
+from pidcfg.validate.fixes import splice
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.image import Block
+    from pidcfg.encoders.parameters import Parameter
+    from pidcfg.encoders.regmap import Point, Space
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.document import Document, Node
+    from pidcfg.text.paths import Path
+    from pidcfg.text.reader import Reader
+    from pidcfg.validate.engine import Checked
+    from pidcfg.vendors import Vendor
+
+    Check = Callable[[Mapping[str, Document]], Iterable[Diagnostic]]
+
+# --- Which word a key of a file becomes -------------------------------------------------------------------------------
+
+
+class Held(NamedTuple):
+    """What holds the value of a key: a register or some bits of one, or a parameter with a name."""
+
+    path: Path
+    address: str
+    """As the vendor writes it: ``V2010``, ``V2000.2``, ``DF106``, ``TIC_1.Kp``."""
+    shown: str
+    """The content as the PLC shows it."""
+    raw: int | None = None
+    """The whole register; None for a parameter with a name."""
+    loop: str = ""
+    title: str = ""
+    basis: str = ""
+    """The manual's place."""
+
+
+def held_words(checked: Checked) -> Iterator[Held]:
+    """What holds the values of a configuration, key by key; nothing where it cannot be encoded."""
+    encoding: Any = checked.encoding
+    if encoding is None:
+        return
+    for block in encoding.blocks:
+        for point in block.table.points if block not in encoding.outside else ():
+            if point.path is not None:
+                yield _register(encoding.space, block, point)
+    data: Any = checked.document.data or {}
+    places: dict[str, Path] = {
+        str(item.get(NAME)): (section, i)
+        for section in (LOOPS, "blocks")
+        for i, item in enumerate(data.get(section) or ())
+        if isinstance(item, dict)
+    }
+    for entry in encoding.entries:
+        place = places.get(entry.address.removesuffix(f".{entry.field}"))
+        if place is not None:
+            content = entry.raw.text if isinstance(entry.raw, Wire) else content_text(entry.type, entry.raw)
+            row = _parameters(checked.vendor).get(entry.field)
+            about = (row.title, str(row.basis or "")) if row is not None else ("", "")
+            path = (*place, *steps(entry.field))
+            yield Held(path, entry.device or entry.address, content, None, entry.loop or "", *about)
+
+
+@cache
+def _parameters(vendor: Vendor | None) -> dict[str, Parameter]:
+    """The parameters of a vendor that have names, by these."""
+    tables: Any = () if vendor is None else tables_of(vendor).TABLES
+    return {row.name: row for table in tables for row in getattr(table, "rows", ())}
+
+
+def _register(space: Space, block: Block, point: Point) -> Held:
+    """The register of a key, or the bits of it that say the key's choice."""
+    number, raw = block.start + point.offset, block.encoded.words[point.offset]
+    name, shown = space.name(number), space.shown(number, raw)
+    if point.bits:
+        first, last = min(point.bits), max(point.bits)
+        name += f".{first}" if first == last else f".{','.join(map(str, point.bits))}"
+        shown = str(sum((raw >> bit & 1) << i for i, bit in enumerate(point.bits)))
+    path = (*block.place, *steps(point.path or ""))
+    return Held(path, name, shown, raw, block.loop or "", point.title, str(getattr(point, "basis", "")))
+
+
+def wires_of(doc: Document) -> list[str]:
+    """What a parameter of a configuration may be wired to: its signals, and the outputs of its loops and blocks."""
+    data, vendor = doc.data or {}, VENDORS.get(str((doc.data or {}).get("vendor")))
+    if vendor is None or vendor.banks:
+        return []
+    tables: Any = tables_of(vendor).TABLES
+    outputs = {table.title: [row.name for row in table.rows if row.access == "output"] for table in tables}
+    signals = data.get("signals")
+    found = [*signals] if isinstance(signals, dict) else []
+    for section in (LOOPS, "blocks"):
+        for item in data.get(section) or ():
+            names = outputs.get(str(item.get("type")), ()) if isinstance(item, dict) and NAME in item else ()
+            found += [f"{item[NAME]}.{name}" for name in names if "." not in name]
+    return found
+
+
+# --- What names a loop: keys and texts, but for those that are prose, names of files, or names of other things --------
+
+LOOPS, NAME, CONFIG = "loops", "name", "config"
+NO_LOOPS = frozenset(("description", "unit", "vendor", "scenario", CONFIG, "reference", "map", "tag", "nickname"))
+"""Keys whose texts name no loop."""
+LOOP_KEYS = frozenset((NAME, "loop", "cascade_from", "source", "signal", "input"))
+"""Keys whose texts name one, or a signal that is called as it is."""
+CONNECT = "connect"
+BY_LOOP = frozenset((("plants",), ("initial",), ("tolerance",), ("vary", LOOPS), ("vary", "plants")))
+"""Mappings of a scenario whose keys are loops."""
+LISTS = frozenset(((LOOPS,), ("assumed_signs",)))
+"""Lists of a scenario whose items are loops."""
+
+
+@frozen
+class Reference:
+    """A place that names a loop; ``defines``: the ``name`` of the loop itself."""
+
+    loop: str
+    file: str
+    span: Span
+    path: Path
+    defines: bool = False
+
+
+class LoopPlace(NamedTuple):
+    """A loop of a configuration: its name, where that is written, and where the loop begins and ends (lines)."""
+
+    name: str
+    span: Span
+    path: Path
+    last_line: int
+
+
+def loops_of(doc: Document) -> list[LoopPlace]:
+    """The loops of a configuration that have names, in their order."""
+    loops = (doc.data or {}).get(LOOPS)
+    if not is_configuration(doc) or not isinstance(loops, list):
+        return []
+    found = []
+    for i, loop in enumerate(loops):
+        name = loop.get(NAME) if isinstance(loop, dict) else None
+        if isinstance(name, str):
+            path = (LOOPS, i, NAME)
+            entry = doc.root.child(LOOPS)
+            node = entry[1].child(i) if entry is not None else None
+            last = doc.locate(path).line if node is None else _last_line(node[1])
+            found.append(LoopPlace(name, doc.locate(path), path, last))
+    return found
+
+
+def _last_line(node: Node) -> int:
+    """The last line of a value that is written in one piece."""
+    return max([node.span.end_line, *map(_last_line, node.items)])
+
+
+def configuration_of(doc: Document, reader: Reader) -> Document | None:
+    """The configuration that a scenario runs, as far as it can be read; a configuration is its own."""
+    if not is_scenario(doc):
+        return doc if is_configuration(doc) else None
+    name = (doc.data or {}).get(CONFIG)
+    if not isinstance(name, str):
+        return None
+    place = reader.resolve(doc.file, name)
+    try:
+        data = read_other(reader, place, doc.limits.file_bytes + 1)
+    except (OSError, ValueError):
+        return None
+    other = read_document(data, place, doc.limits)
+    return other if is_configuration(other) else None
+
+
+def references(doc: Document, names: Collection[str]) -> list[Reference]:
+    """Every place of a configuration or scenario that names one of these loops, in the order of the file."""
+    if doc.data is None or not names:
+        return []
+    several = "|".join(map(re.escape, sorted(names, key=len, reverse=True)))
+    word = re.compile(rf"(?<![\w.\-/#])(?:{several})(?![\w\-/#])")
+    unique = {one.span: one for one in _walk(doc, doc.data, doc.root, (), word)}
+    return sorted(unique.values(), key=lambda one: one.span)
+
+
+def _walk(doc: Document, data: Any, node: Node, above: Path, word: re.Pattern[str]) -> Iterator[Reference]:
+    if isinstance(data, dict) and isinstance(node.children, dict):
+        for key, value in data.items():
+            event, below = node.children.get(key, (None, None))
+            if event is not None:
+                yield from _in_text(doc, key, span_of(event), (*above, key), word, whole=_words(above) in BY_LOOP)
+            if below is not None and key not in NO_LOOPS:
+                yield from _walk(doc, value, below, (*above, key), word)
+    elif isinstance(data, list) and isinstance(node.children, list):
+        for i, (value, below) in enumerate(zip(data, node.children, strict=False)):
+            yield from _walk(doc, value, below, (*above, i), word)
+    elif isinstance(data, str) and above:
+        names = _words(above)
+        whole = bool(names) and (names[-1] in LOOP_KEYS or names[0] == CONNECT or names in LISTS)
+        yield from _in_text(doc, data, node.span, above, word, whole=whole and names != (NAME,))
+
+
+def _words(path: Path) -> tuple[str, ...]:
+    """The keys of a path, without places in lists."""
+    return tuple(step for step in path if isinstance(step, str))
+
+
+def _in_text(
+    doc: Document, text: str, span: Span, path: Path, word: re.Pattern[str], *, whole: bool
+) -> Iterator[Reference]:
+    """The names in a key or a value, where it is written in one line as it reads.
+
+    ``whole``: a loop's name means the loop there; elsewhere only one of its parameters does, ``TIC_1.MV``.
+    """
+    if span.line != span.end_line:
+        return
+    row = doc.lines[span.line - 1]
+    start = row.find(text, span.column - 1, span.end_column - 1)
+    if start < 0:
+        return
+    defines = len(path) == 3 and path[0] == LOOPS and path[2] == NAME
+    for match in word.finditer(text):
+        of_parameter = text[match.end() : match.end() + 1] == "."
+        if (whole or of_parameter) and (not defines or match.group() == text):
+            place = Span(span.line, start + match.start() + 1, span.line, start + match.end() + 1)
+            yield Reference(match.group(), doc.file, place, path, defines)
+
+
+# --- A loop under another name, in every file that names it: all of them or none --------------------------------------
+
+
+class RenamingError(ValueError):
+    """A loop that cannot be called so: why, and where."""
+
+
+def renamed(docs: Sequence[Document], old: str, new: str, check: Check) -> dict[str, list[Edit]]:
+    """The edits of each file in which a loop gets another name; ``check`` gives the findings of documents by name.
+
+    Proven: each new text says what the old one said but for that name, and has no more errors. Raises `RenamingError`.
+    """
+    taken = {place.name for doc in docs for place in loops_of(doc)}
+    if new in taken:
+        raise RenamingError(f"there is a loop {new} already")
+    edits = {doc.file: [Edit(one.span, new) for one in references(doc, {old})] for doc in docs}
+    edits = {file: rows for file, rows in edits.items() if rows}
+    before = {doc.file: doc for doc in docs}
+    after = {
+        file: read_document(splice(doc.text, edits.get(file, ())).encode(), file, doc.limits)
+        for file, doc in before.items()
+    }
+    for file, doc in after.items():
+        if len(references(doc, {new})) != len(edits.get(file, ())):
+            raise RenamingError(f"{new} would not be read as a name in {file}, or means something there already")
+    known = {(d.code, d.where) for d in check(before) if d.severity is Severity.ERROR}
+    found = [
+        d for d in check(after) if d.severity is Severity.ERROR and (d.code, d.where.replace(new, old)) not in known
+    ]
+    if found:
+        raise RenamingError(f"{new} cannot be its name: {found[0].message}")
+    return edits
