@@ -11,6 +11,8 @@ bench     print the benchmarks: speed of the command and of the simulation, besi
 torture   throw hostile files, changed examples and signals at pidcfg for --minutes N, and write docs/reliability.md
 mutants   put faults into the code and see whether a test ends them: --package NAME --count N --seed N; --again: those
           that were left; --map FILES: which functions their tests call
+whatif-runtime
+          collect Python for the browser from npm and PyPI, which `pidcfg whatif` puts into its pages; needs Node
 lock      renew requirements/*.txt from pyproject.toml
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
@@ -267,6 +269,12 @@ def mutants(*arguments: str) -> None:
     must(PYTHON, "tools/reliability/mutation.py", *arguments)
 
 
+def whatif_runtime() -> None:
+    """Make the file that `pidcfg whatif` takes Python for the browser from."""
+    prepare("test")
+    must(PYTHON, "tools/whatif/runtime.py")
+
+
 def lock() -> None:
     """Renew requirements/*.txt. On the oldest Python: newer ones never need more packages."""
     if sys.version_info[:2] != (3, 11):
@@ -290,6 +298,7 @@ TASKS: dict[str, Callable[..., None]] = {
     "bench": bench,
     "torture": torture,
     "mutants": mutants,
+    "whatif-runtime": whatif_runtime,
     "lock": lock,
 }
 

@@ -50,6 +50,8 @@ CALLS = {
     "tune": lambda: pidcfg.tune("zn-closed", ultimate_gain=8, ultimate_period=4, vendor="click", files={}),
     "report": lambda: pidcfg.report(Path("line/tank.scenario.yaml"), Path("line/tank.yaml"), files=FILES),
     "plot": lambda: pidcfg.plot(pidcfg.convert(Path("line/chiller.yaml"), "click", verify=True, files=FILES), "html"),
+    "gains": lambda: pidcfg.gains(Path("line/tank.scenario.yaml"), files=FILES),
+    "change": lambda: pidcfg.change(Path("line/tank.yaml"), {"loops.0.tuning.reset_time": 160}, files=FILES),
     "explain": lambda: pidcfg.explain("DF101", config=Path("line/tank.yaml"), files=FILES),
 }
 """A call of every function, none of which needs the disk."""

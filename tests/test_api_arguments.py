@@ -31,6 +31,8 @@ CALLS = (
     "explain",
     "report",
     "plot",
+    "gains",
+    "change",
 )
 FIRST = next(iter(VENDORS.values()))
 TEXT = starter(FIRST)
@@ -56,6 +58,8 @@ GOOD = {
     "explain": {},
     "report": {},
     "plot": {"result": pidcfg.check(TEXT)},
+    "gains": {"source": TEXT},
+    "change": {"source": TEXT, "values": {"name": "other"}},
 }
 VALUES = [3, 1.5, -1, True, None, b"x", "x", (), (5,), ("a",), ["a"], {}, {"a": 3}, {3: "a"}, {"x": None}]
 VALUES += [object(), Path("nowhere"), float("nan"), Decimal("NaN"), (None, None), (float("nan"), 1), ("a", "b"), [[]]]

@@ -23,6 +23,7 @@ from pidcfg.cli import main
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.outputs import write_files
 from pidcfg.vendors import VENDORS
+from whatif_rig import make_runtime
 
 ROOT = Path(__file__).parents[1]
 REACTOR = ROOT / "examples" / "dl06" / "reactor.yaml"
@@ -577,6 +578,8 @@ def prepared(tmp_path_factory):
     (folder / "main.yaml").write_text(text, "utf-8")
     (folder / "ovens.yaml").write_text(text, "utf-8")
     (folder / "reactor-before.yaml").write_text(text.replace("gain: 2.50", "gain: 2.40"), "utf-8")
+    (folder / "reactor-2.yaml").write_text(text.replace("gain: 2.50", "gain: 3.10"), "utf-8")
+    make_runtime(folder / "whatif-runtime.zip")
     run("export", "reactor.yaml", "-o", "loops.csv", cwd=folder)
     (folder / "branch.yaml").write_text(text.replace("bias_freeze: true", "bias_freeze: false"), "utf-8")
     for name in ("upload.hex", "monday.hex", "friday.hex"):
@@ -601,6 +604,9 @@ def test_help_has_three_examples_and_they_run(name, prepared, tmp_path, monkeypa
     examples = [line.strip() for line in text.partition("Examples:")[2].splitlines() if "pidcfg" in line]
     assert len(examples) >= ONE_WAY.get(name, 3)
     shutil.copytree(prepared, tmp_path, dirs_exist_ok=True)
+    if name == "whatif":
+        monkeypatch.setenv("PIDCFG_WHATIF_RUNTIME", str(prepared / "whatif-runtime.zip"))
+        monkeypatch.setenv("PIDCFG_WHATIF_FORCE", "1")
     if name in AT_A_PLC:
         monkeypatch.chdir(tmp_path)
         for line in examples:

@@ -50,6 +50,7 @@ MAY_IMPORT = {
     "study.axes":       "sim",
     "study.outcome":    "text.reader text.diagnostics text.document pictures validate sim study.axes "
                         "study.scenario study.accepted",
+    "study.overlay":    "pictures sim study.outcome",
     "study.certification": "text.references text.processes text.reader text.writer text.diagnostics text.document "
                         "text.source schemas pictures sim study.axes study.scenario study.uncertainty "
                         "study.outcome",
@@ -60,6 +61,10 @@ MAY_IMPORT = {
     "output":           "text.signs text.reader text.writer text.diagnostics text.document text.source schemas vendors "
                         "encoders conversion tuning validate sim study.axes study.scenario study.accepted "
                         "study.outcome study.certification study.verification",
+    "output.runs":      "text.diagnostics schemas pictures sim study.outcome study.overlay study.accepted "
+                        "study.certification output.findings",
+    "output.handles":   "text.references text.reader text.diagnostics text.document text.source schemas encoders "
+                        "validate tuning study.axes study.scenario output.arguments output.findings output.retune",
     "output.explanation": "text.signs text.references text.diagnostics text.document schemas vendors encoders validate "
                         "output.arguments output.findings",
     "output.report":    "text.signs text.diagnostics schemas vendors encoders pictures conversion validate sim "
@@ -75,6 +80,8 @@ MAY_IMPORT = {
     "api":              "text.reader vendors encoders tuning validate sim study output",
     "lsp":              "text.reader text.writer text.diagnostics text.document text.source vendors validate "
                         "study.scenario output api cli.inputs cli.policy cli.formats",
+    "desk":             "text.references text.diagnostics text.document text.store pictures output.handles output.runs "
+                        "output.words",
     "cli":              "*",
     "__init__":         "text.reader text.diagnostics text.document encoders tuning validate study output live api",
     "__main__":         "cli",

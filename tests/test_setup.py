@@ -26,6 +26,7 @@ from pidcfg.cli.main import COMMANDS
 ROOT = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 NODE = ROOT / "tests/node"
+PAGES = ROOT / "tools" / "whatif"
 LOCKS = sorted((ROOT / "requirements").glob("*.txt"))
 EXTRAS = PYPROJECT["project"]["optional-dependencies"]
 RANGES = {"run": PYPROJECT["project"]["dependencies"], **EXTRAS, **PYPROJECT["dependency-groups"]}
@@ -147,10 +148,11 @@ def test_no_package_is_locked_twice_at_different_versions():
     assert len(pinned) == len({name for name, _ in pinned})
 
 
-def test_what_npm_installs_is_exact_hashed_and_from_its_registry_if_from_anywhere():
-    own, *packages = json.loads((NODE / "package-lock.json").read_text("utf-8"))["packages"].values()
-    assert own["devDependencies"] == json.loads((NODE / "package.json").read_text("utf-8"))["devDependencies"]
-    assert len(packages) > 10
+@pytest.mark.parametrize(("folder", "key", "least"), [(NODE, "devDependencies", 10), (PAGES, "dependencies", 1)])
+def test_what_npm_installs_is_exact_hashed_and_from_its_registry_if_from_anywhere(folder, key, least):
+    own, *packages = json.loads((folder / "package-lock.json").read_text("utf-8"))["packages"].values()
+    assert own[key] == json.loads((folder / "package.json").read_text("utf-8"))[key]
+    assert len(packages) > least
     for package in packages:
         assert re.fullmatch(r"[0-9.]+", package["version"]), package
         assert package["integrity"].startswith("sha512-"), package
@@ -161,6 +163,7 @@ def test_every_dependency_has_its_reason():
     text = (ROOT / "docs" / "dependencies.md").read_text("utf-8")
     wanted = {Requirement(line).name for lines in RANGES.values() for line in lines}
     wanted |= json.loads((NODE / "package.json").read_text("utf-8"))["devDependencies"].keys()
+    wanted |= json.loads((PAGES / "package.json").read_text("utf-8"))["dependencies"].keys()
 
     assert set(re.findall(r"^\| `([\w.-]+)`", text, re.MULTILINE)) == wanted
 

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from pidcfg.api import certify as certify
+    from pidcfg.api import change as change
     from pidcfg.api import check as check
     from pidcfg.api import check_file as check_file
     from pidcfg.api import check_text as check_text
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from pidcfg.api import diff as diff
     from pidcfg.api import encode as encode
     from pidcfg.api import explain as explain
+    from pidcfg.api import gains as gains
     from pidcfg.api import fix as fix
     from pidcfg.api import load as load
     from pidcfg.api import plot as plot
@@ -47,6 +49,8 @@ if TYPE_CHECKING:
     from pidcfg.output.findings import FixResult as FixResult
     from pidcfg.output.findings import LoadResult as LoadResult
     from pidcfg.output.gains import TuneResult as TuneResult
+    from pidcfg.output.handles import ChangeResult as ChangeResult
+    from pidcfg.output.handles import GainsResult as GainsResult
     from pidcfg.output.places import held_words as held_words
     from pidcfg.output.places import loops_of as loops_of
     from pidcfg.output.places import references as references
@@ -69,7 +73,7 @@ __version__ = "0.2.0"
 NAMES = {
     "api": (
         *("check", "check_text", "check_file", "load", "encode", "decode", "decode_words", "convert", "diff"),
-        *("simulate", "certify", "tune", "explain", "fix", "plot", "report"),
+        *("simulate", "certify", "tune", "explain", "fix", "gains", "change", "plot", "report"),
     ),
     "live.calls": ("pull", "compare", "trend", "serve"),
     "encoders.codecs": ("DecodeError",),
@@ -89,6 +93,7 @@ NAMES = {
     "output.file_schemas": ("schema",),
     "output.findings": ("CheckResult", "FixResult", "LoadResult"),
     "output.gains": ("TuneResult",),
+    "output.handles": ("ChangeResult", "GainsResult"),
     "output.places": ("held_words", "loops_of", "references"),
     "output.reporting": ("ReportResult",),
     "output.runs": ("CertifyResult", "SimulateResult"),

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pidcfg.output.explanation.lookup import ExplainResult
     from pidcfg.output.findings import CheckResult, FixResult, LoadResult
     from pidcfg.output.gains import TuneResult
+    from pidcfg.output.handles import ChangeResult, GainsResult
     from pidcfg.output.process import GainsFile
     from pidcfg.output.reporting import ReportResult
     from pidcfg.output.runs import CertifyResult, SimulateResult
@@ -187,6 +188,7 @@ def explain(
 
 __all__ = [
     "certify",
+    "change",
     "check",
     "check_file",
     "check_text",
@@ -197,6 +199,7 @@ __all__ = [
     "encode",
     "explain",
     "fix",
+    "gains",
     "load",
     "plot",
     "report",
@@ -276,6 +279,40 @@ def fix(
     data = source_data(source, name, files, most)[0] if isinstance(source, Path | str | bytes) else data_of(doc.text)
     fixed = correct(data, doc, reader_of(files), lambda d: not codes or d.code in codes)
     return FixResult(doc, fixed.data, fixed.fixed, fixed.left)
+
+
+@check_arguments
+def gains(source: Source, *, name: str | None = None, files: Files = None, limits: Limits = DEFAULT) -> GainsResult:
+    """Gain, integral and derivative number of each loop as its registers hold them, with what they can hold.
+
+    Of a scenario: those of the configuration that it names, and how robust each loop is with its plant (Ms, gain margin
+    and phase margin; times in s).
+    """
+    from pidcfg.output.handles import gains_of
+    from pidcfg.output.sources import document_of
+
+    return gains_of(document_of(source, name, files, limits), reader_of(files))
+
+
+@check_arguments
+def change(
+    source: Source,
+    values: Mapping[str, object],
+    *,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> ChangeResult:
+    """A configuration or scenario with other values; every other byte of it stays. Nothing is saved.
+
+    ``values``: texts or numbers by their dotted paths, ``{"loops.1.tuning.gain": 3.1}``; a key that is not there goes
+    behind the last one beside it. A place that the file shares with others, by a template or an anchor, is an
+    `ArgumentError`.
+    """
+    from pidcfg.output.handles import change_document
+    from pidcfg.output.sources import document_of
+
+    return change_document(document_of(source, name, files, limits), values)
 
 
 @check_arguments

@@ -43,6 +43,7 @@ COMMANDS = {
     "convert": ("pidcfg.cli.commands.convert", "Write another vendor's configuration."),
     "export": ("pidcfg.cli.commands.export", "Write the loops as a sheet, or templates written out."),
     "simulate": ("pidcfg.cli.commands.simulate", "Run the encoded loops against a plant."),
+    "whatif": ("pidcfg.cli.commands.whatif", "Write a page with sliders: gains turned, words run."),
     "certify": ("pidcfg.cli.commands.certify", "Run them on many plants: stronger, slower, noisier."),
     "report": ("pidcfg.cli.commands.report", "Write a commissioning report: HTML, PDF, CSV, XLSX."),
     "tune": ("pidcfg.cli.commands.tune", "Work out gains by the manuals' rules."),

@@ -202,12 +202,12 @@ def _values(
             raise TuningError(f"{where}: {value.key} is the expression {old}: change it there; nothing was written")
         stored = value.stored or Decimal(0)
         held = partial(tuning.words.stored, name)
-        new = old if now == stored else word or _number_as_written(old, stored, value.unit, held)
+        new = old if now == stored else word or number_as_written(old, stored, value.unit, held)
         out.append(Value(value.key, value.unit, old, None if new is None else str(new)))
     return tuple(out)
 
 
-def _number_as_written(old: str | None, value: Decimal, unit: str, stored: Callable[[Decimal], Decimal]) -> str:
+def number_as_written(old: str | None, value: Decimal, unit: str, stored: Callable[[Decimal], Decimal]) -> str:
     """A number as the file writes it: in the unit that stood there, with the fewest digits that make the same word."""
     match = DURATION.fullmatch(old or "")
     if match is None or unit not in SECONDS:

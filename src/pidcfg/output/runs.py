@@ -14,7 +14,7 @@ from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
     from pidcfg.sim.engine.recording import Recording
     from pidcfg.sim.judgement.report import LoopReport, Report, Standing
@@ -96,6 +96,25 @@ class SimulateResult:
         from pidcfg.output.notebook import run_html
 
         return run_html(self)
+
+    def html(
+        self,
+        before: SimulateResult | None = None,
+        loops: Collection[str] = (),
+        names: tuple[str, str] = ("before", "after"),
+    ) -> str:
+        """The trends as HTML, a figure a loop, of a run with ``record``; empty: there is none.
+
+        ``before``: another run of these loops, dashed behind it; ``names``: what the two are called. ``loops``: only
+        these. The styles of the figures, and the script that zooms them, are those of ``simulate --plot run.html``.
+        """
+        from pidcfg.pictures.page import figures
+        from pidcfg.study.outcome import charts_of
+        from pidcfg.study.overlay import overlaid
+
+        if before is None:
+            return figures(charts_of(self.outcome, loops))
+        return figures(overlaid(before.outcome, self.outcome, names, loops))
 
     def to_json(self) -> Data:
         """What ``pidcfg simulate --format json`` prints for one scenario."""

@@ -1,7 +1,7 @@
 "use strict";
 // Zoom and a cursor with values for the trends of a page: with the mouse, by touch and with the keyboard. Everything it
 // knows stands in the page; names and units are set as text, never as HTML.
-for (const chart of document.querySelectorAll("figure.chart")) {
+const enliven = (chart) => {
   const SQUARE = 100000, CLOSEST = 200;
   const area = chart.querySelector(".area"), through = area.querySelector(".through");
   const begin = Number(area.dataset.begin), size = Number(area.dataset.size);
@@ -63,6 +63,8 @@ for (const chart of document.querySelectorAll("figure.chart")) {
   };
 
   const draw = () => {
+    chart.dataset.from = first;
+    chart.dataset.to = last;
     const columns = ticks(seconds(first) / size, seconds(last) / size, 8);
     const xs = columns.map((tick) => (tick * size - begin) / length * SQUARE);
     for (const panel of panels) {
@@ -173,10 +175,15 @@ for (const chart of document.querySelectorAll("figure.chart")) {
     choice.style.left = left(Math.min(pressed, at));
     choice.style.width = `${100 * Math.abs(at - pressed) / (last - first)}%`;
   });
-  window.addEventListener("pointerup", () => {
+  const release = () => {
+    if (!chart.isConnected) window.removeEventListener("pointerup", release);
     if (pressed !== null && Math.abs(at - pressed) > (last - first) / 100) show(Math.min(pressed, at), Math.max(pressed, at));
     pressed = null;
     choice.hidden = true;
-  });
+  };
+  window.addEventListener("pointerup", release);
   area.addEventListener("dblclick", () => show(0, SQUARE));
-}
+  // A figure that takes the place of another one may show the same part of the run.
+  if (chart.dataset.from !== undefined) show(Number(chart.dataset.from), Number(chart.dataset.to));
+};
+document.querySelectorAll("figure.chart").forEach(enliven);

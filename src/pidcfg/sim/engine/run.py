@@ -358,6 +358,10 @@ def begin_run(scenario: Scenario, new_plc: Callable[[], Plc], controller: Contro
     return run
 
 
+TOLD_CHUNK = 2_048
+"""Base steps between two looks where somebody is told how far CPython is: he may end the run there."""
+
+
 @dataclass(slots=True)
 class Run:
     """A run on its way from time 0 to its end."""
@@ -416,7 +420,10 @@ class Run:
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
-        return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
+        run = cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
+        if settings.progress is not None and engine == "python":
+            run.chunk = TOLD_CHUNK
+        return run
 
     @property
     def dt(self) -> float:

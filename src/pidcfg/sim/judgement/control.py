@@ -173,6 +173,7 @@ def _bounds_to_the_end(wanted: Expectation, loop: str) -> bool:
 # Design. A second network runs beside the run with the outputs of all judged loops held. Its error is measured against
 # the set point of the run itself, while the loop is in Auto or Cascade and its sensor sound.
 
+NO_REFERENCE = "the run had no reference"
 MOST_LEFT = 0.7
 """Of the error without control: with more of it the loop does nothing."""
 SLOWEST = 1.5
@@ -189,7 +190,7 @@ def judge_benefit(e: Evidence, i: int) -> Judgement:
     if rival is None:
         if e.plc.loops[i] in e.plc.wired:
             return unjudged_verdict("its PV comes from the PLC's program")
-        return open_verdict("whether it does better than without control: the run had no reference")
+        return open_verdict(f"whether it does better than without control: {NO_REFERENCE}")
     if is_unexcited(e, i):
         return unjudged_verdict(NO_EXCITATION)
     share = rival.error / rival.held_error if rival.held_error else 1.0

@@ -1,0 +1,114 @@
+"""``pidcfg whatif``: one HTML file in which gains are turned and the words run, without a server."""
+
+from __future__ import annotations
+
+import posixpath
+from pathlib import Path
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.console import remark
+from pidcfg.cli.inputs import RememberedFiles, read_input
+from pidcfg.cli.outputs import write_files
+from pidcfg.text.reader import SUFFIXES, Limits
+
+EPILOG = options.examples(
+    "pidcfg whatif reactor.scenario.yaml -o whatif.html",
+    "pidcfg whatif reactor.scenario.yaml -o whatif.html --against reactor-2.yaml",
+    "pidcfg whatif reactor.scenario.yaml -o whatif.html --runtime whatif-runtime.zip",
+)
+PAGES = (".html", ".htm")
+
+
+def page_name(ctx: click.Context, param: click.Parameter, name: str) -> str:
+    """The name of a page."""
+    if Path(name).suffix.lower() not in PAGES:
+        raise click.BadParameter(f"{name!r}; write a name that ends in {' or '.join(PAGES)}", ctx, param)
+    return name
+
+
+class KeptFiles(RememberedFiles):
+    """The files of the disk, kept as they are read."""
+
+    def __init__(self) -> None:
+        self.kept: dict[str, bytes] = {}
+
+    def read(self, name: str, most: int) -> bytes:
+        """The first bytes of a file."""
+        data = super().read(name, most)
+        self.kept[name] = data
+        return data
+
+
+@click.command("whatif", epilog=EPILOG)
+@click.argument("scenario", metavar="SCENARIO", callback=options.only_file)
+@click.option("-o", "--output", "out", metavar="FILE", required=True, callback=page_name, help="The page.")
+@click.option(
+    "--against",
+    metavar="CONFIG",
+    callback=options.only_file,
+    help="Another configuration, which the page shows dashed in the place of the one as filed.",
+)
+@click.option(
+    "--runtime",
+    metavar="FILE",
+    callback=options.only_file,
+    help="Python for the browser; without it the one in the user's cache, where 'python tasks.py whatif-runtime' "
+    "puts it.",
+)
+@options.FORCE
+@options.QUIET
+@options.LIMITS
+def command(
+    scenario: str, out: str, against: str | None, runtime: str | None, force: bool, quiet: bool, limits: Limits
+) -> None:
+    """Write a page in which the gains, the events and the plants of SCENARIO can be turned, and the PLC's words run.
+
+    It is one file that opens by a double click: Python, pidcfg and the files are in it. No server, no network, nothing
+    leaves the page. Sliders snap to what the registers hold; the page shows the trend now against as filed, overshoot,
+    IAE and Ms, the words that change, and findings.
+
+    Exit codes: 0 the page was written, 2 a scenario that cannot run, or no Python for the browser.
+    """
+    from pidcfg.desk.page import whatif_page
+    from pidcfg.desk.runtime import RuntimeFileError, read_runtime, usual_place
+    from pidcfg.desk.session import Session, UnusableError
+
+    try:
+        python = read_runtime(Path(runtime) if runtime is not None else usual_place())
+    except (RuntimeFileError, OSError) as error:
+        raise click.ClickException(str(error)) from None
+    name, files = texts_of(scenario, against, limits)
+    other = None if against is None else relative(against, scenario)
+    try:
+        page = whatif_page(Session(name, files, other), python)
+    except UnusableError as error:
+        raise click.ClickException(str(error)) from None
+    write_files({out: page}, force=force)
+    if not quiet:
+        remark(f"{out}: {len(page) / 1e6:.1f} MB; open it with a double click")
+
+
+def texts_of(scenario: str, against: str | None, limits: Limits) -> tuple[str, dict[str, str]]:
+    """The scenario's name from its own folder, and by such names every file that the page needs."""
+    from pidcfg.api import check
+
+    for name in (scenario, against):
+        entry = None if name is None else read_input(name, limits)
+        if entry is not None and entry.problem is not None:
+            raise click.ClickException(entry.problem)
+    if against is not None and Path(against).suffix.lower() not in SUFFIXES:
+        raise click.ClickException(f"{against} is no configuration; name a .yaml file")
+    files = KeptFiles()
+    check(Path(scenario), files=files, limits=limits)
+    if against is not None:
+        files.read(Path(against).as_posix(), limits.file_bytes + 1)
+    texts = {relative(name, scenario): data.decode("utf-8", "replace") for name, data in files.kept.items()}
+    return relative(scenario, scenario), texts
+
+
+def relative(name: str, scenario: str) -> str:
+    """A name from the folder of the scenario: a page says nothing of the folders above it."""
+    folder = posixpath.dirname(Path(scenario).as_posix()) or "."
+    return posixpath.relpath(Path(name).as_posix(), folder)

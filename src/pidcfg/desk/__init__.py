@@ -1,0 +1,1 @@
+"""Pages that carry pidcfg with them: the engine in a browser, without a server."""

@@ -1,0 +1,312 @@
+"""What a person turns at a loop, and values put into a file: the results of `pidcfg.gains` and `pidcfg.change`."""
+
+from __future__ import annotations
+
+from dataclasses import field, replace
+from decimal import Decimal
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any, Literal
+
+from pidcfg.encoders.codecs import EncodeError
+from pidcfg.encoders.contract import encoder_of
+from pidcfg.output.arguments import ArgumentError
+from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
+from pidcfg.output.retune import number_as_written
+from pidcfg.schemas.limits import number_of
+from pidcfg.schemas.numbers import decimal_text
+from pidcfg.study.axes import axes_of
+from pidcfg.study.scenario import load
+from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import dotted, has_key, steps, value_at
+from pidcfg.text.references import Decision
+from pidcfg.text.source import read_document
+from pidcfg.tuning.margins import margins
+from pidcfg.tuning.robust import gain_factor
+from pidcfg.tuning.rules import Gains, is_usable
+from pidcfg.tuning.transfer import Transfer
+from pidcfg.validate.engine import check_document, is_scenario
+from pidcfg.validate.fixes import PlacingError, with_values
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.encoders.regmap import LoopTuning
+    from pidcfg.schemas.scenario import Plant, Scenario
+    from pidcfg.study.axes import Axes
+    from pidcfg.study.scenario import Loaded
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.document import Document
+    from pidcfg.text.paths import Path
+    from pidcfg.text.reader import Reader
+    from pidcfg.tuning.margins import Margins
+    from pidcfg.validate.engine import Checked
+
+# --- The three numbers of each loop as the PLC holds them, and how robust they are ------------------------------------
+
+Part = Literal["gain", "integral", "derivative"]
+PARTS: tuple[Part, Part, Part] = ("gain", "integral", "derivative")
+D1000 = Decision(
+    1000,
+    "Ms of a loop of a scenario",
+    "The margins are those of the continuous loop (D708) with the numbers that the registers hold and the plant that "
+    "reads the loop's output and gives its PV as it is, with half the sample time as dead time. A plant that reads "
+    "anything else, another loop's PV among it, a valve, and a plant that swings have none.",
+    "What a filter, a dead band or a limit does is seen in the run, and nothing else has one number for it.",
+)
+
+
+@frozen
+class HeldNumber:
+    """One of the three numbers of a loop: where it stands, and what its register holds."""
+
+    part: Part
+    path: str
+    """Where it stands in the file, for `pidcfg.change`: ``loops.1.tuning.gain``."""
+    key: str
+    """Its key in the loop: ``tuning.gain``."""
+    unit: str
+    text: str | None
+    """As it is written; None: it is not."""
+    value: Decimal | None
+    """As the register holds it; None: an expression decides."""
+    low: Decimal | None
+    high: Decimal | None
+    """What the manual allows, in ``unit``; None: no limit."""
+    step: Decimal | None
+    """What two neighbours differ by; None: a number in floating point."""
+    loop: LoopTuning = field(repr=False)
+
+    def hold(self, value: Decimal | float) -> Decimal:
+        """What the register holds of a number, which is brought within its limits first; raises `ArgumentError`."""
+        try:
+            near = Decimal(str(value))
+            near = near if self.low is None else max(near, self.low)
+            near = near if self.high is None else min(near, self.high)
+            if self.step is not None and 0 < near < self.step:  # half a step and less would switch it off
+                near = self.step if near >= self.step / 2 else Decimal(0)
+            return self.loop.words.stored(self._name, near)
+        except (EncodeError, ArithmeticError) as error:
+            raise ArgumentError(f"`value`: {value} {error}", "value") from None
+
+    def written(self, held: Decimal) -> str:
+        """How the file says a number that the register holds, in the unit that stands there; 0 is switched off."""
+        if not held and self.part != "gain":
+            return self.loop.off[0 if self.part == "integral" else 1]
+        return number_as_written(self.text, held, self.unit, self.hold)
+
+    @property
+    def _name(self) -> str:
+        return self.loop.words.names[PARTS.index(self.part)]
+
+    def to_json(self) -> Data:
+        """Its place and its numbers."""
+        numbers = {key: getattr(self, key) for key in ("value", "low", "high", "step")}
+        plain = {key: None if number is None else float(number) for key, number in numbers.items()}
+        return {"part": self.part, "path": self.path, "key": self.key, "unit": self.unit, "text": self.text, **plain}
+
+
+@frozen
+class LoopGains:
+    """The three numbers of a loop, and its margins with its plant."""
+
+    loop: str
+    numbers: tuple[HeldNumber, ...]
+    """None: it switches on and off."""
+    margins: Margins | None = None
+    """Ms, gain margin and phase margin of a scenario's loop (D1000)."""
+    why: str = ""
+    """Why there are none: the file is a configuration, no plant of one number, an unstable loop."""
+
+    def to_json(self) -> Data:
+        """The numbers and the margins; an infinite one is None."""
+        found = self.margins
+        shown = None if found is None else [found.ms, found.gain_margin, found.phase_margin]
+        names = ("ms", "gain_margin", "phase_margin")
+        plain = shown and {k: v if isfinite(v) else None for k, v in zip(names, shown, strict=True)}
+        return {
+            "loop": self.loop,
+            "numbers": [one.to_json() for one in self.numbers],
+            "margins": plain,
+            "why": self.why,
+        }
+
+
+@frozen
+class GainsResult:
+    """What can be tuned at each loop of a file."""
+
+    __repr__ = short_repr
+
+    document: Document
+    findings: tuple[Diagnostic, ...]
+    """Of the configuration, or why the scenario cannot run."""
+    loops: tuple[LoopGains, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is no error."""
+        return not errors_in(self.findings)
+
+    def to_json(self) -> Data:
+        """The loops and the findings."""
+        return {**findings_data(self.findings), "loops": [loop.to_json() for loop in self.loops]}
+
+
+def gains_of(document: Document, reader: Reader) -> GainsResult:
+    """The numbers of each loop of a configuration, or of the one that a scenario runs, with margins then."""
+    if not is_scenario(document):
+        checked = check_document(document)
+        return GainsResult(document, checked.findings, _loops(checked))
+    loaded = load(document, reader)
+    if loaded.checked is None:
+        return GainsResult(document, tuple(loaded.findings))
+    loops = _loops(loaded.checked, loaded)
+    return GainsResult(document, (*loaded.findings, *loaded.config_errors), loops)
+
+
+def _loops(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGains, ...]:
+    if checked.vendor is None or checked.config is None:
+        return ()
+    axes: Mapping[str, Axes] = {}
+    if loaded is not None and loaded.image is not None:
+        axes = axes_of(loaded.plc(), loaded.image.settings)
+    config: Any = checked.config
+    found = []
+    for i, loop in enumerate(config.loops):
+        tuning = encoder_of(checked.vendor).tuning_of(config, loop)
+        numbers = () if tuning.now == (None, None, None) and tuning.wrong else _numbers(checked, i, tuning)
+        robust: Margins | None = None
+        why = "" if loaded is None or loaded.scenario is None else tuning.wrong
+        if not why and loaded is not None and loaded.scenario is not None:
+            robust, why = _margins(tuning, loaded.scenario, axes.get(loop.name), loop.name)
+        found.append(LoopGains(loop.name, numbers, robust, why))
+    return tuple(found)
+
+
+def _numbers(checked: Checked, i: int, tuning: LoopTuning) -> tuple[HeldNumber, ...]:
+    """The three numbers of a loop."""
+    model = checked.vendor.model  # type: ignore[union-attr]  # a configuration that was encoded has one
+    out = []
+    for part, name, unit, now in zip(PARTS, tuning.words.names, tuning.units(), tuning.now, strict=True):
+        key, limits = tuning.words.key(name), tuning.words.limits(model, name)
+        path = ("loops", i, *steps(key))
+        text = value_at(checked.document.data, path)
+        ends = (None, None) if limits is None else (limits.low, limits.high)
+        low, high = (None if end is None else number_of(end) for end in ends)
+        step, written = tuning.words.step(name), None if text is None else str(text)
+        out.append(HeldNumber(part, dotted(path), key, unit, written, now, low, high, step, tuning))
+    return tuple(out)
+
+
+def held_gains(tuning: LoopTuning) -> Gains | None:
+    """The numbers of a loop in output units per PV unit and seconds; None: not known, or no gain."""
+    if None in tuning.now:
+        return None
+    gain, integral, derivative = (float(number or 0) for number in tuning.now)
+    try:
+        gain /= gain_factor(tuning)
+    except (ValueError, ZeroDivisionError):
+        return None
+    if not is_usable(gain):
+        return None
+    if tuning.independent:
+        return Gains(gain, gain / integral if integral else inf, derivative / gain)
+    return Gains(gain, integral * (60 if tuning.minutes else 1) or inf, derivative)
+
+
+def _margins(tuning: LoopTuning, scenario: Scenario, axes: Axes | None, loop: str) -> tuple[Margins | None, str]:
+    """The margins of a loop with its plant, or why there are none."""
+    held = held_gains(tuning)
+    if held is None or axes is None:
+        return None, "its gain is not known"
+    name = scenario.connect.get(axes.pv, loop)
+    plant = next((p for key, p in scenario.plants.items() if name in {str(key), p.name}), None)
+    if plant is None:
+        return None, "its PV is no plant's alone"
+    if plant.input is not None and plant.input.strip() != axes.output:
+        return None, f"its plant reads {plant.input}, not {axes.output} alone"
+    transfer = _transfer(plant)
+    if transfer is None:
+        return None, f"a plant of the model {plant.model} with these numbers has no margins here"
+    transfer = replace(transfer, dead_time=transfer.dead_time + (tuning.sample_time or axes.sample_time) / 2)
+    found = margins(held, transfer)
+    return found, "" if found is not None else "the loop is unstable by the continuous model"
+
+
+def _transfer(plant: Plant) -> Transfer | None:
+    """A plant of lags, or an integrator; None: another one."""
+    gain, dead = float(plant.gain), float(plant.dead_time)
+    if not is_usable(gain):
+        return None
+    lag = float(plant.time_constant or 0)
+    if plant.model == "first_order" and lag:
+        return Transfer(gain, (), (lag,), 0, dead)
+    if plant.model == "second_order" and plant.time_constants is not None:
+        return Transfer(gain, (), tuple(float(time) for time in plant.time_constants), 0, dead)
+    if plant.model == "integrator":
+        return Transfer(gain, (), (), 1, dead)
+    return None
+
+
+# --- Other values in a file -------------------------------------------------------------------------------------------
+
+
+@frozen
+class ChangeResult:
+    """A file with other values at some places; every other byte is as it was."""
+
+    __repr__ = short_repr
+
+    document: Document
+    """The file as it is now, for other calls."""
+    text: str
+    findings: tuple[Diagnostic, ...] = ()
+    """Of the text alone; `pidcfg.check` judges it."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the text can be read."""
+        return not errors_in(self.findings)
+
+    def to_json(self) -> Data:
+        """The text."""
+        return {"version": 1, "file": self.document.file, "text": self.text}
+
+
+def change_document(document: Document, values: Mapping[Any, object]) -> ChangeResult:
+    """A file with other texts at some paths; raises `ArgumentError` for a place that cannot have one."""
+    if document.data is None:
+        raise ArgumentError(f"`source`: {document.file} cannot be read: {document.problems[0].message}", "source")
+    texts, after = {}, {}
+    for name, value in values.items():
+        if not isinstance(name, str) or not name:
+            raise ArgumentError(f"`values`: {name!r} is no path; write it like loops.0.name", "values")
+        path = steps(name)
+        texts[path] = value if isinstance(value, str) else _number(name, value)
+        if not has_key(document.data, path):
+            after[path] = _neighbour(document, path, name)
+    if not texts:
+        return ChangeResult(document, document.text, document.problems)
+    try:
+        data = with_values(document.text.encode(), document, texts, after)
+    except (PlacingError, KeyError) as error:
+        raise ArgumentError(f"`values`: {error} ({document.file}); change it by hand", "values") from None
+    new = read_document(data, document.file, document.limits)
+    return ChangeResult(new, new.text, new.problems)
+
+
+def _number(name: str, value: object) -> str:
+    """A number as a file writes it."""
+    if isinstance(value, bool) or not isinstance(value, int | float | Decimal) or not isfinite(value):
+        raise ArgumentError(f"`values`: {name} is {value!r}; write a text or a number", "values")
+    return decimal_text(Decimal(str(value)))
+
+
+def _neighbour(document: Document, path: Path, name: str) -> Path:
+    """The key of the file that a missing one goes behind: the last one beside it."""
+    beside = value_at(document.data, path[:-1])
+    if not isinstance(beside, dict) or not beside:
+        raise ArgumentError(
+            f"`values`: {document.file} has no {name}, and nothing that it could stand beside", "values"
+        )
+    return (*path[:-1], list(beside)[-1])
