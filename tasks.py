@@ -13,6 +13,8 @@ mutants   put faults into the code and see whether a test ends them: --package N
           that were left; --map FILES: which functions their tests call
 whatif-runtime
           collect Python for the browser from npm and PyPI, which `pidcfg whatif` puts into its pages; needs Node
+playground
+          write the playground into build/playground, for any static server; whatif-runtime first
 lock      renew requirements/*.txt from pyproject.toml
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
@@ -275,6 +277,12 @@ def whatif_runtime() -> None:
     must(PYTHON, "tools/whatif/runtime.py")
 
 
+def playground() -> None:
+    """Write the playground into build/playground."""
+    prepare("test")
+    must(PYTHON, "tools/whatif/playground.py")
+
+
 def lock() -> None:
     """Renew requirements/*.txt. On the oldest Python: newer ones never need more packages."""
     if sys.version_info[:2] != (3, 11):
@@ -299,6 +307,7 @@ TASKS: dict[str, Callable[..., None]] = {
     "torture": torture,
     "mutants": mutants,
     "whatif-runtime": whatif_runtime,
+    "playground": playground,
     "lock": lock,
 }
 

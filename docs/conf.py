@@ -33,6 +33,7 @@ ORDER = {
     "How-to guides": [
         "converting",
         "tuning",
+        "whatif",
         "certify",
         "scale",
         "ci",

@@ -80,8 +80,8 @@ MAY_IMPORT = {
     "api":              "text.reader vendors encoders tuning validate sim study output",
     "lsp":              "text.reader text.writer text.diagnostics text.document text.source vendors validate "
                         "study.scenario output api cli.inputs cli.policy cli.formats",
-    "desk":             "text.references text.diagnostics text.document text.store pictures output.handles output.runs "
-                        "output.words",
+    "desk":             "text.references text.diagnostics text.document text.store vendors pictures output.handles "
+                        "output.runs output.words",
     "cli":              "*",
     "__init__":         "text.reader text.diagnostics text.document encoders tuning validate study output live api",
     "__main__":         "cli",

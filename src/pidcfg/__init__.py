@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from pidcfg.api import diff as diff
     from pidcfg.api import encode as encode
     from pidcfg.api import explain as explain
-    from pidcfg.api import gains as gains
     from pidcfg.api import fix as fix
+    from pidcfg.api import gains as gains
     from pidcfg.api import load as load
     from pidcfg.api import plot as plot
     from pidcfg.api import report as report

@@ -60,7 +60,9 @@ def main() -> None:
     (WORK / "compiled").mkdir(exist_ok=True)
     for path in sorted(WORK.glob("source/**/*.py")):
         source, name = path.read_bytes(), f"pidcfg/{path.relative_to(WORK / 'source').as_posix()}"
-        (WORK / "compiled" / f"{hashlib.sha256(source).hexdigest()}.pyc").write_bytes(compiled(source, name, 2))
+        (WORK / "compiled" / f"{hashlib.sha256(source).hexdigest()}.pyc").write_bytes(
+            compiled(source, name, 0)
+        )  # docstrings of rules are shown
 
 
 if __name__ == "__main__":

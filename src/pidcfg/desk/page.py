@@ -19,7 +19,7 @@ from pidcfg.pictures.page import SCRIPT, STYLE
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from pidcfg.desk.runtime import Runtime
     from pidcfg.desk.session import Session
@@ -38,6 +38,10 @@ LEFT_OUT = (
     *("pidcfg/output/report/", "pidcfg/output/explanation/", "pidcfg/study/certification/"),
 )
 """Of pidcfg: what a what-if page does not ask for."""
+NOT_PLAYED = ("pidcfg/cli/", "pidcfg/live/", "pidcfg/__main__.py", "pidcfg/output/report/")
+"""What the playground does not ask for."""
+FIRST = "reactor.yaml"
+"""The example that the playground begins with."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -52,8 +56,47 @@ def whatif_page(session: Session, runtime: Runtime) -> str:
     data = {"scenario": scenario, "files": session.files, "against": against}
     title = str(session.model.scenario)
     shown = {"title": title, "intro": intro, "config": config, "versions": versions}
-    middle = Template(_text("whatif.html")).substitute({key: escape(plain(text)) for key, text in shown.items()})
-    return page(f"What if: {title}", middle, (_text("whatif.css"),), (SCRIPT, _text("whatif.js")), data, runtime)
+    scripts = SCRIPT, text_of("desk.js"), text_of("whatif.js")
+    middle = Template(text_of("whatif.html")).substitute({key: escape(plain(text)) for key, text in shown.items()})
+    return page(
+        f"What if: {title}", middle, (text_of("whatif.css"),), scripts, data, runtime.python, own(runtime, LEFT_OUT)
+    )
+
+
+def playground_page(examples: Iterable[Path], runtime: Runtime) -> str:
+    """The page, with the examples in these folders."""
+    found = [example for folder in examples for example in examples_in(folder)]
+    data = {"examples": found, "first": FIRST}
+    shown = {
+        "version": pidcfg.__version__,
+        "pyodide": runtime.versions["pyodide"],
+        "python": runtime.versions["python"],
+    }
+    body = Template(text_of("playground.html")).substitute(shown)
+    styles = text_of("whatif.css"), text_of("playground.css")
+    scripts = SCRIPT, text_of("desk.js"), text_of("playground.js")
+    return page("pidcfg playground", body, styles, scripts, data, runtime.python, own(runtime, NOT_PLAYED))
+
+
+def examples_in(folder: Path) -> list[dict[str, object]]:
+    """Each configuration of a folder with its scenario, and every other file that they name."""
+    rows: list[dict[str, object]] = []
+    for path in sorted(folder.glob("*.yaml")):
+        if path.name.endswith(".scenario.yaml"):
+            continue
+        scenario = path.with_name(f"{path.stem}.scenario.yaml")
+        files = {file.name: file.read_text("utf-8") for file in (path, scenario) if file.is_file()}
+        others = {file.name: file.read_text("utf-8") for file in folder.glob(f"{path.stem}.accepted.json")}
+        files.setdefault(scenario.name, "")
+        rows.append(
+            {
+                "title": f"{folder.name}/{path.name}",
+                "config": path.name,
+                "scenario": scenario.name,
+                "files": files | others,
+            }
+        )
+    return rows
 
 
 def page(
@@ -62,9 +105,10 @@ def page(
     styles: tuple[str, ...],
     scripts: tuple[str, ...],
     data: Mapping[str, object],
-    runtime: Runtime,
+    *packed: bytes,
 ) -> str:
-    """A page with a worker: HTML of its body, scripts that may run, and plain data for them."""
+    """A page with a worker: HTML of its body, scripts that may run, plain data for them, packed Python and pidcfg."""
+    python, own_code = (base64.b64encode(one).decode() for one in packed)
     hashes = " ".join(f"'{_hash(script)}'" for script in scripts)
     policy = (
         f"default-src 'none'; script-src {hashes} 'unsafe-eval' 'wasm-unsafe-eval' blob:; worker-src blob:; "
@@ -79,23 +123,24 @@ def page(
         f"<title>{escape(plain(title))}</title>\n<style>\n{STYLE}{''.join(styles)}</style>\n</head>\n"
         f'<body data-state="starting">\n{body}'
         f'<script type="application/json" id="files">{carried}</script>\n'
-        f'<script type="text/plain" id="worker">{_text("worker.js")}</script>\n'
-        f'<script type="text/plain" id="python">{base64.b64encode(runtime.python).decode()}</script>\n'
-        f'<script type="text/plain" id="pidcfg">{base64.b64encode(own(runtime)).decode()}</script>\n'
+        f'<script type="text/plain" id="worker">{text_of("worker.js")}</script>\n'
+        f'<script type="text/plain" id="python">{python}</script>\n'
+        f'<script type="text/plain" id="pidcfg">{own_code}</script>\n'
         f"{blocks}</body>\n</html>\n"
     )
 
 
-def own(runtime: Runtime) -> bytes:
+def own(runtime: Runtime, left_out: tuple[str, ...]) -> bytes:
     """The installed pidcfg as a part of a page: a zip that is stored as it is, since everything is packed once."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
-        for name, data in own_modules(runtime, Path(pidcfg.__file__).parent, LEFT_OUT).items():
+        for name, data in own_modules(runtime, Path(pidcfg.__file__).parent, left_out).items():
             archive.writestr(zipfile.ZipInfo(name, EPOCH), data)
     return pack({"pidcfg.zip": buffer.getvalue()})
 
 
-def _text(name: str) -> str:
+def text_of(name: str) -> str:
+    """A file of this folder."""
     return (HERE / name).read_text("utf-8")
 
 

@@ -29,6 +29,8 @@ FORMAT = 1
 MANIFEST = "manifest.json"
 PYTHON = "python.gz"
 """Python, its library and the wheels, packed by `pack`."""
+READ = ("pidcfg/schemas/",)
+"""Modules whose sources are read by pidcfg itself: what stands beside a key is its explanation."""
 MAKE = "in a clone of pidcfg, 'python tasks.py whatif-runtime' makes it (npm, PyPI and Node are needed for that once)"
 
 
@@ -43,6 +45,11 @@ class Runtime:
     versions: dict[str, str]
     python: bytes
     compiled: dict[str, bytes]
+
+    @property
+    def tag(self) -> str:
+        """What the names of compiled modules have in them: ``cpython-314``."""
+        return "cpython-" + "".join(self.versions["python"].split(".")[:2])
 
 
 def usual_place() -> Path:
@@ -91,5 +98,11 @@ def own_modules(runtime: Runtime, package: Path, left_out: tuple[str, ...]) -> d
             continue
         data = path.read_bytes()
         found = runtime.compiled.get(hashlib.sha256(data).hexdigest()) if path.suffix == ".py" else None
-        files[name if found is None else f"{name}c"] = data if found is None else found
+        if found is None or name.startswith(READ):
+            files[name] = data
+        if found is not None and name.startswith(READ):
+            folder, _, file = name.rpartition("/")
+            files[f"{folder}/__pycache__/{file.removesuffix('.py')}.{runtime.tag}.pyc"] = found
+        elif found is not None:
+            files[f"{name}c"] = found
     return files

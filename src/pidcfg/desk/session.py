@@ -82,6 +82,7 @@ class Session:
             refuse_errors(self.before)
         self.gains = pidcfg.gains(self.scenario, files=self.files)
         self.numbers = {one.path: one for loop in self.gains.loops for one in loop.numbers}
+        self.locked = {loop.loop: self._locked(loop.numbers) for loop in self.gains.loops}
         self.words = pidcfg.encode(self.filed if against is None else self.files[against], allow_errors=True)
         self.now: tuple[SimulateResult, Document, Document] = (now, self.filed, self.scenario)
 
@@ -100,7 +101,7 @@ class Session:
                 {
                     "name": loop.loop,
                     "numbers": bool(loop.numbers),
-                    "locked": self._locked(loop.numbers),
+                    "locked": self.locked[loop.loop],
                 }
                 for loop in self.gains.loops
             ],
@@ -120,16 +121,17 @@ class Session:
         if all(one.value is None for one in numbers):
             return "Expressions of the program give its gains."
         try:
-            pidcfg.change(self.filed, {one.path: one.written(one.value) for one in numbers if one.value is not None})
-            turned = {one.path: one.written(one.hold(one.value * 2)) for one in numbers if one.value}
-            pidcfg.change(self.filed, turned)
+            pidcfg.change(
+                self.filed,
+                {one.path: one.written(one.hold(one.value * 2 or 1)) for one in numbers if one.value is not None},
+            )
         except ValueError:
             return f"It shares its numbers with other loops, by a template or an anchor: change them in {self.config}."
         return ""
 
     def _number_knobs(self) -> Iterator[Data]:
         for loop in self.gains.loops:
-            if self._locked(loop.numbers):
+            if self.locked[loop.loop]:
                 continue
             for one in loop.numbers:
                 if one.value is None:
@@ -303,7 +305,9 @@ class Session:
         """Ms of each loop, before and now; where there is none, why."""
         _, config, scenario = self.now
         now = pidcfg.gains(scenario, files={**self.files, self.config: config.text})
-        before = pidcfg.gains(self.scenario, files=self._files_of(self.against))
+        before = self.gains
+        if self.against is not None:
+            before = pidcfg.gains(self.scenario, files=self._files_of(self.against))
         rows: Data = {}
         for side, result in (("before", before), ("now", now)):
             for loop in result.loops:

@@ -2,38 +2,9 @@
 // The page around the worker: sliders, the picture, words and findings. What comes from files is set as text; the
 // picture is HTML that pidcfg has made and escaped.
 const MODULE = "pidcfg.desk.session", PATIENCE = 400, LONGEST = 2500;
-const $ = (id) => document.getElementById(id);
-const files = JSON.parse($("files").textContent);
-const workerSource = URL.createObjectURL(new Blob([$("worker").textContent], { type: "text/javascript" }));
-let worker, asked = 0, model, loop, values = {}, last = {}, running = 0, began = 0, wanted = false, halted = false, hurry;
-const waiting = new Map();
+let model, loop, values = {}, last = {}, running = 0, runs = 0, began = 0, wanted = false, halted = false, hurry;
 
-const open = () => {
-  worker = new Worker(workerSource);
-  worker.onmessage = ({ data }) => {
-    if (data.progress !== undefined) { $("share").value = data.progress; return; }
-    const one = waiting.get(data.number);
-    waiting.delete(data.number);
-    if (data.error !== undefined) one?.failed(new Error(data.error, { cause: data.trace })); else one?.done({ ...data.answer, took: data.took });
-  };
-  worker.onerror = (event) => { for (const one of waiting.values()) one.failed(new Error(event.message || "the worker does not start")); waiting.clear(); };
-};
-const ask = (body) => new Promise((done, failed) => { waiting.set(++asked, { done, failed }); worker.postMessage({ ...body, number: asked }); });
-const call = (name, given) => ask({ module: MODULE, name, values: given });
 const number = (value) => String(Number(Number(value).toPrecision(7)));
-const say = (text, bad = false) => { $("status").textContent = text; $("status").classList.toggle("bad", bad); };
-const add = (parent, tag, text = "", name = "") => {
-  const element = parent.appendChild(document.createElement(tag));
-  if (text !== "") element.textContent = text;
-  if (name) element.className = name;
-  return element;
-};
-const mark = (state) => {
-  document.body.dataset.state = state;
-  $("stop").disabled = state !== "busy";
-  $("share").hidden = state !== "busy" && state !== "starting";
-  $("picture").classList.toggle("waiting", state === "busy");
-};
 
 // --- sliders ---------------------------------------------------------------------------------------------------------
 const nearest = (positions, value) => positions.reduce((best, one, i) => Math.abs(one - value) < Math.abs(positions[best] - value) ? i : best, 0);
@@ -162,7 +133,6 @@ const take = (answer) => {
 };
 
 // --- runs: one at a time, and the last value wins ---------------------------------------------------------------------
-const fail = (error) => { console.info(error.cause ?? error); say(error.message.replace(/^.*?Error: /, ""), true); };
 const go = async () => {
   wanted = true;
   halted = false;
@@ -174,7 +144,8 @@ const go = async () => {
   }
   while (wanted) {
     wanted = false;
-    running += 1;
+    clearTimeout(hurry);
+    running = runs += 1;
     began = performance.now();
     mark("busy");
     try {
@@ -198,19 +169,15 @@ const halt = () => {
   const one = running;
   setTimeout(() => { if (running === one && halted) restart().catch(fail); }, LONGEST);
 };
-// A browser that cannot halt Python for a look at its messages gets a new worker.
 const restart = async () => {
-  worker.terminate();
-  for (const one of waiting.values()) one.failed(new Error("restarted"));
-  waiting.clear();
+  dropWorker();
   await start();
   say("Stopped: Python was started anew. The picture is of the last run that ended.");
 };
 const start = async () => {
   mark("starting");
   const from = performance.now();
-  open();
-  await ask({ start: { payloads: ["python", "pidcfg"].map((id) => $(id).textContent), module: MODULE } });
+  await startPython();
   if (!model) say("Running the scenario as filed …");
   const answer = await call("begin", files);
   if (model) { mark("idle"); return; }
@@ -238,14 +205,6 @@ $("loop").addEventListener("change", async () => {
 $("stop").addEventListener("click", halt);
 document.addEventListener("keydown", (event) => { if (event.key === "Escape" && running) halt(); });
 $("filed").addEventListener("click", () => { values = {}; drawKnobs(); go(); });
-const copy = async (text, what) => {
-  try { await navigator.clipboard.writeText(text); say(`${what} copied.`); } catch {
-    const area = add(document.body, "textarea", text);
-    area.select();
-    say(document.execCommand("copy") ? `${what} copied.` : `The browser does not let a page copy: take it from the text below.`);
-    area.remove();
-  }
-};
 $("copy-yaml").addEventListener("click", () => copy(last.yaml, "The configuration"));
 $("copy-words").addEventListener("click", () => copy(last.words.map((one) => [one.address, one.after, one.loop, one.field].filter(Boolean).join("\t")).join("\n"), "The words"));
 start().catch((error) => { fail(error); mark("failed"); });
