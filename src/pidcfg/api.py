@@ -242,17 +242,17 @@ def check(
     """
     from pidcfg.output.findings import Chosen, check_loaded
     from pidcfg.output.sources import document_of
+
+    doc = document_of(source, name, files, limits)
+    chosen = Chosen(comments, [one.upper() for one in select], [one.upper() for one in ignore])
+    if baseline is None:
+        return check_loaded(doc, reader_of(files), chosen)
     from pidcfg.validate.baseline import BaselineError
 
-    text = (
-        None
-        if baseline is None
-        else source_data(baseline, None, files, limits.file_bytes + 1)[0].decode("utf-8-sig", "replace")
-    )
+    text = source_data(baseline, None, files, limits.file_bytes + 1)[0].decode("utf-8-sig", "replace")
     folder = baseline.parent.as_posix() if isinstance(baseline, Path) else None
-    chosen = Chosen(comments, [one.upper() for one in select], [one.upper() for one in ignore], text, folder)
     try:
-        return check_loaded(document_of(source, name, files, limits), reader_of(files), chosen)
+        return check_loaded(doc, reader_of(files), replace(chosen, baseline=text, folder=folder))
     except BaselineError as error:
         raise ArgumentError(f"`baseline`: {error}", "baseline") from None
 
