@@ -221,13 +221,14 @@ def _rename(
     is_same: Callable[[Owner, Owner, int, int], bool],
 ) -> None:
     """Adds pairs of loops that have no partner yet."""
+    taken = {id(one) for one in partners.values()}
     for j, two in enumerate(after):
-        taken = {id(one) for one in partners.values()}
         free = ((i, one) for i, one in enumerate(before) if id(one) not in taken and one.kind == two.kind)
         if id(two) not in partners:
             one = next((one for i, one in free if is_same(one, two, i, j)), None)
             if one is not None:
                 partners[id(two)] = one
+                taken.add(id(one))
 
 
 def _keys(owners: Sequence[Owner]) -> list[tuple[str, str, int]]:

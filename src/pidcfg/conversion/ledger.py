@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 from pidcfg.schemas.base import Duration, Quantity, Rate
 from pidcfg.schemas.numbers import NUMBER, decimal_text, plain_number
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import beginnings
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.text.paths import Path
 
@@ -214,6 +215,18 @@ def _joined(*notes: str) -> str:
 def overlap(name: str, other: str) -> bool:
     """Whether two neutral fields are one, or one is an end of the other: ``output.limits`` and ``output.limits.0``."""
     return name == other or f"{name}.".startswith(f"{other}.") or f"{other}.".startswith(f"{name}.")
+
+
+class FieldIndex:
+    """Fields of many lines, to ask whether one of them and another field overlap."""
+
+    def __init__(self, fields: Iterable[str]) -> None:
+        self._fields = set(fields)
+        self._around = {above for field in self._fields for above in beginnings(field)}
+
+    def overlaps(self, name: str) -> bool:
+        """Whether `overlap` holds of a field and one of these."""
+        return name in self._around or name in self._fields or any(one in self._fields for one in beginnings(name))
 
 
 def _worst(*kinds: Kind) -> Kind:

@@ -193,10 +193,9 @@ class Network:
         return next(
             (
                 j
-                for j, block in enumerate(self.items)
-                if block.item.name == name
-                and output == "OutVar"
-                and isinstance(block.item, LowFilter)
+                for j in self._named.get(name, ())
+                if output == "OutVar"
+                and isinstance(self.items[j].item, LowFilter)
                 and self.value(j, "Tc").value is not None
             ),
             None,
@@ -205,7 +204,8 @@ class Network:
     def _link(self, around: dict[int, Surroundings], i: int) -> None:
         """The master whose MV is a loop's set point as it is."""
         source, span = self.source(i, "SP_CASC"), self.span(i, "MinPV", "MaxPV")
-        j = next((j for j in around if f"{self.items[j].item.name}.MV" == source), None)
+        name, _, output = source.rpartition(".")
+        j = next((j for j in self._named.get(name, ()) if j in around and output == "MV"), None)
         if j is None or j == i or span is None:
             return
         if around[j].accepts_range(span, f"the set point of {self.items[i].item.name}"):
@@ -213,12 +213,28 @@ class Network:
             around[j].slaves.append(i)
 
     def _pulses(self, i: int, around: Surroundings) -> None:
-        for j, other in enumerate(self.items):
-            if isinstance(other.item, Pwm) and self.source(j, "MV") == f"{self.items[i].item.name}.MV":
-                scale, period = self.span(j, "MinMV", "MaxMV"), self.value(j, "Period").value
-                if period and scale is not None and around.accepts_range(scale, f"the pulses of {other.item.name}"):
-                    around.pwm = j
-                    return
+        for j in self._pwms.get(f"{self.items[i].item.name}.MV", ()):
+            name, scale, period = self.items[j].item.name, self.span(j, "MinMV", "MaxMV"), self.value(j, "Period").value
+            if period and scale is not None and around.accepts_range(scale, f"the pulses of {name}"):
+                around.pwm = j
+                return
+
+    @cached_property
+    def _named(self) -> dict[str, list[int]]:
+        """The numbers of blocks and loops by their names."""
+        numbers: dict[str, list[int]] = {}
+        for j, block in enumerate(self.items):
+            numbers.setdefault(block.item.name, []).append(j)
+        return numbers
+
+    @cached_property
+    def _pwms(self) -> dict[str, list[int]]:
+        """The numbers of blocks that make pulses by what their MV reads."""
+        numbers: dict[str, list[int]] = {}
+        for j, block in enumerate(self.items):
+            if isinstance(block.item, Pwm):
+                numbers.setdefault(self.source(j, "MV"), []).append(j)
+        return numbers
 
     def span(self, i: int, low: str, high: str) -> Span | None:
         """Two parameters that are the ends of a scale; None where they are not known, or none."""
@@ -233,11 +249,16 @@ class Network:
 
     def owner_of(self, j: int) -> int:
         """The loop that a block works for: that reads it, however indirectly, or whose MV it reads; else the first."""
-        waits = self.layout.waits(self.wires)
-        return next(
-            (i for i in self.loops if j in blocks_read_by(i, waits, set(self.loops))),
-            next((i for i in self.loops if i in blocks_read_by(j, waits, set(self.loops))), self.first_loop),
+        works_for = next((i for i in self.loops if j in self._read_by[i]), None)
+        return (
+            min(self._read_by[j].intersection(self.loops), default=self.first_loop) if works_for is None else works_for
         )
+
+    @cached_property
+    def _read_by(self) -> list[set[int]]:
+        """What each block and loop reads, however indirectly, up to the loops."""
+        waits, loops = self.layout.waits(self.wires), set(self.loops)
+        return [blocks_read_by(i, waits, loops) for i in range(len(self.items))]
 
     def expressions(self, j: int) -> Iterator[tuple[str, str]]:
         """What is wired to a block: parameter and text."""

@@ -16,6 +16,7 @@ from pidcfg.conversion.ledger import (
     DEFAULT_MAX_LOSS,
     Change,
     ConvertError,
+    FieldIndex,
     Missing,
     NeutralLoop,
     TargetFile,
@@ -151,18 +152,20 @@ def items_beside_loops(config: Any, rows: Sequence[Change], reasons: Mapping[str
 
     ``reasons``: why nothing is lost of some of them.
     """
+    told = FieldIndex(row.field for row in rows)
     for block in getattr(config, "blocks", ()):
-        lines = [row.field for row in rows if overlap(f"blocks.{block.name}", row.field)]
+        is_told = told.overlaps(f"blocks.{block.name}")
         for path, value in given_fields(block):
             key = f"blocks.{block.name}.{dotted(path)}"
-            if not any(overlap(key, field) for field in lines):
-                yield Change(key, "dropped", _shown(value), None, note=WITH_LOOP if lines else UNKNOWN, loss=not lines)
+            if not told.overlaps(key):
+                note = WITH_LOOP if is_told else UNKNOWN
+                yield Change(key, "dropped", _shown(value), None, note=note, loss=not is_told)
     for name, value in getattr(config, "signals", {}).items():
-        if not any(overlap(f"signals.{name}", row.field) for row in rows):
+        if not told.overlaps(f"signals.{name}"):
             yield Change(f"signals.{name}", "dropped", _shown(value), None, note=WITH_READER)
     for i, move in enumerate(getattr(config, "moves", ())):
         key = f"moves.{i}"
-        if not any(overlap(key, row.field) for row in rows):
+        if not told.overlaps(key):
             reason = reasons.get(key)
             text = f"{_shown(move.move)} to {move.to}"
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
@@ -480,7 +483,8 @@ def _as_assumed(row: Change) -> Change:
     return replace(row, kind="assumed") if row.kind == "exact" else row
 
 
-class Sides(NamedTuple):
+@dataclass
+class Sides:
     """The neutral loops of both sides, and what their PLCs do with them."""
 
     before: Sequence[Loop]
@@ -494,17 +498,23 @@ class Sides(NamedTuple):
         if loop.missing:
             return None
         held = Loop.model_validate(loop.data)
-        names = {after.data.get("name"): before.name for before, after in zip(self.before, self.after, strict=True)}
-        link = held.setpoint.model_copy(update={"source": names.get(held.setpoint.source, held.setpoint.source)})
+        link = held.setpoint.model_copy(update={"source": self._names.get(held.setpoint.source, held.setpoint.source)})
         return held.model_copy(update={"setpoint": link})
 
     def is_master(self, j: int) -> bool:
         """Whether another loop takes its set point from this one, on both sides."""
-        return any(
-            loop.setpoint.source == self.before[j].name
-            and after.data.get("setpoint", {}).get("source") == self.after[j].data.get("name")
-            for loop, after in zip(self.before, self.after, strict=True)
-        )
+        return (self.before[j].name, self.after[j].data.get("name")) in self._masters
+
+    @cached_property
+    def _names(self) -> dict[Any, str]:
+        """The names of the source by those of the target."""
+        return {after.data.get("name"): before.name for before, after in zip(self.before, self.after, strict=True)}
+
+    @cached_property
+    def _masters(self) -> set[tuple[Any, Any]]:
+        """The loops that loops take their set points from, on both sides."""
+        sides = zip(self.before, self.after, strict=True)
+        return {(before.setpoint.source, after.data.get("setpoint", {}).get("source")) for before, after in sides}
 
 
 def _is_default(loop: BaseModel, field: str) -> bool:

@@ -37,11 +37,11 @@ from pidcfg.encoders.regmap import D345, NoRegisterError, Written, writer_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
 from pidcfg.schemas.limits import unit_text
-from pidcfg.text.paths import dotted, is_given, steps, value_at
+from pidcfg.text.paths import beginnings, dotted, is_given, steps, value_at
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from pidcfg.encoders.image import Block
     from pidcfg.encoders.listing import Listing
@@ -261,11 +261,13 @@ OUTPUT_DEVICE = ("devices", "MV")
 def parameter_terms(subject: Subject) -> Terms:
     """The loops, blocks and signals of a file or listing."""
     image, table, made = subject.encoding.image, tables_of(subject.vendor).WRITTEN, outputs_of(subject.vendor)
-    names = [name_in(entry) for entry in image.settings]
+    places: dict[str, int] = {}
+    for i, entry in enumerate(image.settings):
+        places.setdefault(name_in(entry), i)
     models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
-    cells: dict[str, list[Entry]] = {name: [] for name in names}
+    cells: dict[str, list[Entry]] = {name: [] for name in places}
     for cell in (*image.cells, *_others(subject)):
-        cells.setdefault(owner_of(cell.address, names), []).append(cell)
+        cells.setdefault(owner_of(cell.address, cells), []).append(cell)
     loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
     owners, settings = [whole_file(subject, {})], subject.settings
     outputs = {place: loop.name for loop in subject.config.loops if (place := value_at(loop, OUTPUT_DEVICE))}
@@ -282,9 +284,8 @@ def parameter_terms(subject: Subject) -> Terms:
                 writer = Written(key, "live", f"{outer}, whose output it is", D345)
             items[key] = _item(subject, cell, key, model, writer)
         if model is not None:
-            entry = settings[names.index(name)]
-            items |= settings_beside(entry, model, {}, subject.faults(name))
-            items |= dict(other_keys(model, subject, [*items, *image.settings[names.index(name)]]))
+            items |= settings_beside(settings[places[name]], model, {}, subject.faults(name))
+            items |= dict(other_keys(model, subject, [*items, *image.settings[places[name]]]))
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
         owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
@@ -306,9 +307,9 @@ def _others(subject: Subject) -> Iterator[Entry]:
             yield Entry(name, TYPE_OF.get(type(raw), LREAL), raw, "")
 
 
-def owner_of(address: str, names: Iterable[str]) -> str:
+def owner_of(address: str, names: Collection[str]) -> str:
     """The loop or block that a parameter belongs to: the longest name that it begins with."""
-    return max((name for name in names if address.startswith(f"{name}.")), key=len, default=SIGNALS)
+    return next((name for name in beginnings(address) if name in names), SIGNALS)
 
 
 def _content(cell: Entry, reading: Reading | None) -> tuple[Any, str, bool]:

@@ -45,7 +45,7 @@ from pidcfg.schemas.iec import (
 )
 from pidcfg.schemas.limits import limits_at
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import put, steps, value_at
+from pidcfg.text.paths import beginnings, put, steps, value_at
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import closest_name
 
@@ -525,7 +525,7 @@ class NamedLoops:
         """An unknown name would leave its default in place, which may be the other direction."""
         nested = any("." in name for name in self.rows)
         for name in words:
-            loop = max((loop for loop in loops if name.startswith(f"{loop}.")), key=len, default=None)
+            loop = next((loop for loop in beginnings(name) if loop in loops), None)
             key = name.removeprefix(f"{loop}.")
             if loop is not None and not self.split(name)[0] and (nested or "." not in key):
                 raise unknown_name(name, key, self.rows, self.kind)

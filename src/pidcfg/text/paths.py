@@ -31,6 +31,13 @@ def dotted(path: Sequence[str | int]) -> str:
     return ".".join(str(step) for step in path)
 
 
+def beginnings(key: str) -> Iterator[str]:
+    """What a dotted key lies in, the nearest first: ``setpoint.limits`` and ``setpoint`` of ``setpoint.limits.0``."""
+    while "." in key:
+        key = key.rpartition(".")[0]
+        yield key
+
+
 def value_at(data: Any, path: Sequence[str | int]) -> Any:
     """What stands at a path of plain data or of models; None where there is nothing."""
     for step in path:

@@ -337,6 +337,17 @@ D955 = Decision(
 )
 
 
+def pairs_alike(views: Iterable[ViewT], key: Callable[[ViewT], Key | None]) -> Iterator[tuple[ViewT, ViewT, Key]]:
+    """Pairs of views with one key, with that key, as `combinations` orders them; None: a view that has none."""
+    keyed = [(view, found) for view in views if (found := key(view)) is not None]
+    rest: dict[Key, list[ViewT]] = {}
+    for view, found in reversed(keyed):
+        rest.setdefault(found, []).append(view)
+    for view, found in keyed:
+        rest[found].pop()
+        yield from ((view, other, found) for other in reversed(rest[found]))
+
+
 def crossed_set_points(
     pairs: Iterable[tuple[ViewT, ViewT]],
     raises_pv: Callable[[ViewT], bool],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import cached_property
+from itertools import product
 from math import expm1
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -238,6 +239,15 @@ class NextopidEncoding(NamedEncoding):
     def order(self) -> list[int]:
         """Numbers of the items in the order of execution."""
         return self.layout.order(self.wires)
+
+    @cached_property
+    def moves_behind(self) -> dict[tuple[Code, Code, int], int]:
+        """The moves that are executed behind the blocks by condition, value and target; the first of equal ones."""
+        moves: dict[tuple[Code, Code, int], int] = {}
+        for number, copy in enumerate(self.copies):
+            if copy is not None and copy.when is not None and not copy.at_start:
+                moves.setdefault((_code(copy.when), _code(copy.value), copy.target), number)
+        return moves
 
 
 def encode(config: NextopidFile) -> NextopidEncoding:
@@ -530,17 +540,14 @@ def _find(encoding: NextopidEncoding, i: int, source: str, target: str, *, in_ma
     """The move from one parameter to another that is executed behind the blocks, in manual or else."""
     manual = _codes(encoding, i, "Manual")
     wanted = manual if in_manual else {((*code, NOT, 0), constants) for code, constants in manual}
-    sources, targets = _codes(encoding, i, source), {code for code, _ in _codes(encoding, i, target)}
-    for number, copy in enumerate(encoding.copies):
-        if copy is None or copy.when is None or copy.at_start:
-            continue
-        fits = _code(copy.when) in wanted and _code(copy.value) in sources
-        if fits and (SIGNAL_CODE, copy.target) in targets:
-            return number
-    return None
+    targets = [code[1] for code, _ in _codes(encoding, i, target) if len(code) == PAIR and code[0] == SIGNAL_CODE]
+    places = product(wanted, _codes(encoding, i, source), targets)
+    return min((encoding.moves_behind[place] for place in places if place in encoding.moves_behind), default=None)
 
 
 Code = tuple[tuple[int, ...], tuple[float, ...]]
+PAIR = 2
+"""Numbers of an operation in a code."""
 
 
 def _code(expression: Expression) -> Code:

@@ -19,6 +19,7 @@ from pidcfg.validate.shared_checks import (
     number_text,
     number_with_unit,
     outside_limits,
+    pairs_alike,
     report_at_both,
 )
 
@@ -156,11 +157,16 @@ def operands_with_device(context: DpideContext) -> list[OperandDevice]:
 
 def overlapping_operands(context: DpideContext) -> Iterator[tuple[OperandDevice, OperandDevice]]:
     """Pairs of operands that share a device."""
-    return (
-        (first, second)
-        for first, second in combinations(operands_with_device(context), 2)
-        if first.place.overlaps(second.place)
-    )
+    items = operands_with_device(context)
+    rows = sorted(range(len(items)), key=lambda i: (items[i].place.bank, items[i].place.first))
+    found: list[tuple[int, int]] = []
+    before: list[int] = []
+    for i in rows:
+        place = items[i].place
+        before = [j for j in before if items[j].place.bank == place.bank and items[j].place.last >= place.first]
+        found += [(min(i, j), max(i, j)) for j in before if items[j].place.overlaps(place)]
+        before.append(i)
+    return ((items[i], items[j]) for i, j in sorted(found))
 
 
 @error(
@@ -311,19 +317,14 @@ def set_points_crossed(context: DpideContext) -> Findings:
 
     Fix: put the SV of the loop with PID_DIR FALSE above that of the other, with a gap between them.
     """
-    devices = {view.index: view.loop.devices.PV for view in context.loops if view.loop.devices.PV is not None}
-    pairs = (
-        (one, other)
-        for one, other in combinations(context.loops, 2)
-        if devices.get(one.index, "") == devices.get(other.index, " ")
-        and all(view.gives("PID_DIR") for view in (one, other))
-    )
+    views = [view for view in context.loops if view.gives("PID_DIR")]
+    pairs = ((one, other) for one, other, _ in pairs_alike(views, lambda view: view.loop.devices.PV))
     for heating, cooling in crossed_set_points(
         pairs, lambda view: view.loop.PID_DIR, lambda view: None if view.has_device("SV") else view.number("SV")
     ):
         first, second = sorted((heating, cooling), key=lambda view: view.index)
         values = {"high": heating.pv(heating.loop.SV), "low": cooling.pv(cooling.loop.SV)}
-        names = {"heating": heating.name, "cooling": cooling.name, "device": devices[first.index]}
+        names = {"heating": heating.name, "cooling": cooling.name, "device": first.loop.devices.PV}
         at_first, at_second = (view.at("SV") for view in (first, second))
         yield from report_at_both(first, at_first, second, at_second, **values, **names)
 

@@ -108,8 +108,9 @@ def tags_collide(context: EzlogixContext) -> Findings:
         for variable in VARIABLES.values():
             tag = tag_name(template, view.index + 1, view.name, variable)
             owners.setdefault(tag.casefold(), {}).setdefault(view.name, tag)
+    shared = [group for group in owners.values() if len(group) > 1]
     for view in context.loops:
-        groups = [group for group in owners.values() if view.name in group]
+        groups = [group for group in shared if view.name in group]
         pairs = {other: group[view.name] for group in reversed(groups) for other in group if other != view.name}
         for other, tag in pairs.items():
             yield view.at("name", tag=tag, other=other).shared_with(other)

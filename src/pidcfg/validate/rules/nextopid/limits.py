@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from itertools import combinations, permutations
+from itertools import permutations
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.iec import INT
@@ -14,7 +14,7 @@ from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import ON_OFF, BlockView, NextopidContext, all_known
 from pidcfg.validate.rules.nextopid.first_scan import ALWAYS, D208, as_int
-from pidcfg.validate.shared_checks import D955, crossed_set_points, number_text
+from pidcfg.validate.shared_checks import D955, crossed_set_points, number_text, pairs_alike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -539,11 +539,12 @@ def times_out_of_proportion(view: BlockView) -> Findings:
 
 def _pv_filters(view: BlockView) -> Iterator[tuple[str, Decimal]]:
     """The low-pass filter that PV comes from, with its time constant."""
-    source = view.source("PV") or ""
-    for block in view.context.blocks_of_type("ControlLowFilter"):
-        time = block.number_of("Tc")
-        if source == f"{block.name}.OutVar" and time is not None:
-            yield block.name, time
+    expression = view.wire("PV")
+    owner = None if expression is None or expression.signal is None else view.context.owner(expression.signal)
+    if owner is not None and owner[0].type == "ControlLowFilter" and owner[1].name == "OutVar":
+        time = owner[0].number_of("Tc")
+        if time is not None:
+            yield owner[0].name, time
 
 
 @info("NX690", D553, "{one} and {two} have one PV, {pv}, and act in opposite directions")
@@ -563,9 +564,8 @@ def opposite_loops_of_one_pv(context: NextopidContext) -> Findings:
     }
     outputs = {view.number for number in joined if (view := context.pid_output(number)) is not None}
     crossed = {frozenset((one.number, two.number)) for one, two in _crossed(context)}
-    for one, two in combinations(context.pids, 2):
-        pv, directions = one.source("PV"), {one.is_on("Direct"), two.is_on("Direct")}
-        if pv is None or pv != two.source("PV") or directions != {True, False} or {one.number, two.number} <= outputs:
+    for one, two, pv in pairs_alike(context.pids, lambda view: view.source("PV")):
+        if {one.is_on("Direct"), two.is_on("Direct")} != {True, False} or {one.number, two.number} <= outputs:
             continue
         if frozenset((one.number, two.number)) in crossed:
             continue
@@ -576,13 +576,8 @@ def opposite_loops_of_one_pv(context: NextopidContext) -> Findings:
 
 def _crossed(context: NextopidContext) -> list[tuple[BlockView, BlockView]]:
     """Pairs of loops with one PV, the heating one first, that heat to above where they cool."""
-    pairs = (
-        pair
-        for pair in combinations(context.pids, 2)
-        if pair[0].source("PV") is not None
-        and pair[0].source("PV") == pair[1].source("PV")
-        and all(view.is_on("Direct") or not view.may_be_on("Direct") for view in pair)
-    )
+    views = [view for view in context.pids if view.is_on("Direct") or not view.may_be_on("Direct")]
+    pairs = ((one, two) for one, two, _ in pairs_alike(views, lambda view: view.source("PV")))
     return [*crossed_set_points(pairs, lambda view: not view.is_on("Direct"), lambda view: view.number_of("SP"))]
 
 
