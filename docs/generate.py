@@ -34,7 +34,8 @@ from pidcfg.text.reader import Limits
 from pidcfg.text.references import Ref
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_text
-from pidcfg.validate.catalog import rules
+from pidcfg.validate.catalog import rules, text_of
+from pidcfg.validate.texts import TABLE, table_of
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ def pages() -> dict[str, str]:
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
     found["../src/pidcfg/cli/completions/codes.txt"] = codes()
+    found[f"../src/pidcfg/validate/{TABLE.name}"] = table_of(list(map(text_of, rules().values())))
     found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUTS}
     found["images/reactor.svg"] = reactor()
     found["output-formats.md"] = output_formats()

@@ -6,7 +6,8 @@ import re
 from typing import TYPE_CHECKING
 
 from pidcfg.output.explanation.lookup import placed_decisions
-from pidcfg.validate.catalog import GROUPS, anchor, page, rules
+from pidcfg.validate.catalog import GROUPS, anchor, rules, text_of
+from pidcfg.validate.texts import page
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def rule_pages() -> dict[str, str]:
     """The index of all rules, and a page a group."""
     pages = {"rules.md": index()}
     for group in GROUPS:
-        sections = "\n".join(f"#{page(rule)}" for rule in rules_of(group))
+        sections = "\n".join(f"#{page(text_of(rule))}" for rule in rules_of(group))
         pages[f"rules-{group}.md"] = (
             f"# {title(group)}\n\n{ABOUT.get(group, '')} [All rules](rules.md) stand in one list.\n\n{sections}"
         )

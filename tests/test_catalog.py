@@ -19,10 +19,12 @@ from pidcfg.validate.catalog import (
     rule_of,
     rules,
     suggestion,
+    text_of,
     unusable,
 )
 from pidcfg.validate.rule import READING, Rule
 from pidcfg.validate.rules import collect, common, scales
+from pidcfg.validate.texts import TABLE, listed, table_of, text_by_code, texts
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg
 
@@ -162,3 +164,16 @@ def test_every_rule_of_a_vendor_is_in_its_list(vendor):
     for info in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
         rules_there = [value for value in vars(importlib.import_module(info.name)).values() if isinstance(value, Rule)]
         assert not [rule.code for rule in rules_there if rule.code not in listed], f"{info.name} is not collected"
+
+
+def test_the_table_of_texts_is_that_of_the_rules():
+    told = {code: text_of(rule) for code, rule in rules().items()}
+    assert texts() == told, "python tasks.py generate pages"
+    assert TABLE.read_text("utf-8") == table_of(list(told.values()))
+    assert [text_by_code(code) for code in told] == [*told.values()]
+    assert text_by_code("DL2") is text_by_code("") is text_by_code('DL242", "') is None
+
+
+@pytest.mark.parametrize("begin", ["", "P", "PID", "PID1", "DL", "DL24", "NX690", "X", "DL2422"])
+def test_texts_are_listed_by_the_beginnings_that_rules_have(begin):
+    assert [*listed(begin)] == [*rules(begin)]

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+import pidcfg
 from pidcfg.cli.commands.explain import command
 from pidcfg.cli.main import cli
 from pidcfg.encoders.maps import click as click_meanings
@@ -24,15 +25,17 @@ from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import Meaning, RegisterMap
-from pidcfg.output.explanation.lookup import all_decisions, explain
-from pidcfg.output.explanation.page import Question, QuestionError
+from pidcfg.output.explanation.answer import QuestionError
+from pidcfg.output.explanation.lookup import all_decisions, explain, explain_things
+from pidcfg.output.explanation.page import Question
 from pidcfg.output.explanation.shown import as_text
 from pidcfg.output.explanation.shown import explanation_data as as_data
 from pidcfg.schemas.document import models_in
 from pidcfg.schemas.limits import unit_text, units_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.text.source import read_document
-from pidcfg.validate.catalog import rules
+from pidcfg.validate import texts
+from pidcfg.validate.catalog import rules, text_of
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -567,9 +570,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 
 
 def test_rules_and_decisions():
-    from pidcfg.validate.catalog import page
-
-    assert run("dl242").output == page(rules()["DL242"])
+    assert run("dl242").output == texts.page(text_of(rules()["DL242"]))
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
     assert run("d9999").exit_code == 2
 
@@ -1026,3 +1027,9 @@ def test_a_key_may_be_asked_for_with_blanks():
     assert found[: len(other)] == other
     with pytest.raises(QuestionError, match="nothing is known of 'no such thing'"):
         explain(Question.of("no such thing"), list(VENDORS), all_decisions)
+
+
+@pytest.mark.parametrize("vendor", [None, "click"])
+def test_a_code_alone_is_answered_as_by_all_who_are_asked(vendor):
+    for code in rules():
+        assert pidcfg.explain(code, vendor=vendor).pages == explain_things([code], vendor, (), None, loop=False).pages

@@ -16,8 +16,9 @@ from pidcfg import api
 from pidcfg.cli.commands.explain import command
 from pidcfg.encoders.listing import reference
 from pidcfg.output.explanation import messages, symptoms
+from pidcfg.output.explanation.answer import QuestionError
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.page import Question, QuestionError
+from pidcfg.output.explanation.page import Question
 from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS
 

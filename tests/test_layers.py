@@ -124,7 +124,7 @@ LOADS = {
     "decode --help":                                  "",
     "certify --help":                                 "",
     "encode --help":                                  "",
-    "rule PID101":                                    "pydantic",
+    "rule PID101":                                    "",
     "explain V7642=0008":                             "pydantic dl06",
     "init --vendor dl06":                             "",
     "completion zsh":                                 "",
@@ -150,10 +150,13 @@ LOADS = {
     "encode src/pidcfg/cli/starters/click.yaml":          "pydantic ruamel click",
     "encode src/pidcfg/cli/starters/click.yaml --format nickname-csv":
                                                       "pydantic ruamel pyclickplc pymodbus serial click",
-    "rule DL222":                                     "pydantic dl06",
+    "rule":                                           "",
+    "rule NX6":                                       "",
+    "rule DL222":                                     "",
     "explain DS101 --loop":                           "pydantic click",
     "explain R102 --loop":                            "pydantic ezlogix",
-    "explain PID101":                                 "pydantic",
+    "explain PID101":                                 "",
+    "explain DL242 ck301":                            "",
     "schema click":                                   "pydantic click",
     "schema scenario":                                "pydantic",
     "tune --method zn-closed --ultimate-gain 2 --ultimate-period 3 --for click": "pydantic click",
@@ -546,7 +549,7 @@ import sys
 SARIF = (
     "cli cli.formats cli.formats.findings cli.formats.reports output output.findings text text.diagnostics "
     "text.document text.frozen text.paths text.reader text.references text.signs text.writer validate "
-    "validate.catalog validate.rule vendors"
+    "validate.catalog validate.rule validate.texts vendors"
 )
 
 

@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from pidcfg.output.conversion import ConvertResult as ConvertResult
     from pidcfg.output.differences import DiffResult as DiffResult
     from pidcfg.output.drawing import PlotResult as PlotResult
-    from pidcfg.output.explanation.lookup import ExplainResult as ExplainResult
-    from pidcfg.output.explanation.page import QuestionError as QuestionError
+    from pidcfg.output.explanation.answer import QuestionError as QuestionError
+    from pidcfg.output.explanation.result import ExplainResult as ExplainResult
     from pidcfg.output.file_schemas import schema as schema
     from pidcfg.output.findings import CheckResult as CheckResult
     from pidcfg.output.findings import FixResult as FixResult
@@ -88,8 +88,8 @@ NAMES = {
     "output.conversion": ("ConvertResult",),
     "output.differences": ("DiffResult",),
     "output.drawing": ("PlotResult",),
-    "output.explanation.lookup": ("ExplainResult",),
-    "output.explanation.page": ("QuestionError",),
+    "output.explanation.result": ("ExplainResult",),
+    "output.explanation.answer": ("QuestionError",),
     "output.file_schemas": ("schema",),
     "output.findings": ("CheckResult", "FixResult", "LoadResult"),
     "output.gains": ("TuneResult",),

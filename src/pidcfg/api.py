@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pidcfg.output.conversion import ConvertResult
     from pidcfg.output.differences import DiffResult
     from pidcfg.output.drawing import PictureFormat, PlotResult, Result
-    from pidcfg.output.explanation.lookup import ExplainResult
+    from pidcfg.output.explanation.result import ExplainResult
     from pidcfg.output.findings import CheckResult, FixResult, LoadResult
     from pidcfg.output.gains import TuneResult
     from pidcfg.output.handles import ChangeResult, GainsResult
@@ -171,10 +171,15 @@ def explain(
     ``config``: a configuration, for the loop and the line that set a register. Raises `QuestionError`, a `ValueError`,
     for an unknown thing.
     """
+    from pidcfg.output.explanation.result import ExplainResult, rule_pages
+
+    family = None if vendor is None else vendor_named(vendor).key
+    if config is None and not blocks and (pages := rule_pages(things)):
+        return ExplainResult(pages)
+
     from pidcfg.output.explanation.lookup import explain_things
     from pidcfg.output.sources import checked_of
 
-    family = None if vendor is None else vendor_named(vendor).key
     checked = None if config is None else checked_of(config, name, files, limits)
     return explain_things(things, family, tuple(blocks), checked, loop=loop)
 

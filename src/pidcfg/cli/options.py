@@ -85,10 +85,11 @@ class Words(click.ParamType[list[str], str | list[str]]):
             return value
         codes = [code.strip().upper() for code in value.split(",") if code.strip()]
         if codes:
-            from pidcfg.validate.catalog import rules, suggestion
+            from pidcfg.validate.catalog import suggestion
+            from pidcfg.validate.texts import listed
 
             for code in codes:
-                if not rules(code):
+                if not listed(code):
                     self.fail(f"no rule begins with {code!r}; {suggestion(code)}", param, ctx)
         return codes
 
@@ -275,7 +276,7 @@ def select_findings(findings: list[Diagnostic], select: list[str], ignore: list[
 
 def selects_code(code: str, select: list[str], ignore: list[str]) -> bool:
     """Whether the options select a code."""
-    from pidcfg.validate.catalog import matches
+    from pidcfg.validate.texts import matches
 
     return (not select or any(matches(code, begin) for begin in select)) and not any(
         matches(code, begin) for begin in ignore

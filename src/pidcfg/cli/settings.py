@@ -140,13 +140,14 @@ def _value(key: str, value: Any, file: _File) -> Any:
 
 def _codes(key: str, value: Any, file: _File) -> list[str]:
     """Codes or their beginnings."""
-    from pidcfg.validate.catalog import rules, suggestion
+    from pidcfg.validate.catalog import suggestion
+    from pidcfg.validate.texts import listed
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {SETTINGS_KEYS['select'].example}")
     codes = list(dict.fromkeys(value))
     for code in codes:
-        if not code.strip() or not rules(code.upper()):
+        if not code.strip() or not listed(code.upper()):
             file.refuse(key, f"no rule begins with {code!r}", suggestion(code), code)
     return [code.upper() for code in codes]
 

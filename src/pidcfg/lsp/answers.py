@@ -17,9 +17,10 @@ from pidcfg.text.paths import value_at
 from pidcfg.text.reader import Overlay, data_of, read_other
 from pidcfg.text.source import comments_in
 from pidcfg.validate.baseline import DIRECTIVE, ignore_edit
-from pidcfg.validate.catalog import page, rules, url_of
+from pidcfg.validate.catalog import url_of
 from pidcfg.validate.engine import is_scenario
 from pidcfg.validate.fixes import splice
+from pidcfg.validate.texts import page, text_by_code
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -121,7 +122,7 @@ def _of_comment(analysis: Analysis, line: int, column: int) -> types.Hover | Non
     if comment is None or match is None or not match["codes"]:
         return None
     codes = [code.strip().upper() for code in match["codes"].split(",")]
-    text = "\n---\n".join(page(rules(code)[code]) for code in codes if code in rules(code))
+    text = "\n---\n".join(page(rule) for code in codes if (rule := text_by_code(code)) is not None)
     span = Span(line, comment.column, line, comment.column + match.end())
     return types.Hover(_markdown(text), analysis.buffer.range(span)) if text else None
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.references import Decision
 from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION
+from pidcfg.validate.texts import PREFIX, RuleText, listed, matches, texts
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 #
 # Only the modules are imported that have the rules in question: one finding needs the rules of one vendor.
 
-PREFIX = "PID"
-"""The prefix of codes that belong to no vendor."""
 CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
 """A code as it is written in full."""
 NO_SIGN = re.compile("[^A-Z0-9]")
@@ -41,11 +40,6 @@ FILE_RULES = {rule.code: rule for rule in (*READING, *LISTING, *LIVE, *SCHEMA, *
 def group_of(code: str) -> str | None:
     """The group of a code; None for text that is not a code."""
     return next((group for group, begin in GROUPS.items() if code.startswith(begin)), None)
-
-
-def matches(code: str, beginning: str) -> bool:
-    """Whether a code has a prefix; the prefix that all codes once had, and any part of it, matches every code."""
-    return code.startswith(beginning) or PREFIX.startswith(beginning)
 
 
 def is_chosen(finding: Diagnostic, select: Iterable[str], ignore: Iterable[str]) -> bool:
@@ -75,14 +69,14 @@ def _nearest(code: str, name: str) -> str | None:
 
     code = re.sub("(?<=[0-9])O|O(?=[0-9])", "0", code)
     number, begin = re.search("[0-9]{3}", code), re.match("[A-Z]+[0-9]{2}", code)
-    for known, rule in rules().items():
+    for known, rule in texts().items():
         if name == rule.name or (number and number_of(known) == number[0]):
             return known
     if begin and not number:
         digits = begin[0].removeprefix(PREFIX)
-        for known in rules(begin[0]) or (code for code in rules() if number_of(code).startswith(digits)):
+        for known in listed(begin[0]) or (code for code in texts() if number_of(code).startswith(digits)):
             return known.removesuffix(number_of(known)) + number_of(known)[:2]
-    return closest_name(code, rules()) if len(re.findall("[0-9]", code)) > 1 else None
+    return closest_name(code, texts()) if len(re.findall("[0-9]", code)) > 1 else None
 
 
 def rule_of(code: str) -> Rule:
@@ -142,19 +136,21 @@ def _line(group: list[Diagnostic]) -> str:
 # --- The documentation of rules, for the command and for docs/rules.md: one source ------------------------------------
 
 
-def as_data(rule: Rule) -> dict[str, Any]:
-    """A rule as the JSON output spells it."""
-    return {
-        "code": rule.code,
-        "name": rule.name,
-        "severity": rule.severity.label,
-        "title": rule.title,
-        "message": rule.message,
-        "why": rule.part("Why"),
-        "fix": rule.part("Fix"),
-        "reference": str(rule.basis),
-        "since": rule.since,
-    }
+def text_of(rule: Rule) -> RuleText:
+    """What a rule says of itself."""
+    return RuleText(
+        rule.code,
+        rule.name,
+        rule.severity.label,
+        rule.kind,
+        rule.title,
+        rule.message,
+        rule.part("Why"),
+        rule.part("Fix"),
+        rule.part("Example"),
+        str(rule.basis),
+        rule.since,
+    )
 
 
 SITE = ""
@@ -182,18 +178,3 @@ def url_of(code: str, *, absolute: bool = False) -> str:
         return ""
     group = group_of(code)
     return f"{SITE}rules-{group}.html#{anchor(rule_of(code))}"
-
-
-def page(rule: Rule) -> str:
-    """A rule as Markdown."""
-    example = rule.part("Example")
-    parts = [
-        f"# {rule.code} {rule.name} ({rule.kind})",
-        rule.title,
-        *([f"Message: `{rule.message}`"] if rule.message != "{text}" else []),
-        f"**Why.** {rule.part('Why')}",
-        f"**Cure.** {rule.part('Fix')}",
-        *([f"**Example.** {example}"] if example else []),
-        f"Basis: {rule.basis}.",
-    ]
-    return "\n\n".join(parts) + "\n"

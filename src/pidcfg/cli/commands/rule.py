@@ -11,7 +11,7 @@ from pidcfg.cli.console import echo_json, markdown, show
 from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rule import Rule
+    from pidcfg.validate.texts import RuleText
 
 EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24", "pidcfg rule PID024 --format json")
 
@@ -21,21 +21,22 @@ EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24
 @options.output_format("text", "json")
 def command(code: str | None, fmt: str) -> None:
     """Explain the rule CODE, or list those whose code begins so, or all."""
-    from pidcfg.validate.catalog import rules, suggestion
+    from pidcfg.validate.texts import listed, text_by_code
 
     begin = (code or "").upper()
-    listed = rules(begin)
-    if begin in listed:
-        _one(listed[begin], fmt)
-        return
-    if not listed:
+    if (rule := text_by_code(begin)) is not None:
+        _one(rule, fmt)
+    elif found := listed(begin):
+        _list(list(found.values()), fmt)
+    else:
+        from pidcfg.validate.catalog import suggestion
+
         raise click.ClickException(f"no rule begins with {code}; {suggestion(code or '')}")
-    _list(list(listed.values()), fmt)
 
 
-def _one(rule: Rule, fmt: str) -> None:
+def _one(rule: RuleText, fmt: str) -> None:
     """A rule's page."""
-    from pidcfg.validate.catalog import as_data, page
+    from pidcfg.validate.texts import as_data, page
 
     if fmt == "json":
         echo_json(json_text({"version": 1, **as_data(rule)}))
@@ -43,9 +44,9 @@ def _one(rule: Rule, fmt: str) -> None:
         markdown(page(rule))
 
 
-def _list(rules: list[Rule], fmt: str) -> None:
+def _list(rules: list[RuleText], fmt: str) -> None:
     """A line a rule."""
-    from pidcfg.validate.catalog import as_data
+    from pidcfg.validate.texts import as_data
 
     if fmt == "json":
         rows = [as_data(rule) for rule in rules]

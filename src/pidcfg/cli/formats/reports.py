@@ -13,7 +13,8 @@ from pidcfg.cli.formats.findings import STDIN, Findings, details, display_name, 
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.signs import one_line, printable
 from pidcfg.text.writer import json_text
-from pidcfg.validate.catalog import page, rule_of, url_of
+from pidcfg.validate.catalog import rule_of, text_of, url_of
+from pidcfg.validate.texts import page
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -249,7 +250,7 @@ def _rule(rule: Rule) -> dict[str, Any]:
         "name": rule.name,
         "shortDescription": {"text": rule.title},
         "fullDescription": {"text": f"{rule.title} {why}"},
-        "help": {"text": f"Why: {why}\n\nCure: {fix}\n\nBasis: {rule.basis}.", "markdown": page(rule)},
+        "help": {"text": f"Why: {why}\n\nCure: {fix}\n\nBasis: {rule.basis}.", "markdown": page(text_of(rule))},
         "defaultConfiguration": {"level": LEVELS[rule.severity]},
     }
 

@@ -11,38 +11,26 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
+from pidcfg.output.explanation.answer import Page, QuestionError, UnknownError, Value
 from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.messages import said
-from pidcfg.output.explanation.page import (
-    ADDRESS,
-    SHOWN,
-    Configured,
-    Page,
-    Question,
-    QuestionError,
-    UnknownError,
-    Value,
-)
+from pidcfg.output.explanation.page import ADDRESS, SHOWN, Configured, Question
 from pidcfg.output.explanation.registers import Registers
-from pidcfg.output.explanation.shown import explanation_data
+from pidcfg.output.explanation.result import ExplainResult, rule_page
 from pidcfg.output.explanation.spelling import CONTENT_BEHIND, REFERENCE, mistyped, referenced, spelled, titled, within
 from pidcfg.output.explanation.symptoms import named_by, pages_of, words_of
-from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
-from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-from pidcfg.validate.catalog import CODE, as_data, page, rule_of, rules, suggestion
+from pidcfg.validate.catalog import CODE, suggestion
+from pidcfg.validate.texts import texts
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from pidcfg.output.explanation.answer import Origin
     from pidcfg.output.explanation.book import Book, Direction
-    from pidcfg.output.explanation.page import Origin
-    from pidcfg.text.diagnostics import Diagnostic
-    from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.validate.engine import Checked
-    from pidcfg.validate.rule import Rule
 
 # --- The numbered decisions, wherever in the program they stand -------------------------------------------------------
 
@@ -317,7 +305,7 @@ def _said(text: str, vendors: Sequence[str]) -> list[Page]:
     """The rules and lines that a text of pidcfg's own is of."""
     pages: list[Page] = []
     for means in said(text, vendors):
-        pages += [_rule_page(rule_of(means))] if isinstance(means, str) else pages_of([means], vendors)
+        pages += [rule_page(texts()[means])] if isinstance(means, str) else pages_of([means], vendors)
     return pages
 
 
@@ -382,14 +370,10 @@ def _rule(question: Question) -> list[Page]:
     code = question.name.upper()
     if question.value is not None or not CODE.fullmatch(code):
         return []
-    rule = rules(code).get(code)
+    rule = texts().get(code)
     if rule is None:
         raise QuestionError(f"no rule {code}; {suggestion(code)}")
-    return [_rule_page(rule)]
-
-
-def _rule_page(rule: Rule) -> Page:
-    return Page("rule", rule.code, rule.title, reference=str(rule.basis), markdown=page(rule), extra=as_data(rule))
+    return [rule_page(rule)]
 
 
 def _unknown(question: Question, vendors: Iterable[str]) -> str:
@@ -410,33 +394,7 @@ def forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:
     return rows + [(example, what, book.title) for book in _books(vendors) for what, example in book.forms]
 
 
-# --- What a register, a bit, a number or a code means: the result of `pidcfg.explain`, and its JSON -------------------
-
-Example = tuple[str, str, str]
-"""A thing that can be asked for, what it is, and the vendor's title."""
-
-
-@frozen
-class ExplainResult:
-    """Explanations, one for each reading of each thing; or, where no thing was named, examples of what can be."""
-
-    __repr__ = short_repr
-
-    pages: tuple[Page, ...] = ()
-    examples: tuple[Example, ...] = ()
-    findings: tuple[Diagnostic, ...] = ()
-    """What keeps the configuration from being read; empty where there is none."""
-    document: Document | None = None
-    """The configuration, where one was given."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether there is something to read."""
-        return bool(self.pages or self.examples)
-
-    def to_json(self) -> Data:
-        """What ``pidcfg explain --format json`` prints; where the configuration cannot be read, its errors."""
-        return explanation_data(self.pages, self.examples) if self.ok else findings_data(errors_in(self.findings))
+# --- All that was asked ----------------------------------------------------------------------------------------------
 
 
 def explain_things(

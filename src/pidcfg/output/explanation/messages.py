@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.output.explanation.symptoms import Symptom, rows_of
-from pidcfg.validate.catalog import CODE, PREFIX, rules
+from pidcfg.validate.catalog import CODE
+from pidcfg.validate.texts import PREFIX, texts
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def templates() -> tuple[Template, ...]:
     import tomllib
 
     table = tomllib.loads(TABLE.read_text("utf-8"))
-    found = [Template.of(rule.message, code) for code, rule in rules().items()]
+    found = [Template.of(rule.message, code) for code, rule in texts().items()]
     found += [Template.of(text, code) for code, texts in table["rules"].items() for text in texts]
     found += [Template.of(text, row) for row in rows_of(table[LINES]) for text in row.words]
     return tuple(template for template in found if template.own >= LEAST)
@@ -60,7 +61,7 @@ def templates() -> tuple[Template, ...]:
 
 def said(text: str, vendors: Sequence[str]) -> list[str | Symptom]:
     """The rules, by their codes, and lines that a text is of: by a code in it, and by its wording."""
-    means: list[str | Symptom] = [code for code in dict.fromkeys(WRITTEN_CODE.findall(text)) if code in rules()]
+    means: list[str | Symptom] = [code for code in dict.fromkeys(WRITTEN_CODE.findall(text)) if code in texts()]
     found = [template for template in _matching(text) if _is_of(template, vendors)]
     banks = set(WRITTEN_ADDRESS.findall(text))
     addressed = [key for key in vendors if banks & {*VENDORS[key].banks}]

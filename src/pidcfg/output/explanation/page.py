@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.codecs import Choice, DecodeError, Position, before_root
 from pidcfg.encoders.image import Block, no_registers
 from pidcfg.encoders.parameters import read_content
+from pidcfg.output.explanation.answer import Origin, Page, QuestionError
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.schemas.limits import Limits, limits_at, unit_text, units_of
@@ -26,75 +27,10 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.parameters import Content, Entry, Parameter
-    from pidcfg.encoders.regmap import Bits, Kind, Meaning, RegisterMap, Word
+    from pidcfg.encoders.regmap import Bits, Kind, RegisterMap, Word
     from pidcfg.schemas.iec import IecType
     from pidcfg.text.paths import Path
     from pidcfg.validate.engine import Checked
-
-# --- An explanation: what was asked for, what it means, and where that stands -----------------------------------------
-
-
-class Value(NamedTuple):
-    """A content: the raw number, as the vendor shows it, and what it says; ``problem``: why it says nothing."""
-
-    raw: bool | int | float | str
-    shown: str
-    text: str = ""
-    problem: str = ""
-
-
-class Point(NamedTuple):
-    """One bit, or a group of bits or numbers, of what is explained."""
-
-    label: str
-    title: str
-    state: str = ""
-    """What the value chooses: on, off, reverse; empty without a value."""
-    active: bool = False
-    """Whether the value has it on."""
-    meaning: Meaning | None = None
-    key: str | None = None
-
-
-class Origin(NamedTuple):
-    """The line of a configuration that sets a register."""
-
-    file: str
-    line: int
-    column: int
-    loop: str | None
-    key: str
-    text: str
-
-
-@frozen
-class Page:
-    """One explanation; `pidcfg.output.explanation.lookup` prints it."""
-
-    kind: str
-    name: str
-    title: str
-    vendor: str | None = None
-    vendor_title: str = ""
-    value: Value | None = None
-    meaning: Meaning | None = None
-    points: tuple[Point, ...] = ()
-    holds: str = ""
-    unit: str = ""
-    notation: str = ""
-    access: str = ""
-    by: str = ""
-    key: str | None = None
-    reference: str = ""
-    loop: str | None = None
-    place: str = ""
-    """Where in the loop's block it stands."""
-    origins: tuple[Origin, ...] = ()
-    notes: tuple[str, ...] = ()
-    markdown: str = ""
-    """A page that stands as it is (rules, decisions); ``extra`` are its parts for programs."""
-    extra: Mapping[str, Any] | None = None
-
 
 # --- What a key of a configuration is, from the text below its field in the schema, and what is allowed there ---------
 
@@ -318,14 +254,6 @@ MOST_DIGITS = 5
 def is_number(text: str) -> bool:
     """Whether a text is a number such as a PLC shows."""
     return text.isdecimal() and len(text) <= MOST_DIGITS
-
-
-class QuestionError(ValueError):
-    """Something that cannot be explained: what is wrong with it, and what to write instead."""
-
-
-class UnknownError(QuestionError):
-    """A name that nobody knows."""
 
 
 @frozen

@@ -9,18 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from pidcfg.encoders.parameters import content_text, read_content
 from pidcfg.encoders.regmap import Bits
+from pidcfg.output.explanation.answer import Page, QuestionError, Value
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record
-from pidcfg.output.explanation.page import (
-    Page,
-    Question,
-    QuestionError,
-    Value,
-    content_of,
-    first_sentence,
-    key_text,
-    limits_text,
-    whole,
-)
+from pidcfg.output.explanation.page import Question, content_of, first_sentence, key_text, limits_text, whole
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.limits import SIDES, limits_at, unit_text, units_of
 from pidcfg.schemas.numbers import decimal_text

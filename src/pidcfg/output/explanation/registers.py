@@ -9,18 +9,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.regmap import SINGLE, NoRegisterError, RegisterMap, Word
+from pidcfg.output.explanation.answer import Page, Point, QuestionError, Value
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed_word
 from pidcfg.output.explanation.page import (
     ADDRESS,
     OFFSET,
     UNKNOWN,
-    Page,
     Placement,
-    Point,
     Question,
-    QuestionError,
     Scaling,
-    Value,
     bits_text,
     is_before_root,
     is_number,

@@ -5,13 +5,13 @@ from __future__ import annotations
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.output.explanation.symptoms import SYMPTOM
+from pidcfg.output.explanation.answer import SYMPTOM
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from pidcfg.encoders.regmap import Meaning
-    from pidcfg.output.explanation.page import Page, Point
+    from pidcfg.output.explanation.answer import Page, Point
 
 WIDTH = 100
 LABEL = 13

@@ -17,8 +17,9 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from pidcfg.output.explanation.answer import Page
     from pidcfg.output.explanation.book import Book
-    from pidcfg.output.explanation.page import Page, Question
+    from pidcfg.output.explanation.page import Question
 
 D941 = Decision(
     941,

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.regmap import Meaning
+from pidcfg.output.explanation.answer import SYMPTOM, Page, Point
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.page import Page, Point, Question
+from pidcfg.output.explanation.page import Question
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.vendors import VENDORS
@@ -28,8 +29,6 @@ D940 = Decision(
     "The manuals have a page of causes for the DL06 only, and none has all five PLCs side by side. A person at a "
     "cabinet knows what he sees, not the register.",
 )
-SYMPTOM = "symptom"
-"""The kind of a page about what people see."""
 TABLE = Path(__file__).with_name("symptoms.toml")
 WORD = re.compile(r"[^\W_]+")
 NONE_OF = re.compile(r"\b(?:no|kein(?:en?|er|es|em)?)\s+(?=[^\W_])")
