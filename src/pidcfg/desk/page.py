@@ -40,6 +40,7 @@ LEFT_OUT = (
 """Of pidcfg: what a what-if page does not ask for."""
 NOT_PLAYED = ("pidcfg/cli/", "pidcfg/live/", "pidcfg/__main__.py", "pidcfg/output/report/")
 """What the playground does not ask for."""
+SCENARIO = ".scenario.yaml"
 FIRST = "reactor.yaml"
 """The example that the playground begins with."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -79,23 +80,20 @@ def playground_page(examples: Iterable[Path], runtime: Runtime) -> str:
 
 
 def examples_in(folder: Path) -> list[dict[str, object]]:
-    """Each configuration of a folder with its scenario, and every other file that they name."""
+    """Each scenario of a folder with its configuration, and configurations that have none; with accepted runs."""
+    texts = {path.name: path.read_text("utf-8") for path in sorted(folder.glob("*.yaml"))}
+    scenarios = [(pidcfg.load(texts[name]).document.data or {}, name) for name in texts if name.endswith(SCENARIO)]
+    pairs = [(str(data["config"]), name) for data, name in scenarios]
+    run = {config for config, _ in pairs}
+    pairs += [(name, name.replace(".yaml", SCENARIO)) for name in texts if name not in run and SCENARIO not in name]
     rows: list[dict[str, object]] = []
-    for path in sorted(folder.glob("*.yaml")):
-        if path.name.endswith(".scenario.yaml"):
-            continue
-        scenario = path.with_name(f"{path.stem}.scenario.yaml")
-        files = {file.name: file.read_text("utf-8") for file in (path, scenario) if file.is_file()}
-        others = {file.name: file.read_text("utf-8") for file in folder.glob(f"{path.stem}.accepted.json")}
-        files.setdefault(scenario.name, "")
-        rows.append(
-            {
-                "title": f"{folder.name}/{path.name}",
-                "config": path.name,
-                "scenario": scenario.name,
-                "files": files | others,
-            }
-        )
+    for config, scenario in sorted(pairs):
+        accepted = folder / scenario.replace(SCENARIO, ".accepted.json")
+        others = {accepted.name: accepted.read_text("utf-8")} if accepted.is_file() else {}
+        several = [name for one, name in pairs if one == config][1:]
+        title = f"{folder.name}/{config}" + (f", {scenario.removesuffix(SCENARIO)}" if several else "")
+        files = {config: texts[config], scenario: texts.get(scenario, ""), **others}
+        rows.append({"title": title, "config": config, "scenario": scenario, "files": files})
     return rows
 
 
