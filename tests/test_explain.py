@@ -98,7 +98,7 @@ def test_click_error_27_is_the_reset_time():
     assert (page.vendor, page.name) == ("click", "PID error 27")
     assert page.title == "reset time (DFn+06) is not within 0.01 to 6000 s"
     assert "Manual" in page.meaning.effect
-    assert page.reference == "CLICK help CL248/CL254, PID errors"
+    assert page.reference == "CLICK help CL248, CLICK PID Errors"
 
 
 def test_an_offset_is_octal_and_its_bit_decimal():

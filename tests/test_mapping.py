@@ -284,8 +284,8 @@ def test_a_content_is_held_in_the_registers_of_its_size(kind, content, raw, firs
 # --- The registers of the virtual PLCs: each belongs to one loop or to none, and holds what the configuration gives ---
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-MODE_WORDS = {0o2006, 0o2046, 0o2106}
-"""+06 of the three loops of a DL06, in which the PLC shows their modes."""
+MODE_WORDS = {"dl06": {0o2006, 0o2046, 0o2106}, "click": {126, 226}}
+"""Where the PLC shows the modes of loops: +06 of those of a DL06, Cn+25 or Cn+26 of those of a CLICK (D952)."""
 
 
 def raw(content):
@@ -316,7 +316,7 @@ def test_every_register_has_its_loop_and_its_content(example, shared):
     assert all({n for n, place in places.items() if place == loop} == {*contents} for loop, contents in held.items())
     given = {n: raw(content) for n, content in image.words.items() if not isinstance(content, Wire)}
     wrong = {n for n, content in given.items() if held[places[n]][n] != content}
-    assert wrong == (MODE_WORDS if vendor.key == "dl06" else set())
+    assert wrong == MODE_WORDS.get(vendor.key, set())
     if vendor.key == "dpide":
         assert next(iter(places)) == "VAT.MV", "of several operands in one device MV says what it holds"
 

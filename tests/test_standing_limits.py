@@ -31,7 +31,7 @@ def judged(judgement):
 @pytest.fixture(autouse=True)
 def nothing_moves(monkeypatch):
     monkeypatch.setattr(signals, "effect", lambda *_: 0.0)
-    monkeypatch.setattr(watch, "answer", lambda *_: -2.0)
+    monkeypatch.setattr(watch, "answer", lambda *_, **__: -2.0)
     monkeypatch.setattr(signals, "noise_of", lambda scenario, *_: scenario.noise)
 
 
@@ -61,6 +61,7 @@ def evidence(**given):
         pv_range=lambda _: given.get("range", (0.0, 100.0)),
         only_switches=lambda _: given.get("switches", False),
         pulse_cycle=lambda _: given.get("cycle", 0.0),
+        in_run=True,
         tuning_flags=("tuning",),
         flag_bits={"tuning": TUNING},
         alarm_bits={"high": HIGH, "low": LOW},
@@ -81,6 +82,7 @@ def evidence(**given):
             drives=lambda _: given.get("drives", True),
             of_output=lambda _: {0},
             plants_between=lambda _: [],
+            cycle=lambda _: given.get("cycle", 0.0),
         ),
         effects=[given.get("effect", 50.0)],
         paces=[Facts(integrates=given.get("integrates", False), seconds=given.get("pace", 10.0), lags=8.0)],
@@ -88,7 +90,7 @@ def evidence(**given):
         least=lambda _: 0.2,
         given=given.get("given", {}),
         unmet=given.get("unmet", {}),
-        presets=given.get("presets", {}),
+        ignored=given.get("ignored", {}),
         signal_values=given.get("sig", [50.0, 50.0, 0.0]),
         seconds=lambda k: k / 2,
         last=1000,
@@ -281,12 +283,12 @@ def test_an_alarm_may_stand_for_a_tenth_of_the_run_and_not_at_its_end(given, tex
         ),
         ({"unmet": {0: (60, 10)}, "control": 1, "control_since": 110}, "proven", "reaches auto and ends in it"),
         (
-            {"presets": {0: 60}, "wanted": 0, "status": 1, "control_since": 60},
+            {"ignored": {0: 60}, "wanted": 0, "status": 1, "control_since": 60},
             "failed",
             "its set point is changed at 30 s, and it is in manual to the end",
         ),
-        ({"presets": {0: 60}, "control": 1}, "proven", "reaches auto and ends in it"),
-        ({"presets": {0: 60}, "wanted": 0, "control_since": 61}, "proven", "reaches each mode that it is meant for"),
+        ({"ignored": {0: 60}, "control": 1}, "proven", "reaches auto and ends in it"),
+        ({"ignored": {0: 60}, "wanted": 0, "control_since": 61}, "proven", "reaches each mode that it is meant for"),
     ],
 )
 def test_a_loop_reaches_its_mode_and_ends_in_it(given, found, text):

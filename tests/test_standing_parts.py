@@ -58,7 +58,7 @@ def test_a_loop_swings_with_another_that_switches_when_their_periods_are_the_sam
         profile_step=lambda _: 0,
     )
     meter = Facts(late_status=0, late_aux=0, late=0, ever=0, ever_aux=0)
-    influence = Facts(of_output=lambda _: {0})
+    influence = Facts(of_output=lambda _: {0}, cycle=lambda _: 0.0)
     e = Facts(meters=[meter, meter], plc=plc, seconds=float, influence=influence)
 
     assert signals._excuse(e, 0, swings[0]) == ("B drives it, whose output is on or off" if excused else "")
@@ -147,6 +147,7 @@ def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates
     )
     return Facts(
         plc=plc,
+        scenario=Facts(initial=given.get("initial")),
         meters=[meter, Facts(control=1)],
         errors=lambda _: (early, late),
         least=lambda _: least,

@@ -215,8 +215,11 @@ def near_name(name: str, reader: Reader) -> str | None:
     path, inner = Path(name), getattr(reader, "reader", reader)
     if isinstance(inner, Texts):
         others = [Path(other) for other in inner.files]
-    elif isinstance(inner, Disk) and not path.exists() and path.parent.is_dir():
-        others = list(islice(path.parent.iterdir(), MAX_NEARBY))
+    elif isinstance(inner, Disk):
+        try:
+            others = [] if path.exists() else list(islice(path.parent.iterdir(), MAX_NEARBY))
+        except (OSError, ValueError):
+            return None
     else:
         return None
     names = {other.name: other for other in others if other.suffix.lower() in SUFFIXES}

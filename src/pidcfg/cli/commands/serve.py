@@ -101,7 +101,7 @@ def command(
                 "Ctrl-C ends with the report"
             )
 
-    with options.reach_plc(), options.usage({"others": "--unit"}):
+    with options.reach_plc(), options.usage({"others": "--unit", "seconds": "--for"}):
         result = serve(
             documents[0][0],
             listen=listen,

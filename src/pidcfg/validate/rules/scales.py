@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pidcfg.schemas.base import Quantity
@@ -124,10 +125,20 @@ SCALES: Mapping[str, Scales] = {
 
 
 def _loops(context: AnyContext) -> Iterator[tuple[int, Any, Scales]]:
-    """The loops with gains, their places and keys."""
+    """The loops with gains, their places and keys; of a NextoPID what its parameters hold in the first scan."""
     scales = SCALES[context.config.vendor]
     key = scales.limits[0].partition(".")[0]
-    return ((i, loop, scales) for i, loop in enumerate(context.config.loops) if hasattr(loop, key))
+    for i, loop in enumerate(context.config.loops):
+        if hasattr(loop, key):
+            view = next((view for view in getattr(context, "pids", ()) if view.item is loop), None)
+            yield i, loop if view is None else _first_values(view, scales), scales
+
+
+def _first_values(view: Any, scales: Scales) -> Any:
+    """A NextoPID loop with the numbers that its wires and expressions have when the program starts."""
+    numbers = {key: view.number_of(key) for key in (scales.gain, *scales.pv, *scales.limits)}
+    output = value_at(view.item, ("output",))
+    return SimpleNamespace(**numbers, DisableP=view.is_on("DisableP"), Indep=view.is_on("Indep"), output=output)
 
 
 @warning("PID111", D953, "{field} {gain}: an error of {error} % of the PV's range drives the output from end to end")
