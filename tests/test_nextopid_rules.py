@@ -340,7 +340,7 @@ ONE = [
     ({"type": "PIDA_TUNE_REAL", "AutoTune": True}, ["NX656"]),
     ({"type": "PIDA_INT", "SP": 12.5}, ["PID104"]),
     ({"type": "PIDA_INT", "MaxPV": 40000}, ["PID102"]),
-    ({"type": "PIDA_INT", "MaxPV": "BIG"}, ["NX614"]),
+    ({"type": "PIDA_INT", "MaxPV": "BIG", "Kp": 0.1}, ["NX614"]),
     ({"type": "ControlON_OFF", "DeadBand": -1}, ["NX649"]),
     ({"type": "ControlON_OFF", "DeadBand": 0, "SP": 100}, ["NX649"]),
     ({"name": "Pidloops"}, ["NX604", "NX604"]),
