@@ -188,6 +188,17 @@ def test_a_tenth_of_the_gain_is_no_better_than_nothing(vendor):
     assert tank(result)[0] in {"failed", "not-proven"}
 
 
+@pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix"])
+def test_an_integral_that_is_far_too_long_creeps_to_its_set_point(vendor):
+    """The gain brings the PV two thirds of the way at once; the rest takes ten times the plant's time constant."""
+    slow = (SIDES[vendor].slow[0], SIDES[vendor].slow[0].replace("20", "200"))
+    edits = STEADY, ("setpoint: 65", "setpoint: 90"), ("duration: 200", "duration: 1500")
+    assert tank(outcome(vendor, *edits)) == ("proven", "")
+    found = verdict(outcome(vendor, *edits, config=[slow]), "no-better")
+    assert found.verdict == "not-proven"
+    assert "the error after the step is that of a whole step for " in found.text
+
+
 def test_a_run_without_a_reference_is_not_proven():
     result = outcome("dl06", reference=False)
     assert tank(result) == ("not-proven", "whether it does better than without control: the run had no reference")

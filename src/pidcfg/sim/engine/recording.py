@@ -328,7 +328,8 @@ RUN = (
         "against the set point of the run, while the loop is in Auto or Cascade and its sensor sound, less three "
         "standard deviations of the noise. More than 70 % of it left is not proven; so is a step of the set point by "
         "more than the band, on a plant with lags, of which 63 % come later than the dead time, 1.5 times the "
-        "lags (or the lags and a second dead time, if that is longer) and three samples. Where the error without "
+        "lags (or the lags and a second dead time, if that is longer) and three samples, or after which the error "
+        "beyond the band is that of a whole step for 1.5 times as long. Where the error without "
         "control stays within the band nothing has moved the loop, and it is not judged; nor is one whose PV the PLC's "
         "program makes.",
         "A tenth of a gain, or ten times a reset, comes to rest in the end like any other. Lambda tuning with the "

@@ -179,6 +179,8 @@ MOST_LEFT = 0.7
 SLOWEST = 1.5
 """Sums of the lags after the dead time, in which a step of the set point has come 63 % of its way; where the dead time
 is long, so is a second one and the lags once, as a robust loop waits for its answer."""
+LONGEST = 1.5
+"""Of that time, for which the whole step would be missing, if all errors after it stood for a whole one."""
 
 
 def judge_benefit(e: Evidence, i: int) -> Judgement:
@@ -221,6 +223,12 @@ def _late(e: Evidence, i: int) -> str:
     needed = pace.dead + answered + SMOOTHING * e.plc.configs[i].period / TICKS
     end = min(e.last if m.control else m.control_since, m.until)
     took = e.seconds((m.reached if m.reached >= 0 else end) - m.event)
+    creeps = e.seconds(m.step_error) / abs(m.after - m.before)
+    if took <= needed and m.reached >= 0 and creeps > LONGEST * needed:
+        return (
+            f"the error after the step is that of a whole step for {_short(creeps)} s, more than "
+            f"{_short(LONGEST * needed)} s (D912); where it may, expect a settling_time"
+        )
     if took <= needed:
         return ""
     verb = "comes 63 % of the way" if m.reached >= 0 else "has not come 63 % of the way"

@@ -86,6 +86,8 @@ class Meter:
     anchor: float = 0.0
     reached: int = -1
     """When the PV had come 63 % of the way to the last new set point."""
+    step_error: float = 0.0
+    """|new set point - PV| since then, where it is more than ``band``, summed over base steps."""
     # alarms of the outermost kind, with the sensor sound, once there was none
     outer_bits: int = 0
     level_bits: int = 0
@@ -483,6 +485,8 @@ def measure_loop(k: int, m: Meter, signals: Sequence[float]) -> None:
                 m.peak_low = pv
             if m.rise_to < 0 or k <= m.locked:
                 follow_step(k, m, pv, sp)
+            if m.stepped == 1 and abs(m.after - pv) > m.band:
+                m.step_error += abs(m.after - pv)
     if out != m.last_out:
         m.variation += abs(out - m.last_out)
         m.last_out = out
@@ -578,6 +582,7 @@ def begin_step(meter: Meter, k: int, before: float, period: int, signals: Sequen
     meter.event, meter.before, meter.stepped, meter.locked, meter.until = k, before, 0, k + period, NEVER
     meter.peak_low = meter.peak_high = signals[meter.pv]
     meter.rise_from = meter.rise_to = meter.reached = -1
+    meter.step_error = 0.0
 
 
 def end_step(m: Meter, k: int) -> None:
