@@ -120,7 +120,8 @@ def calls_from_python() -> str:
     text = (DOCS / "api.md").read_text("utf-8")
     for names in (NAMES["api"], NAMES["live.calls"]):
         for name in names:
-            text = re.sub(rf"(?m)^```text\n{name}\([^`]*```$", lambda _, name=name: signature_text(name), text)
+            block = signature_text(name)
+            text = re.sub(rf"(?m)^```text\n{name}\([^`]*```$", block.replace("\\", r"\\"), text)
     return text
 
 
