@@ -13,7 +13,7 @@ from pidcfg.encoders.nextopid.image import encode
 from pidcfg.schemas import expressions as ops
 from pidcfg.schemas.expressions import CONDITIONAL
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.nextopid import LowFilter, OnOff, PidaReal, Pwm
+from pidcfg.schemas.nextopid import LowFilter, PidaReal, Pwm
 from pidcfg.schemas.numbers import EXACT_CONTEXT
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -270,10 +270,6 @@ class Network:
         """The parameters that read a signal."""
         number = self.layout.numbers[name]
         return (key for key, expression in self.wires.items() if number in expression.signals)
-
-    def is_on_off(self, i: int) -> bool:
-        """Whether a loop is no PID."""
-        return isinstance(self.items[i].item, OnOff)
 
 
 def blocks_read_by(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
