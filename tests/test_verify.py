@@ -343,6 +343,8 @@ def test_diff_verify_lists_the_changes_that_no_stage_shows():
     )
     (loop,) = diff(pulses, pulses.replace("period: 10", "period: 20"), verify=True).verified
     assert (loop.passed, loop.hidden) == (True, ("output.pulse.period",))
+    (loop,) = diff(pulses, pulses.replace("name: T,", "name: T, description: Tunnel,"), verify=True).verified
+    assert loop.hidden == ()
 
 
 def test_yaml_of_a_spoiled_result_is_what_is_checked(kiln):
