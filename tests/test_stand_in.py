@@ -244,6 +244,8 @@ def test_a_wild_conversion_is_alike_and_with_another_action_or_gain_it_is_not(nu
         ("33102", 94),  # set points that follow the PV in Manual, one of them a sample later
         ("33106", 3),
         ("33106", 42),  # an alarm point that a slow PV reaches four samples earlier, within a count
+        ("33111", 279),  # a gain that the edge of the dead band lets move one side and not the other
+        ("33111", 320),  # a slow change that comes to rest at the set point itself, where a dead band begins
         ("33106", 137),  # a derivative that the edge of the dead band kicks from limit to limit
     ],
 )

@@ -415,7 +415,7 @@ BATTERY = {
     "disturbance": "18 to 118; at 100, 50; 18 load 26",
     "set point limits": "18 to 28; at 100, 50; 18 setpoint 200; 23 setpoint 0",
     "answer": "11 to 51; swept at 100, 0; 11 moved 8; 31 moved 0",
-    "slow answer": "11 to 81; swept at 100, 0; 11 load -0.177778; 31 load 0; 51 load 0.177778; 71 load 0",
+    "slow answer": "11 to 81; swept at 100, 0; 11 load -0.177778; 31 load 0; 51 load 0.182222; 71 load 0",
     "alarms": "11 to 812; swept at 100, 0; 11 load 0.5; 210 load -0.5; 608 load 0.5; 807 load 0",
     "rate of change": "11 to 53.5; swept at 100, 0; 11 load 7.2; 18.5 load -7.2; 26 load 8.8; 33.5 load -8.8; "
     "41 load 0",
@@ -513,7 +513,7 @@ def test_what_each_stage_does():
                 "high limit": "11 to 151; swept at 100, 0; 11 moved -90; 31 moved 2.5; 91 moved 0",
                 "disturbance": "18 to 118; at 100, 15; 18 load 39",
                 "answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0",
-                "slow answer": "11 to 81; swept at 100, 0; 11 load 0.333333; 31 load 0; 51 load -0.333333; 71 load 0",
+                "slow answer": "11 to 81; swept at 100, 0; 11 load 0.333333; 31 load 0; 51 load -0.341667; 71 load 0",
             },
         ),
         (
@@ -527,7 +527,7 @@ def test_what_each_stage_does():
                 "step 50 %": "20 to 170; at 100, 50; 20 setpoint 140; 70 setpoint 60",
                 "set point limits": "20 to 40; at 100, 50; 20 setpoint 200; 30 setpoint 0",
                 "answer": "16 to 96; swept at 100, 0; 16 moved 8; 56 moved 0",
-                "slow answer": "16 to 116; swept at 100, 0; 16 load -0.137143; 36 load 0; 76 load 0.137143; 96 load 0",
+                "slow answer": "16 to 116; swept at 100, 0; 16 load -0.137143; 36 load 0; 76 load 0.144; 96 load 0",
                 "alarms": "16 to 1618; swept at 100, 0; 16 load 0.25; 414 load -0.25; 1210 load 0.25; 1608 load 0",
                 "rate of change": "16 to 63.5; swept at 100, 0; 16 load 7.2; 23.5 load -7.2; 31 load 8.8; "
                 "38.5 load -8.8; 46 load 0",

@@ -130,8 +130,8 @@ REST_SAMPLES = 4
 FLIP_SAMPLES, FEW_FLIPS = 2, 4
 """Samples in which a PV that is rounded up on one side and down on the other moves the output, and of how many such
 PVs in a stage this may be so."""
-LARGE_KICK = 0.1
-"""Of the output's range, by which a derivative kicks at the edge of a dead band, so that a loop never comes to rest."""
+LARGE_JUMP = 0.1
+"""Of the output's range, by which it jumps at the edge of a dead band, so that a loop may never come to rest."""
 LIMIT_DISTANCE = 1e-3
 """How near to its end an output is at it: a share of its range."""
 
@@ -282,10 +282,11 @@ class _Comparison:
             samples = [k for k in samples if not _is_alone(k, known, abs(a[k] - b[k]) - allowed, allowed)]
         if signal == "output":
             flips = self._flips()
-            samples = [k for k in samples if k not in flips and not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
+            kick = self.tolerance.kick
+            samples = [k for k in samples if k not in flips and not self._at_edge(k, abs(a[k] - b[k]) - allowed, kick)]
         if samples:
-            kick = self._kick_of_one_side()
-            samples = [k for k in samples if k < kick]
+            jump = self._jump_of_one_side()
+            samples = [k for k in samples if k < jump]
         if signal == "output":
             samples += self._by_hand(samples)
         held = self._other_limits() if signal == "output" else frozenset()
@@ -328,10 +329,10 @@ class _Comparison:
         flips = [k for k in range(self.first, len(self.one.pv)) if abs(self.one.pv[k] - self.two.pv[k]) > half]
         return frozenset(k + n for k in flips for n in range(FLIP_SAMPLES)) if len(flips) <= FEW_FLIPS else frozenset()
 
-    def _at_edge(self, k: int, further: float) -> bool:
-        """Whether a derivative may kick, an error being at the edge of the dead band and inside on one side only."""
+    def _at_edge(self, k: int, further: float, jump: float) -> bool:
+        """Whether an output may jump, an error being at the edge of the dead band and inside on one side only."""
         band, near = self.tolerance.band, self.tolerance.closed.pv
-        if not band or self.stage.swept or further > 2 * self.tolerance.kick:
+        if not band or self.stage.swept or further > 2 * jump:
             return False
         return any(
             abs(abs(side.setpoint[n] - side.pv[n]) - band) <= near
@@ -339,16 +340,17 @@ class _Comparison:
             for n in range(max(k - 1, 0), min(k + 2, len(side.pv)))
         )
 
-    def _kick_of_one_side(self) -> int:
-        """The sample after which each side goes its own way, a derivative having kicked one of them alone at the edge.
+    def _jump_of_one_side(self) -> int:
+        """The sample after which each side goes its own way, the edge of the dead band having moved one of them alone.
 
-        Where that is far, PV and output swing on by kicks whose times rounding decides.
+        Where that is far, PV and output swing on by jumps whose times rounding decides.
         """
         one, two, count = self.one, self.two, len(self.one.output)
-        if self.stage.swept or self.tolerance.kick < LARGE_KICK:
+        jump = self.tolerance.switching + self.tolerance.kick
+        if self.stage.swept or jump < LARGE_JUMP:
             return count
-        apart = ((k, abs(one.output[k] - two.output[k]) - LARGE_KICK) for k in range(self.first, count))
-        return next((k for k, further in apart if further > 0.0 and self._at_edge(k, further)), count)
+        apart = ((k, abs(one.output[k] - two.output[k]) - LARGE_JUMP) for k in range(self.first, count))
+        return next((k for k, further in apart if further > 0.0 and self._at_edge(k, further, jump)), count)
 
     def setpoint(self) -> Iterator[SignalDifference]:
         """The set points, but for one that follows its PV in Manual: some PLCs take it over with the change to Auto."""
@@ -446,13 +448,12 @@ D306 = Decision(
     "of that sample and of the next is left out; where the PV follows the output, so is a single sample that is less "
     "than twice as far apart. A stage that differs is gone through "
     "once more with moves that are 1.3 % smaller: what is alike then was rounding at a limit or an edge, which the "
-    "first moves met by chance. Where the edge of a dead band makes a derivative kick the output by a tenth of its "
-    "range and more, closed loops are compared up to the first kick of one side alone. Two files of different vendors, "
-    "of which no report says what differs, "
-    "agree within 1 % and two counts of the coarser side, at least of 12 bits, and one side may be a sample late from "
-    "one act to the next. Outputs that are held by their limits "
-    "agree within two counts, set points within two counts, modes and alarms within 2 samples; alarms are compared "
-    "where the PV goes its own way.",
+    "first moves met by chance. Where the edge of a dead band makes gain and derivative move the output by a tenth of "
+    "its range and more, closed loops are compared up to the first such jump of one side alone. Two files of "
+    "different vendors, of which no report says what differs, agree within 1 % and two counts of the coarser "
+    "side, at least of 12 bits, and one side may be a sample late from one act to the next. Outputs that are held by "
+    "their limits agree within two counts, set points within two counts, modes and alarms within 2 "
+    "samples; alarms are compared where the PV goes its own way.",
     "A stand-in rounds where its PLC rounds: over 300 wild loops of five vendors what was left between both was "
     "single precision, and a count that one rounds up and the other down. Between PLCs a count of a PV moves the "
     "output by the gain, and a count of the output moves the PV by the plant's gain.",

@@ -311,6 +311,8 @@ SHORTEST, LONGEST = 20, 600
 """Samples of which each step lasts."""
 SLOW_CHANGE_TIMES = 4.0
 """Derivative times that a slow change of the PV takes."""
+HALF_STEP = 0.5
+"""Samples by which a slow change goes beyond the set point, so that a dead band's crossing falls between two."""
 STEP_SHARE, STEP_SAMPLES = 0.47, 20
 """Of the way to a limit of the output, what a step takes that is to be answered at once, and how long it lasts."""
 FAR_SHARE, WOUND_SHARE = 0.9, 1.2
@@ -382,8 +384,10 @@ def _slow_answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     size = min(OUTPUT_SHARE * max(low, high) / (share * (1 + 1 / SLOW_CHANGE_TIMES + summed)), LARGEST_STEP) * b.span
     size = _visible(b, size)
     rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
+    beyond = HALF_STEP if loop.deadband or other.deadband else 0.0  # at the set point itself the last digit decides
     times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
-    acts = tuple(Act(at, load=load) for at, load in zip(times, (-rate, 0.0, rate, 0.0), strict=True))
+    loads = (-rate, 0.0, rate * (1 + beyond / ramp), 0.0)
+    acts = tuple(Act(at, load=load) for at, load in zip(times, loads, strict=True))
     return _sweep(b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, CLOSED)
 
 
