@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import MutableSequence  # noqa: TC003 - the annotations of `doubled` are read
+from dataclasses import fields
+from typing import NamedTuple
 
 import pytest
 
@@ -11,7 +14,7 @@ pytest.importorskip("numba")
 
 from pidcfg.sim.controllers.generic.equation import State
 from pidcfg.sim.controllers.kernels import single
-from pidcfg.sim.engine.compile import native_single, on_lists, records, write_back
+from pidcfg.sim.engine.compile import Rows, native_single, on_lists, records, write_back
 
 
 def test_what_compiled_code_has_written_comes_back():
@@ -49,3 +52,49 @@ def test_a_function_of_arrays_is_called_with_lists_of_objects():
     values, states = [1.0, 2.5], [State(sp=1.0), State(sp=2.0)]
     assert on_lists(doubled, doubled, {})(3, values, states) == 5
     assert (values, [state.sp for state in states]) == ([2.0, 5.0], [3.0, 7.0])
+
+
+def test_objects_in_an_array_are_written_from_either_side():
+    states = Rows.of([State(sp=1.5, status=2), State(sp=-3.0, due=1 << 40)])
+    assert on_lists(doubled, doubled, {})(0, [0.25, 2.0], states) == 2
+    assert [state.sp for state in states] == [2.0, 1.0]
+    assert states[1].due == 1 << 40
+
+    states[0].sp = 8
+    assert states.array["sp"].tolist() == [8.0, 1.0]
+    assert type(states[0].sp) is float
+    assert [f.name for f in fields(states[0])] == [f.name for f in fields(State)]
+
+
+def test_copies_of_objects_in_an_array_lie_in_another():
+    states = Rows.of([State(sp=1.5)])
+    more = Rows.of(states)
+    more[0].sp = 7.0
+    assert (states[0].sp, more[0].sp) == (1.5, 7.0)
+    assert Rows.of([]) == []
+
+
+class Pair(NamedTuple):
+    values: MutableSequence[float]
+    states: MutableSequence[State]
+
+
+def raised(k: int, pair: Pair) -> int:
+    for i in range(len(pair.states)):
+        pair.states[i]["sp"] += pair.values[i]
+    pair.values[0] = 7.0
+    return k
+
+
+@pytest.mark.parametrize("values", [array("d", [1.0]), [1.0]])
+def test_a_group_that_lies_in_arrays_has_the_same_ones_in_each_call(values):
+    pair, call = Pair(values, Rows.of([State(sp=1.0)])), on_lists(raised, raised, {})
+    call(0, pair)
+    pair.values[0] = 3.0
+    pair.states[0].sp = 20.0
+    call(0, pair)
+    assert (pair.states[0].sp, pair.values[0]) == (23.0, 7.0)
+
+    other = Pair(array("d", [5.0]), Rows.of([State()]))
+    call(0, other)
+    assert (pair.states[0].sp, other.states[0].sp) == (23.0, 5.0)

@@ -9,8 +9,8 @@ import pytest
 
 from pidcfg.schemas.scenario import Bound, Scenario
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.sim.engine.kernel import Span
-from pidcfg.sim.engine.run import is_steady, refused_modes, swings_alike, window_of
+from pidcfg.sim.engine.kernel import Span, is_steady
+from pidcfg.sim.engine.run import refused_modes, spans_of, swings_alike, window_of
 from pidcfg.sim.judgement import lasting as saturation
 from pidcfg.sim.judgement import standing as signals
 from pidcfg.sim.judgement.evidence import SHARE, Evidence, Look, Pace, Swings, band_of, limits_reached
@@ -407,9 +407,14 @@ def test_one_that_grows_three_times_need_not_have_three_periods(turns, grown, fo
 )
 def test_a_pv_is_at_rest_within_two_counts_of_its_mean(low, high, mean, steady):
     """Of 800 counts in 100; or when it moves by less than a millionth of the range."""
-    assert is_steady(Span(0, low, high, 8 * mean), (0.0, 100.0, 800), 8) == steady
-    assert is_steady(Span(0, low, high, 8 * mean), (100.0, 0.0, 800), 8) == steady
-    assert is_steady(Span(0, 50.0, 50.0001, 0.0), (0.0, 100.0, 10**9), 8) is False
+    assert is_steady(Span(0, 100.0, 800, low, high, 8 * mean), 8) == steady
+    assert is_steady(Span(0, 100.0, 10**9, 50.0, 50.0001, 0.0), 8) is False
+
+
+def test_a_window_looks_at_what_the_sensors_show_whichever_way_their_ranges_go():
+    configs = [Facts(in_slot=3), Facts(in_slot=5), Facts(in_slot=7)]
+    plc = Facts(configs=configs, scales=[(0.0, 100.0, 800), (100.0, 50.0, 4000)])
+    assert spans_of(plc) == [Span(3, 100.0, 800), Span(5, 50.0, 4000)], "the third is no loop"
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from pidcfg.sim.controllers.dl06.equation import Config, State
 from pidcfg.sim.engine import choice as engine
 from pidcfg.sim.engine import compile as compilation
 from pidcfg.sim.engine.compile import from_arrays, to_arrays
-from pidcfg.sim.engine.kernel import LOG_COLUMNS, Log, Loops, Meters, Reference, World
+from pidcfg.sim.engine.kernel import LOG_COLUMNS, Drawn, Log, Loops, Meters, Reference, World
 from pidcfg.sim.engine.kernel import Config as AnyConfig
 from pidcfg.sim.engine.kernel import State as AnyState
 from pidcfg.sim.engine.plants import Plant
@@ -141,16 +141,30 @@ class Twin:
             engine.fast_normals.cache_clear()
 
     def advance(  # noqa: PLR0917 - as the kernel
-        self, k: int, last: int, zero: int, world: World, loops: Any, meters: Meters, log: Log, reference: Reference
+        self,
+        k: int,
+        last: int,
+        zero: int,
+        final: int,
+        reached: int,
+        world: World,
+        drawn: Drawn,
+        loops: Any,
+        meters: Meters,
+        log: Log,
+        reference: Reference,
     ) -> int:
         """`pidcfg.sim.engine.kernel.advance`, of a run without a reference."""
+        rest = (zero, final, reached, world, drawn, loops, meters, log, reference)
         if k < zero + BEGINNING:
-            k = self.compiled.advance(k, min(last, zero + BEGINNING), zero, world, loops, meters, log, reference)
+            k = self.compiled.advance(k, min(last, zero + BEGINNING), *rest)
         if k >= last:
             return k
-        kinds = (World, Loops, Meters, Log)
-        groups = (world, loops, meters, log)
-        w, c, m, g = arrays = [to_arrays(kind, value, VENDOR) for kind, value in zip(kinds, groups, strict=True)]
+        if k == zero + final:
+            return self.compiled.advance(k, last, *rest)
+        kinds = (World, Drawn, Loops, Meters, Log)
+        groups = (world, drawn, loops, meters, log)
+        w, d, c, m, g = arrays = [to_arrays(kind, value, VENDOR) for kind, value in zip(kinds, groups, strict=True)]
         room = len(g.rows) // LOG_COLUMNS - len(m.loops)
         sizes = [len(x) for x in (w.plants, c.configs, m.bands, m.gauges, g.shown)]
         data = (
@@ -158,7 +172,7 @@ class Twin:
             c.configs,
             c.states,
             w.signal_values,
-            w.noise,
+            d.noise,
             m.loops,
             m.bands,
             m.gauges,
@@ -167,7 +181,7 @@ class Twin:
             g.trend,
             g.shown,
         )
-        run = Run(w.step, *sizes, w.columns, w.noise_from, w.reached, g.every, room, *(x.ctypes.data for x in data))
+        run = Run(w.step, *sizes, d.columns, d.first, reached, g.every, room, *(x.ctypes.data for x in data))
         started = time.process_time()
         k = self.code.advance(*map(ctypes.c_int64, (k, last, zero)), ctypes.byref(run))
         self.seconds += time.process_time() - started

@@ -1,7 +1,7 @@
 """Who runs the kernels: CPython on lists of objects, or numba on arrays of records, with the same results to the bit.
 
-The data stay lists; a compiled run copies them into arrays and back for each call, which spans thousands of base steps.
-What is long (noise, trend, log, delay lines) is an ``array`` from the start, which both work on as it is.
+The data are lists; those of a compiled run lie in arrays (`pidcfg.sim.engine.compile.Rows`), which Python reads and
+writes as it does lists of objects. What is long (noise, trend, log, delay lines) is an ``array`` for both.
 """
 
 from __future__ import annotations
@@ -13,7 +13,19 @@ from types import FunctionType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim.engine import kernel
-from pidcfg.sim.engine.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Reference, Span, World
+from pidcfg.sim.engine.kernel import (
+    LISTS,
+    LOG_COLUMNS,
+    LOG_ROWS,
+    Drawn,
+    Log,
+    Loops,
+    Meters,
+    Reference,
+    Span,
+    Storage,
+    World,
+)
 from pidcfg.sim.engine.plants import Normals, draws_alike, normals, step_plants, uniform, word
 from pidcfg.sim.judgement.meters import Band, Gauge, measure_loop, read_gauges, watch_bands, watch_end, watch_swings
 from pidcfg.text.store import KERNELS, holds_entries
@@ -99,11 +111,15 @@ class Machine:
     bands: list[Band]
     gauges: list[Gauge]
     onsets: list[Onset]
-    shown: list[int]
+    shown: Sequence[int]
     kernels: Kernels
-    stack: list[float] = field(default_factory=list)
+    stack: MutableSequence[float] = field(default_factory=list)
+    world: World = field(init=False)
+    loops: Loops[Any, Any] = field(init=False)
+    measured: Meters = field(init=False)
+    """What the kernels get in every call."""
     log: array[int] = field(init=False)
-    counts: list[int] = field(default_factory=lambda: [0, 0, 0])
+    counts: MutableSequence[int] = field(default_factory=lambda: [0, 0, 0])
     noise: array[float] = field(default_factory=lambda: array("d"))
     trend: array[float] = field(default_factory=lambda: array("d"))
     outputs: list[int] = field(default_factory=list)
@@ -115,11 +131,25 @@ class Machine:
     reference: HeldNetwork | None = None
 
     def __post_init__(self) -> None:
-        self.stack = self.net.pool.stack()
-        self.net.delay = array("d", self.net.delay)
+        self._place()
         self.log = array("q", bytes(8 * LOG_COLUMNS * (LOG_ROWS + len(self.meters))))
         given = set(self.net.outside.values())
         self.outputs = [slot for slot, name in enumerate(self.plc.signals) if name and slot not in given]
+
+    def _place(self) -> None:
+        """Puts the data where the kernels work on them as they are."""
+        net, plc, (rows, numbers) = self.net, self.plc, self.kernels.storage
+        net.plants, net.channels = rows(net.plants), rows(net.channels)
+        plc.configs, plc.states, plc.aux = rows(plc.configs), rows(plc.states), numbers("d", plc.aux)
+        self.meters, self.bands, self.gauges = rows(self.meters), rows(self.bands), rows(self.gauges)
+        self.onsets, self.shown, self.counts = rows(self.onsets), numbers("q", self.shown), numbers("q", self.counts)
+        net.signal_values, self.stack = numbers("d", net.signal_values), numbers("d", net.pool.stack())
+        net.delay = array("d", net.delay)
+        code, constants = numbers("q", net.pool.code), numbers("d", net.pool.constants)
+        signals = net.delay, net.signal_values, code, constants, self.stack
+        self.world = World(self.step, net.parts, net.plants, net.channels, *signals)
+        self.loops = Loops(plc.configs, plc.states, plc.aux)
+        self.measured = Meters(self.meters, self.bands, self.gauges, self.onsets)
 
     def hold(self, before: Sequence[float]) -> None:
         """An event has written signals of the PLC: up to its base step the plants see what stood there (D82)."""
@@ -139,45 +169,39 @@ class Machine:
             signals[slot] = value
         self.held.clear()
 
-    def advance(self, k: int, last: int, zero: int, every: int, noise_from: int) -> int:
+    def advance(self, k: int, last: int, zero: int, final: int, every: int, noise_from: int) -> int:
         """`kernel.advance` with this run's data."""
         if self.held:
             self.move_plants(k)
-        meters = Meters(self.meters, self.bands, self.gauges, self.onsets)
         log = Log(self.log, self.trend, self.counts, self.shown, every)
         if self.reference is not None:
             self.reference.follow()
-        reference = NO_REFERENCE if self.reference is None else self.reference.arguments()
-        return self.kernels.advance(k, last, zero, self._world(noise_from), self._loops(), meters, log, reference)
+        reference = NO_REFERENCE if self.reference is None else self.reference.arguments
+        drawn = Drawn(self.noise, len(self.net.noisy) if self.noise else 0, noise_from)
+        groups = self.world, drawn, self.loops, self.measured, log, reference
+        return self.kernels.advance(k, last, zero, final, self.reached, *groups)
 
-    def settle(self, k: int, last: int, spans: list[Span]) -> int:
+    def settle(self, k: int, steps: int, most: int, spans: Sequence[Span]) -> int:
         """`kernel.settle` with this run's data."""
-        return self.kernels.settle(k, last, self._world(0), self._loops(), spans)
-
-    def _world(self, noise_from: int) -> World:
-        net, pool = self.net, self.net.pool
-        columns = len(net.noisy) if self.noise else 0
-        signals = net.delay, net.signal_values, pool.code, pool.constants, self.stack
-        noise = self.noise, columns, noise_from, self.reached
-        return World(self.step, net.parts, net.plants, net.channels, *signals, *noise)
-
-    def _loops(self) -> Loops[Any, Any]:
-        return Loops(self.plc.configs, self.plc.states, self.plc.aux)
+        return self.kernels.settle(k, steps, most, self.reached, self.world, self.loops, spans)
 
 
 class Kernels(NamedTuple):
     """`kernel.advance` and `kernel.settle` with a vendor's ``scan``."""
 
-    advance: Callable[[int, int, int, World, Loops[Any, Any], Meters, Log, Reference], int]
-    settle: Callable[[int, int, World, Loops[Any, Any], MutableSequence[Span]], int]
+    advance: Callable[[int, int, int, int, int, World, Drawn, Loops[Any, Any], Meters, Log, Reference], int]
+    settle: Callable[[int, int, int, int, World, Loops[Any, Any], Sequence[Span]], int]
     normals: Callable[[], Normals | None] = lambda: None
     """`pidcfg.sim.engine.plants.normals`, compiled for the first run that has noise; None: Python draws it."""
+    storage: Storage = LISTS
+    """How the data lie on which they work."""
 
 
 def python_kernels(controller: Controller) -> Kernels:
     """The vendor's ``scan`` in the place of the empty one."""
     names = {**vars(kernel), "scan": controller.scan}
-    return Kernels(*(FunctionType(f.__code__, names, f.__name__) for f in ENTRIES))
+    names |= {f.__name__: FunctionType(f.__code__, names, f.__name__) for f in (*ENTRIES, kernel.run_window)}
+    return Kernels(*(names[f.__name__] for f in ENTRIES))
 
 
 HOT = (step_plants, measure_loop, watch_bands, read_gauges, watch_end, watch_swings)
@@ -197,7 +221,7 @@ KEPT: dict[Scan, Kernels] = {}
 
 
 def numba_kernels(controller: Controller) -> Kernels:
-    """The same two, compiled, each call between copies of its data into arrays and back; kept for the process."""
+    """The same two, compiled; kept for the process."""
     if controller.scan in KEPT:
         return KEPT[controller.scan]
     from pidcfg.sim.engine import compile as compiler
@@ -205,7 +229,7 @@ def numba_kernels(controller: Controller) -> Kernels:
     built = compiler.compile_functions(ENTRIES, {kernel.scan: controller.scan}, inlined_kernels(controller))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
     advance, settle = (compiler.on_lists(built[f], f, vendor) for f in ENTRIES)
-    KEPT[controller.scan] = Kernels(advance, settle, fast_normals)
+    KEPT[controller.scan] = Kernels(advance, settle, fast_normals, Storage(compiler.Rows.of, array))
     return KEPT[controller.scan]
 
 

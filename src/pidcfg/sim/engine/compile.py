@@ -12,6 +12,7 @@ named after a hash of all kernels together with the constants they use.
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import os
 import pickle
@@ -156,6 +157,38 @@ def write_back(rows: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any])
             setattr(item, name, value)
 
 
+@cache
+def record_view(cls: type) -> type[Any]:
+    """A class with the fields of a flat dataclass whose objects lie in an array of its records."""
+    kind = record_type(cls)
+    rows = [(name, np.ctypeslib.as_ctypes_type(kind[name])) for name in kind.names or ()]
+    names = {"_fields_": rows, "__slots__": (), "__dataclass_fields__": {f.name: f for f in fields(cls)}}
+    return type(cls.__name__, (ctypes.Structure,), names)
+
+
+class Rows(list[Any]):
+    """Objects that lie in an array of records: what a compiled kernel writes there, they show at once."""
+
+    __slots__ = ("array",)
+    array: np.ndarray[Any, np.dtype[np.void]]
+
+    @classmethod
+    def of(cls, objects: Sequence[Any]) -> Sequence[Any]:
+        """Copies of objects, all of one class, with the same values."""
+        if not objects:
+            return objects
+        if isinstance(objects, Rows):
+            return cls._seen(objects.array.copy(), type(objects[0]))
+        kind: Any = type(objects[0])
+        return cls._seen(records(objects, kind), record_view(kind))
+
+    @classmethod
+    def _seen(cls, array: np.ndarray[Any, np.dtype[np.void]], view: type[Any]) -> Rows:
+        rows = cls(view.from_buffer(array, at) for at in range(0, array.nbytes, array.itemsize))
+        rows.array = array
+        return rows
+
+
 # --- calls -----------------------------------------------------------------------------------------------------------
 
 
@@ -165,22 +198,40 @@ def on_lists(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> 
     The original's annotations say what becomes of each argument; ``vendor`` has the classes of its type variables.
     """
     kinds = [kind for name, kind in get_type_hints(original).items() if name != "return"]
+    kept: list[tuple[Any, Any]] = [(None, None)] * len(kinds)
 
     def call(*arguments: Any) -> int:
-        arrays = [to_arrays(kind, value, vendor) for kind, value in zip(kinds, arguments, strict=True)]
+        arrays, written = [], []
+        for at, (kind, value, last) in enumerate(zip(kinds, arguments, kept, strict=True)):
+            if kind is int or value is last[0]:
+                arrays.append(value if kind is int else last[1])
+                continue
+            arrays.append(to_arrays(kind, value, vendor))
+            if lies_in_arrays(kind, value):
+                kept[at] = value, arrays[at]
+            else:
+                written.append(at)
         result = function(*arrays)
-        for kind, columns, value in zip(kinds, arrays, arguments, strict=True):
-            from_arrays(kind, columns, value)
+        for at in written:
+            from_arrays(kinds[at], arrays[at], arguments[at])
         return int(result)
 
     return call
 
 
+def lies_in_arrays(kind: Any, value: Any) -> bool:
+    """Whether nothing of a group is copied to make arrays of it: the same group has the same arrays in another call."""
+    items = [item for part, item in zip(group_fields(kind), value, strict=False) if part is not int]
+    return bool(items) and all(isinstance(item, array | Rows) or not item for item in items)
+
+
 def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
     """An argument for a compiled kernel: a sequence as an array, a group with each of its fields so.
 
-    An ``array`` is handed through: the kernel reads and writes its own memory.
+    An ``array`` and `Rows` are handed through: the kernel reads and writes their own memory.
     """
+    if type(value) is Rows:
+        return value.array
     if parts := group_fields(kind):
         return type(value)(*(to_arrays(part, item, vendor) for part, item in zip(parts, value, strict=True)))
     if kind is int:
@@ -210,7 +261,7 @@ def from_arrays(kind: Any, columns: Any, value: Any) -> None:
     if parts := group_fields(kind):
         for part, column, item in zip(parts, columns, value, strict=True):
             from_arrays(part, column, item)
-    elif not is_written(kind) or isinstance(value, array):
+    elif isinstance(value, array | Rows) or not is_written(kind):
         return
     elif columns.dtype.names is not None:
         write_back(columns, value)

@@ -4,7 +4,8 @@ Everything here and below is a plain function on lists of flat objects and of nu
 same source. ``scan`` is the vendor's; see `pidcfg.sim.engine.choice` for how it takes its place.
 """
 
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Callable, MutableSequence, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -16,6 +17,7 @@ from pidcfg.sim.judgement.meters import (
     Meter,
     Onset,
     Rival,
+    begin,
     change_status,
     compare_errors,
     measure_loop,
@@ -57,6 +59,9 @@ class Span:
     """How far a loop's measurement moved during a window of the pre-roll."""
 
     slot: int
+    width: float = 0.0
+    """Of its range, and the counts in it."""
+    counts: int = 1
     low: float = 0.0
     high: float = 0.0
     total: float = 0.0
@@ -74,6 +79,19 @@ class Held:
     source: int = -1
     low: float = 0.0
     width: float = 1.0
+
+
+class Storage(NamedTuple):
+    """How the data of a run lie."""
+
+    rows: Callable[[Sequence[Any]], Any]
+    """Copies of objects of one class."""
+    numbers: Callable[[str, Sequence[Any]], Any]
+    """Numbers, of the type that `array.array` knows by a letter."""
+
+
+LISTS = Storage(lambda objects: list(map(copy, objects)), lambda _, values: list(values))
+"""As CPython works on them fastest."""
 
 
 # Groups of arguments: a `MutableSequence` is written by the kernels, a `Sequence` only read (see
@@ -96,12 +114,14 @@ class World(NamedTuple):
     """Expressions, with their constants, and the stack that they are evaluated on."""
     constants: Sequence[float]
     stack: MutableSequence[float]
+
+
+class Drawn(NamedTuple):
+    """Noise: standard normal numbers, ``columns`` for each base step from ``first`` on."""
+
     noise: Sequence[float]
-    """Standard normal numbers, ``columns`` for each base step from ``noise_from`` on."""
     columns: int
-    noise_from: int
-    reached: int
-    """The base step to which the plants have come already; at the first one they are at rest."""
+    first: int
 
 
 class Loops(NamedTuple, Generic[Config, State]):
@@ -238,11 +258,26 @@ def step_reference(
         read_channels(k, channels, held, code, constants, stack)
 
 
+def measure_edge(k: int, m: Meter, signals: Sequence[float]) -> None:
+    """`measure_loop` at the first base step of a run, or at the last, which stands for no time (kernel)."""
+    iae, ise, itae = m.iae, m.ise, m.itae
+    measure_loop(k, m, signals)
+    if k == 0:
+        begin(m, signals)
+    else:
+        m.iae = iae
+        m.ise = ise
+        m.itae = itae
+
+
 def advance(
     k: int,
     last: int,
     zero: int,
+    final: int,
+    reached: int,
     world: World,
+    drawn: Drawn,
     loops: Loops[Any, Any],
     meters: Meters,
     log: Log,
@@ -250,9 +285,11 @@ def advance(
 ) -> int:
     """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
 
-    Time 0 is base step ``zero``; what lies before is the pre-roll.
+    Time 0 is base step ``zero``, and what lies before is the pre-roll; ``final`` after it the run ends. The plants have
+    come to base step ``reached`` already; at the first one they are at rest.
     """
-    tick, parts, plants, channels, delay, signals, code, constants, stack, noise, columns, noise_from, reached = world
+    tick, parts, plants, channels, delay, signals, code, constants, stack = world
+    noise, columns, noise_from = drawn
     configs, states, aux = loops
     loop_meters, bands, gauges, onsets = meters
     rows, trend, counts, shown, every = log
@@ -277,7 +314,10 @@ def advance(
             meter = loop_meters[i]
             if state.status != meter.status or state.notice != 0 or state.aux_status != meter.aux_status:
                 write_log(now, i, state, meter, onsets, rows, counts)
-            measure_loop(now, meter, signals)
+            if 0 < now < final:
+                measure_loop(now, meter, signals)
+            else:
+                measure_edge(now, meter, signals)
         if counts[2] > 0:
             watch_bands(now, bands, loop_meters, signals)
         if gauged > 0:
@@ -293,9 +333,49 @@ def advance(
     return k
 
 
-def settle(k: int, last: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]) -> int:
-    """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
-    tick, parts, plants, channels, delay, signals, code, constants, stack, _, _, _, reached = world
+STEADY_SHARE = 1e-6
+STEADY_COUNTS = 2.0
+"""A PV is steady when it moves less than this share of its range, or stays this close to its mean."""
+
+
+def is_steady(span: Span, steps: int) -> bool:
+    """Whether a PV was at rest over a window of ``steps`` (kernel)."""
+    if span.high - span.low < STEADY_SHARE * span.width:
+        return True
+    mean = span.total / steps
+    return max(span.high - mean, mean - span.low) <= STEADY_COUNTS * span.width / span.counts
+
+
+def settle(
+    k: int,
+    steps: int,
+    most: int,
+    reached: int,
+    world: World,
+    loops: Loops[Any, Any],
+    spans: MutableSequence[Span],
+) -> int:
+    """Windows of the pre-roll from base step ``k`` on, until all PVs are at rest; returns the next one (kernel).
+
+    Each has ``steps`` base steps, without noise, events, metrics and log; there are ``most`` at most.
+    """
+    unsteady = 1
+    while most > 0 and unsteady > 0:
+        run_window(k, k + steps, reached, world, loops, spans)
+        k += steps
+        most -= 1
+        unsteady = 0
+        for i in range(len(spans)):
+            if not is_steady(spans[i], steps):
+                unsteady += 1
+    return k
+
+
+def run_window(
+    k: int, last: int, reached: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]
+) -> None:
+    """One window: base steps ``k`` to ``last`` − 1 (kernel)."""
+    tick, parts, plants, channels, delay, signals, code, constants, stack = world
     configs, states, aux = loops
     first = k
     while k < last:
@@ -319,4 +399,3 @@ def settle(k: int, last: int, world: World, loops: Loops[Any, Any], spans: Mutab
                 span.high = value
             span.total += value
         k += 1
-    return k

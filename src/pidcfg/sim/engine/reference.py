@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from array import array
-from copy import copy
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.engine.influence import read_signals
@@ -13,12 +13,12 @@ from pidcfg.sim.judgement.evidence import NOISE_MARGIN, noise_of
 from pidcfg.sim.judgement.meters import Rival
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, MutableSequence, Sequence
 
     from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.engine.influence import Influence
-    from pidcfg.sim.engine.kernel import Channel
+    from pidcfg.sim.engine.kernel import Channel, Storage
     from pidcfg.sim.engine.network import Network
     from pidcfg.sim.engine.plants import Plant
 
@@ -27,22 +27,22 @@ if TYPE_CHECKING:
 # there; outputs of loops that nobody judges, and signals from outside, it sees all the time. Disturbances reach both.
 
 
-@dataclass(slots=True)
+@dataclass
 class HeldNetwork:
     """The second network of a run, and what is measured of each loop that has a PV from outside the program."""
 
     net: Network
-    plants: list[Plant] = field(default_factory=list)
-    channels: list[Channel] = field(default_factory=list)
-    delay: array[float] = field(default_factory=lambda: array("d"))
-    signal_values: list[float] = field(default_factory=list)
-    outputs: list[Held] = field(default_factory=list)
-    rivals: list[Rival] = field(default_factory=list)
+    plants: MutableSequence[Plant] = field(default_factory=list)
+    channels: MutableSequence[Channel] = field(default_factory=list)
+    delay: MutableSequence[float] = field(default_factory=list)
+    signal_values: MutableSequence[float] = field(default_factory=list)
+    outputs: Sequence[Held] = ()
+    rivals: MutableSequence[Rival] = field(default_factory=list)
     shared: list[int] = field(default_factory=list)
     """The signals that are those of the run whenever an event may have changed them."""
 
     @classmethod
-    def of(cls, scenario: Scenario, net: Network, plc: Plc, influence: Influence) -> HeldNetwork:
+    def of(cls, scenario: Scenario, net: Network, plc: Plc, influence: Influence, storage: Storage) -> HeldNetwork:
         """Of a run at time 0."""
         judged = [i for i, name in enumerate(plc.loops) if scenario.loops is None or name in scenario.loops]
         rivals = [
@@ -50,9 +50,9 @@ class HeldNetwork:
             for i in judged
             if plc.loops[i] not in plc.wired or plc.loops[i] in plc.inlets
         ]
-        held = cls(net, list(map(copy, net.plants)), list(map(copy, net.channels)), array("d", net.delay))
-        held.signal_values, held.rivals = list(net.signal_values), rivals
-        held.outputs = list(_outputs(net, plc, influence, judged))
+        held = cls(net, storage.rows(net.plants), storage.rows(net.channels), array("d", net.delay))
+        held.signal_values, held.rivals = storage.numbers("d", net.signal_values), storage.rows(rivals)
+        held.outputs = storage.rows(list(_outputs(net, plc, influence, judged)))
         own = {slot for plant in net.plants for slot in (plant.slot, plant.measured)}
         own |= {channel.target for channel in net.channels} | {one.slot for one in held.outputs}
         held.shared = [slot for slot in range(len(net.signal_values)) if slot not in own]
@@ -67,6 +67,7 @@ class HeldNetwork:
         for slot in self.shared:
             self.signal_values[slot] = self.net.signal_values[slot]
 
+    @cached_property
     def arguments(self) -> Reference:
         """For the kernels."""
         return Reference(self.plants, self.channels, self.delay, self.signal_values, self.outputs, self.rivals)

@@ -18,13 +18,13 @@ from pidcfg.sim.engine.choice import CHUNK, EngineName, Machine, calls_of, choos
 from pidcfg.sim.engine.events import Agenda, Journal, idle_events
 from pidcfg.sim.engine.expressions import FAULTS, Problem
 from pidcfg.sim.engine.influence import Influence, wrong_actions
-from pidcfg.sim.engine.kernel import Span
+from pidcfg.sim.engine.kernel import STEADY_COUNTS, STEADY_SHARE, Span, is_steady
 from pidcfg.sim.engine.network import Network, build, initial_values, rest
 from pidcfg.sim.engine.plants import Noise
 from pidcfg.sim.engine.reference import HeldNetwork
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
 from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, place_verdict, verdict, watches_of
-from pidcfg.sim.judgement.meters import DEFAULT_BAND, NEVER, Band, Gauge, Onset, begin, loop_metrics, time_in_control
+from pidcfg.sim.judgement.meters import DEFAULT_BAND, NEVER, Band, Gauge, Onset, loop_metrics, time_in_control
 from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, ten_digits
 from pidcfg.sim.judgement.standing import LoopWatch, loop_verdict, standing, unused_allowances
 from pidcfg.text.frozen import frozen
@@ -191,9 +191,6 @@ SAMPLES = 4
 """Samples of the slowest loop that a window spans at least."""
 ALIGNED = 10
 """A window grows at most by this factor to hold whole samples of all loops."""
-STEADY_SHARE = 1e-6
-STEADY_COUNTS = 2.0
-"""A PV is steady when it moves less than this share of its range, or stays this close to its mean."""
 CYCLE_WINDOWS = 4
 """Windows whose extremes are held against those of as many before: a cycle may be longer than the time constant."""
 CYCLE_SHARE = 0.02
@@ -211,15 +208,15 @@ class UnsteadyError(Exception):
 def run_to_rest(machine: Machine, max_loop_steps: int | None, swinging: Collection[int] = ()) -> int:
     """Runs the pre-roll and returns its base steps; ``swinging``: loops that may swing. Raises `UnsteadyError`."""
     plc = machine.plc
-    spans = [Span(config.in_slot) for config in plc.configs[: len(plc.loops)]]
+    spans: Sequence[Span] = machine.kernels.storage.rows(spans_of(plc))
     steps = window_of(machine)
+    left = WINDOWS if max_loop_steps is None else min(WINDOWS, max_loop_steps // (steps * max(len(spans), 1)))
     past: list[list[tuple[float, float]]] = []
     k, moving = 0, 0
-    for _ in range(WINDOWS):
-        if max_loop_steps is not None and (k + steps) * len(spans) > max_loop_steps:
-            break
-        k = machine.settle(k, k + steps, spans)
-        unsteady = [i for i, span in enumerate(spans) if not is_steady(span, plc.scales[i], steps)]
+    while left > 0:
+        k = machine.settle(k, steps, 1 if swinging else left, spans)
+        left = left - 1 if swinging else 0
+        unsteady = [i for i, span in enumerate(spans) if not is_steady(span, steps)]
         if swinging:
             past.append([(span.low, span.high) for span in spans])
             ends = {i: [window[i] for window in past] for i in swinging}
@@ -228,6 +225,12 @@ def run_to_rest(machine: Machine, max_loop_steps: int | None, swinging: Collecti
             return k
         moving = unsteady[0]
     raise UnsteadyError(_explain(machine, k, spans[moving], moving, steps))
+
+
+def spans_of(plc: Plc) -> list[Span]:
+    """What a window looks at: of each loop what its sensor shows."""
+    scales = zip(plc.configs, plc.scales, strict=False)  # blocks that are no loops stand behind them
+    return [Span(config.in_slot, abs(high - low), counts) for config, (low, high, counts) in scales]
 
 
 def refused_modes(machine: Machine) -> list[Problem]:
@@ -251,15 +254,6 @@ def window_of(machine: Machine) -> int:
     if common > ALIGNED * least:
         common = machine.step
     return int(-(-least // common)) * common // machine.step
-
-
-def is_steady(span: Span, scale: tuple[float, float, int], steps: int) -> bool:
-    """Whether a PV was at rest over a window of ``steps``; ``scale`` is its range and the counts in it."""
-    low, high, counts = scale
-    if span.high - span.low < STEADY_SHARE * abs(high - low):
-        return True
-    mean = span.total / steps
-    return max(span.high - mean, mean - span.low) <= STEADY_COUNTS * abs(high - low) / counts
 
 
 def swinging_loops(scenario: Scenario, net: Network, plc: Plc) -> set[int]:
@@ -418,6 +412,9 @@ class Run:
         engine = choose(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
+        placed: list[Watch] = [*machine.bands, *machine.gauges, *machine.onsets]
+        place = {id(mine): seen for mine, seen in zip([*bands, *gauges, *onsets], placed, strict=True)}
+        watches = {i: place[id(watch)] for i, watch in watches.items()}
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
         run = cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
@@ -444,7 +441,8 @@ class Run:
         self._look_at_settings(0)
         k = self.agenda.zero = self.zero
         if self.settings.judged and self.settings.reference:
-            self.machine.reference = HeldNetwork.of(self.scenario, self.net, self.plc, self.agenda.influence)
+            influence, storage = self.agenda.influence, self.machine.kernels.storage
+            self.machine.reference = HeldNetwork.of(self.scenario, self.net, self.plc, influence, storage)
         self.lookout = LoopWatch(self._evidence())
         for stop, action in self.agenda.stops(self.last, self.lookout.stops()):
             if stop > k - self.zero:
@@ -464,22 +462,12 @@ class Run:
         return self._report(lookout.evidence)
 
     def _advance(self, k: int, end: int) -> Generator[int, None, int]:
-        """Base steps up to ``end``; the first and the last one stand alone.
-
-        Extremes begin with the first one, and nothing is integrated over the time after the last one.
-        """
+        """Base steps up to ``end``; the first and the last one stand alone, so that somebody looks after them."""
         bounds = {self.zero + 1, self.zero + self.last}
         while k < end:
             stop = min([end, k + self.chunk, *(b for b in bounds if b > k)])
-            final = k == self.zero + self.last
-            held = [(m.iae, m.ise, m.itae) for m in self.machine.meters] if final else []
             self._chunk(k, stop)
             self._look_at_settings(stop - self.zero)
-            if k == self.zero:
-                for meter in self.machine.meters:
-                    begin(meter, self.net.signal_values)
-            for meter, integrals in zip(self.machine.meters if final else (), held, strict=True):
-                meter.iae, meter.ise, meter.itae = integrals
             k = stop
             yield k
         return k
@@ -492,13 +480,13 @@ class Run:
         if every:
             machine.trend = array("d", bytes(8 * ((stop - k) // every + 1) * len(machine.shown)))
         while k < stop:
-            k = machine.advance(k, stop, self.zero, every, first)
+            k = machine.advance(k, stop, self.zero, self.last, every, first)
             self.journal.take(machine.log, machine.counts[0])
             if self.trend is not None:
                 self.trend.take(machine.trend, machine.counts[1], every)
             if recording is not None:
                 recording.take(machine.trend, machine.counts[1])
-            machine.counts[:2] = [0, 0]
+            machine.counts[0] = machine.counts[1] = 0
         if self.settings.progress is not None:
             self.settings.progress((k - self.zero) / (self.last + 1))
 

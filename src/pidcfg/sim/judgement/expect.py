@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.schemas.scenario import Never
 from pidcfg.sim.controllers.plc import TICKS, steps_until
@@ -32,7 +32,7 @@ class Outcome:
     plc: Plc
     metrics: Sequence[Mapping[str, float | None]]
     """Of each loop."""
-    meters: list[Meter]
+    meters: Sequence[Meter]
     signals: Mapping[str, Range]
     dt: float
     last: int
@@ -78,11 +78,11 @@ def alarms_off(scenario: Scenario, plc: Plc) -> set[tuple[str, str]]:
 def verdict(i: int, wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
     """The verdict on expectation ``i``; ``watch`` is what was measured for it alone."""
     if wanted.metric is not None:
-        return _metric(wanted, watch, out)
+        return _metric(wanted, cast("Band | None", watch), out)
     if wanted.signal is not None:
-        return _signal(wanted, watch, out)
+        return _signal(wanted, cast("Gauge | None", watch), out)
     if wanted.alarm is not None:
-        return _alarm(wanted, watch, out)
+        return _alarm(wanted, cast("Onset | None", watch), out)
     if wanted.flag is not None:
         return _flag(wanted, out)
     if wanted.autotune is not None:
@@ -112,12 +112,12 @@ def _inside(value: float | None, minimum: Bound | None, maximum: Bound | None) -
     )
 
 
-def _metric(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
+def _metric(wanted: Expectation, watch: Band | None, out: Outcome) -> Verdict:
     loop = out.plc.loops.index(wanted.loop or "")
     name = str(wanted.metric)
     value = out.metrics[loop][name]
     band = ""
-    if isinstance(watch, Band):
+    if watch is not None:
         time = settling_time(out.meters[loop], watch, out.last, out.dt)
         value, band = None if time is None else ten_digits(time), f" (band {wanted.band:f} %)"
     text = f"{wanted.loop} {name}{band} {_bounds(wanted.min, wanted.max, UNITS.get(name, ''))}"
@@ -135,12 +135,12 @@ def _nothing_measured(name: str, value: float | None, m: Meter, dt: float) -> st
     return f"nothing was measured: {NO_STEP if name in OF_A_STEP else NO_SWINGS if name in OF_SWINGS else NO_CONTROL}"
 
 
-def _signal(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
+def _signal(wanted: Expectation, watch: Gauge | None, out: Outcome) -> Verdict:
     name = str(wanted.signal)
     seen = out.signals[name]
-    if isinstance(watch, Gauge) and watch.low > watch.high:
+    if watch is not None and watch.low > watch.high:
         return Verdict(f"{name}: no base step lies in its time", passed=False, value=None)
-    if isinstance(watch, Gauge):
+    if watch is not None:
         seen = Range(ten_digits(watch.low), ten_digits(watch.high), seen.final)
     low = wanted.min is None or seen.low >= float(wanted.min.value)
     high = wanted.max is None or seen.high <= float(wanted.max.value)
@@ -156,15 +156,15 @@ def _signal(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
     return Verdict(f"{name} {', '.join(p for p in parts if p)}{since}{until}", low and high and final, value)
 
 
-def _alarm(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
+def _alarm(wanted: Expectation, watch: Onset | None, out: Outcome) -> Verdict:
     verdict = _time_of_alarm(wanted, watch, out)
     if verdict.passed and verdict.value is None and (wanted.loop, wanted.alarm) in out.alarms_off:
         return replace(verdict, text=f"{verdict.text} (nothing was measured: the alarm is off)", passed=False)
     return verdict
 
 
-def _time_of_alarm(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
-    first = ten_digits(watch.first * out.dt) if isinstance(watch, Onset) and watch.first >= 0 else None
+def _time_of_alarm(wanted: Expectation, watch: Onset | None, out: Outcome) -> Verdict:
+    first = ten_digits(watch.first * out.dt) if watch is not None and watch.first >= 0 else None
     subject = f"{wanted.loop} alarm {wanted.alarm}"
     if wanted.never and wanted.before is not None:
         text = f"{subject} never before {wanted.before:f} s"

@@ -570,7 +570,7 @@ def compare_errors(
 
 
 def begin(meter: Meter, signals: Sequence[float]) -> None:
-    """What only makes sense from time 0 on starts with the signals as they stand there."""
+    """What only makes sense from time 0 on starts with the signals as they stand there (kernel)."""
     meter.pv_low = meter.pv_high = signals[meter.pv]
     meter.sp_low = meter.sp_high = meter.last_sp = meter.anchor = signals[meter.sp]
     meter.out_low = meter.out_high = meter.last_out = signals[meter.out]

@@ -338,7 +338,8 @@ class Dl06(CountsPlc):
         config.pv_low, config.pv_width = low_and_width(words.pv_range, config.pv_min, config.pv_span)
         config.out_low, config.out_width = low_and_width(words.out_range, config.out_min, config.out_span)
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
-        self.aux[config.rs_table : config.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
+        for at, value in enumerate(profile(table, v), config.rs_table):
+            self.aux[at] = value
         tuning(config, state, v, words.decimals)
         if config.halt or state.period != period:
             change_rate(state)
