@@ -10,11 +10,17 @@ RUN python -m venv /opt/build \
     && /opt/build/bin/pip --python /opt/pidcfg install --no-cache-dir --require-hashes -r requirements/run.txt
 COPY LICENSE README.md pyproject.toml ./
 COPY docs/man docs/man
+COPY requirements/pidcfg.cdx.json requirements/
+COPY tools/release/metadata.py tools/release/
 COPY src src
 RUN /opt/build/bin/pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir /wheels . \
     && /opt/build/bin/pip --python /opt/pidcfg install --no-cache-dir --no-deps --no-index --find-links /wheels pidcfg
 
 FROM ${BASE}
+LABEL org.opencontainers.image.title="pidcfg" \
+      org.opencontainers.image.description="Check, encode and simulate the PID loops of small PLCs, written as YAML" \
+      org.opencontainers.image.licenses="MIT" \
+      org.opencontainers.image.version="0.2.0"
 COPY --from=build /opt/pidcfg /opt/pidcfg
 ENV PATH=/opt/pidcfg/bin:$PATH
 # Nobody in particular: name yourself with --user "$(id -u):$(id -g)" where the container has to write.

@@ -15,7 +15,10 @@ whatif-runtime
           collect Python for the browser from npm and PyPI, which `pidcfg whatif` puts into its pages; needs Node
 playground
           write the playground into build/playground, for any static server; whatif-runtime first
-lock      renew requirements/*.txt from pyproject.toml
+release   build what is committed twice, look at it as an index would, date the changelog, commit, tag, and fill dist/;
+          --dry-run only says what the release would be. Nothing is sent anywhere
+onedir    write build/onedir/pidcfg, a folder with Python and pidcfg in it, for this system
+lock      renew requirements/ from pyproject.toml, or the files that are named
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
 """
@@ -45,11 +48,16 @@ GENERATED = "tests/generated.py"
 SITE = ("-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-d", "build/doctrees")
 """Sphinx from source folder to site, as offline as everything else."""
 
-NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "report", "live", "lsp", "dev", "docs")}
+NEEDED_BY = {
+    "demo": ("build", "run"),
+    "test": ("build", "run", "report", "live", "lsp", "dev", "docs"),
+    "release": ("build", "run", "release"),
+    "onedir": ("build", "run", "report", "live", "lsp", "onedir"),
+}
 """Files of requirements/ by what they are installed for."""
 
-WINDOWS_ONLY = ("colorama",)
-"""What click and pytest need on Windows alone: the lock is made on Linux and would miss it."""
+WINDOWS_ONLY = {"run": ("colorama",), "onedir": ("pefile", "pywin32-ctypes")}
+"""What click, pytest and pyinstaller need on Windows alone: the lock is made on Linux and would miss it."""
 
 
 def run(*command: str | Path) -> int:
@@ -156,21 +164,24 @@ def ranges(name: str) -> list[str]:
     project, groups = pyproject["project"], pyproject["dependency-groups"]
     lines: list[str] = {
         "build": groups["build"],
-        "run": [*project["dependencies"], *WINDOWS_ONLY],
+        "run": project["dependencies"],
         "fast": project["optional-dependencies"]["fast"],
         "report": project["optional-dependencies"]["report"],
         "live": project["optional-dependencies"]["live"],
         "lsp": project["optional-dependencies"]["lsp"],
         "dev": groups["dev"],
         "docs": groups["docs"],
+        "onedir": groups["onedir"],
+        "release": groups["release"],
     }[name]
-    return lines
+    return [*lines, *WINDOWS_ONLY.get(name, ())]
 
 
 LOCK_OPTIONS = (
     "--quiet",
     "--generate-hashes",
     "--strip-extras",
+    "--allow-unsafe",  # setuptools is a package like others; pyinstaller needs it
     "--no-header",
     "--no-annotate",
     # a lock names packages, not the servers they came from
@@ -187,8 +198,8 @@ def compile_lock(python: Path, folder: Path, name: str, earlier: list[str]) -> N
     agreeing = [f"-c {folder / other}.txt" for other in earlier]
     source.write_text("\n".join(agreeing + ranges(name)), "utf-8")
     must(python, "-m", "piptools", "compile", *LOCK_OPTIONS, "--output-file", result, source)
-    text = result.read_text("utf-8")
-    for package in WINDOWS_ONLY:
+    text = re.sub(r"^(#.*)?\n", "", result.read_text("utf-8"), flags=re.MULTILINE)
+    for package in (package for packages in WINDOWS_ONLY.values() for package in packages):
         text = re.sub(rf"^({package}==\S+)", r'\1 ; sys_platform == "win32"', text, flags=re.MULTILINE)
     header = f"# {name}: made by `python tasks.py lock` from pyproject.toml; do not edit.\n"
     (REQUIREMENTS / f"{name}.txt").write_text(header + text, "utf-8", newline="\n")
@@ -283,18 +294,37 @@ def playground() -> None:
     must(PYTHON, "tools/whatif/playground.py")
 
 
-def lock() -> None:
-    """Renew requirements/*.txt. On the oldest Python: newer ones never need more packages."""
+def release(*arguments: str) -> None:
+    """Look at what a release would be, or make it."""
+    prepare("release")
+    must(PYTHON, "tools/release/make.py", *arguments)
+
+
+def onedir() -> None:
+    """Make the folder that runs without Python."""
+    prepare("onedir")
+    must(PYTHON, "tools/release/onedir.py")
+
+
+LOCKS = ("run", "build", "fast", "report", "live", "lsp", "dev", "docs", "onedir", "release")
+"""Files of requirements/, each in agreement with those before it."""
+
+
+def lock(*names: str) -> None:
+    """Renew requirements/, or the files that are named. On the oldest Python: newer ones never need more packages."""
     if sys.version_info[:2] != (3, 11):
         sys.exit("lock with Python 3.11, the oldest that pidcfg supports")
     with tempfile.TemporaryDirectory() as folder:
         must(sys.executable, "-m", "venv", Path(folder) / "venv")
         python = Path(folder) / "venv" / PYTHON.relative_to(VENV)
         must(python, *PIP, "pip-tools>=7.5")
-        locked: list[str] = []
-        for name in ("run", "build", "fast", "report", "live", "lsp", "dev", "docs"):
-            compile_lock(python, Path(folder), name, locked)
-            locked.append(name)
+        for number, name in enumerate(LOCKS):
+            if names and name not in names:
+                (Path(folder) / f"{name}.txt").write_bytes((REQUIREMENTS / f"{name}.txt").read_bytes())
+            else:
+                compile_lock(python, Path(folder), name, list(LOCKS[:number]))
+    prepare("release")
+    must(PYTHON, "tools/release/sbom.py")
 
 
 TASKS: dict[str, Callable[..., None]] = {
@@ -308,14 +338,17 @@ TASKS: dict[str, Callable[..., None]] = {
     "mutants": mutants,
     "whatif-runtime": whatif_runtime,
     "playground": playground,
+    "release": release,
+    "onedir": onedir,
     "lock": lock,
 }
+TAKES_ARGUMENTS = {"test", "generate", "bench", "torture", "mutants", "release", "lock"}
 
 
 def main(arguments: list[str]) -> None:
     """Run the named task."""
     name, *rest = arguments or ["help"]
-    if name not in TASKS or (rest and name not in {"test", "generate", "bench", "torture", "mutants"}):
+    if name not in TASKS or (rest and name not in TAKES_ARGUMENTS):
         sys.exit(__doc__)
     os.environ["PYTHONUTF8"] = "1"
     TASKS[name](*rest)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pygments.lexers.shell import BashLexer, ShellSessionBaseLexer  # type: ignore[import-untyped]
 
 from pidcfg import __version__
+from pidcfg.addresses import SITE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ ORDER = {
         "adding-a-register",
         "adding-a-format",
         "adding-a-vendor",
+        "release",
     ],
     "The PLCs": [
         "DL06 <dl06>",
@@ -154,6 +156,7 @@ myst_heading_anchors = 4  # the anchors that code-hosting sites make, so that on
 
 html_theme = "furo"
 html_title = f"pidcfg {release}"
+html_baseurl = SITE
 html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["pidcfg.css"]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
 ROOT = Path(__file__).parents[1]
-sys.path.append(str(ROOT / "docs"))
+sys.path += [str(ROOT / "docs"), str(ROOT / "tools")]
 
 
 def pages() -> dict[Path, bytes]:
@@ -40,8 +40,16 @@ def messages() -> dict[Path, bytes]:
     return {case_messages.GOLDEN: case_messages.messages().encode()}
 
 
+def places() -> dict[Path, bytes]:
+    """Files that repeat the version or an address of the project."""
+    from release import places
+
+    return places.files()
+
+
 PARTS: dict[str, Callable[[], Mapping[Path, bytes]]] = {
     "pages": pages,
+    "places": places,
     "messages": messages,
     "typical": mistakes.golden_files,
     "listings": spoiled_listings.golden_files,

@@ -18,6 +18,7 @@ SRC = ROOT / "src"
 # fmt: off
 MAY_IMPORT = {
     # part          parts of pidcfg that it may import besides itself; text.frozen and text.paths serve all
+    "addresses":        "",
     "text.frozen":      "",
     "text.paths":       "",
     "text.signs":       "",
@@ -39,7 +40,7 @@ MAY_IMPORT = {
     "conversion":       "text.references text.diagnostics text.document schemas vendors encoders",
     "tuning":           "text.signs text.references text.reader schemas vendors encoders",
     "validate":         "text.signs text.references text.reader text.writer text.diagnostics text.document text.source "
-                        "schemas vendors encoders",
+                        "schemas vendors encoders addresses",
     "sim":              "text.signs text.references text.store schemas encoders tuning",
     "study":            "",
     "study.scenario":   "text.references text.reader text.diagnostics text.document text.source schemas vendors "
@@ -547,7 +548,7 @@ render("sarif", Findings([Diagnostic({!r}, Severity.ERROR, "message", "file.yaml
 import sys
 """
 SARIF = (
-    "cli cli.formats cli.formats.findings cli.formats.reports output output.findings text text.diagnostics "
+    "addresses cli cli.formats cli.formats.findings cli.formats.reports output output.findings text text.diagnostics "
     "text.document text.frozen text.paths text.reader text.references text.signs text.writer validate "
     "validate.catalog validate.rule validate.texts vendors"
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -30,6 +31,7 @@ SCHEMAS = {
     ".github/workflows/ci.yml": "vendor.github-workflows",
     ".github/workflows/release.yml": "vendor.github-workflows",
     ".github/dependabot.yml": "vendor.dependabot",
+    ".readthedocs.yaml": "vendor.readthedocs",
     **{path.relative_to(ROOT).as_posix(): "vendor.github-issue-forms" for path in FORMS if path.stem != "config"},
 }
 needs_bash = pytest.mark.skipif(os.name == "nt" or not shutil.which("bash"), reason="the action's steps are for bash")
@@ -72,7 +74,8 @@ def test_a_release_is_made_by_hand_and_only_its_last_step_may_publish():
     assert release["permissions"] == {}
     jobs = release["jobs"]
     assert jobs["publish"]["permissions"] == {"id-token": "write"}
-    assert jobs["publish"]["needs"] == "build"
+    assert jobs["publish"]["needs"] == ["build", "windows"]
+    assert all("refs/tags/v" in jobs[name]["if"] for name in jobs["publish"]["needs"])
     assert not any("secrets" in str(step) for job in jobs.values() for step in job["steps"])
 
 
@@ -95,6 +98,8 @@ def runner(tmp_path):
     command = temp / "pidcfg/bin/pidcfg"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pidcfg "$@"\n', "utf-8")
     command.chmod(0o755)
+    (temp / "pidcfg/bin/python").write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n', "utf-8")
+    (temp / "pidcfg/bin/python").chmod(0o755)
     shutil.copyfile(ROOT / "examples/mistakes/oven.yaml", work / "oven.yaml")
     shutil.copyfile(ROOT / "examples/dl06/reactor.yaml", work / "with blank.yaml")
     defaults = {name: entry["default"] for name, entry in ACTION["inputs"].items()}
@@ -106,6 +111,8 @@ def runner(tmp_path):
                      for key, text in found["env"].items()}  # fmt: skip
         summary = temp / "summary.md"
         surroundings = {"RUNNER_TEMP": temp, "GITHUB_STEP_SUMMARY": summary, "GITHUB_ACTIONS": "true"}
+        surroundings["GITHUB_OUTPUT"] = temp / "output"
+        (temp / "output").write_text("", "utf-8")
         environment = {**os.environ, **variables, **{key: str(value) for key, value in surroundings.items()}}
         environment |= {"PYTHONPATH": str(ROOT / "src"), "GITHUB_ACTION_PATH": str(ROOT)}
         shell = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", found["run"]]
@@ -136,6 +143,22 @@ def test_the_inputs_of_the_action_are_the_options_of_the_command(runner):
     baseline = (sys.executable, "-m", "pidcfg", "validate", "oven.yaml", "--baseline", "known", "--create-baseline")
     subprocess.run(baseline, cwd=runner.work, env={**os.environ, "PYTHONPATH": str(ROOT / "src")}, check=True)
     assert runner("Validate", paths="oven.yaml", baseline="known")[0] == 0
+
+
+@needs_bash
+def test_the_action_hands_on_how_much_was_found_and_where_it_stands(runner):
+    assert {*ACTION["outputs"]} == {"files", "errors", "warnings", "infos", "json"}
+    for name, output in ACTION["outputs"].items():
+        assert output["value"] == f"${{{{ steps.validate.outputs.{name} }}}}"
+    runner("Validate")
+    told = dict(line.split("=", 1) for line in (runner.temp / "output").read_text("utf-8").splitlines())
+    assert {*told} == {*ACTION["outputs"]}
+    found = json.loads(Path(told["json"]).read_text("utf-8"))
+    assert {name: int(count) for name, count in told.items() if name != "json"} == found["summary"]
+    assert (found["summary"]["files"], found["summary"]["errors"]) == (2, 2)
+    assert sum(found["summary"].values()) == 2 + len(found["findings"])
+    runner("Validate", paths="")
+    assert (runner.temp / "output").read_text("utf-8") == "", "what could not be read has no counts"
 
 
 @needs_bash
@@ -199,6 +222,13 @@ def test_the_image_that_the_container_is_built_from_can_be_named_by_its_digest()
 
 def test_the_container_runs_pidcfg_as_nobody_in_particular():
     last = DOCKERFILE.rpartition("FROM ")[2]
+    labels = dict(re.findall(r'org\.opencontainers\.image\.(\w+)="(.+)"', last))
+    assert labels == {
+        "title": PROJECT["name"],
+        "description": PROJECT["description"],
+        "licenses": PROJECT["license"],
+        "version": pidcfg.__version__,
+    }
     assert re.search(r"^USER (?!0\b|root)\d+:\d+$", last, re.MULTILINE)
     assert '\nENTRYPOINT ["pidcfg"]\n' in last
 
@@ -213,8 +243,25 @@ def test_the_classifiers_are_those_of_the_index_and_agree_with_what_is_required(
     assert min(found for text in named if (found := text.rpartition(" :: ")[2]).startswith("3.")) == oldest
 
 
-def test_no_address_claims_to_be_the_home_of_the_project():
-    assert "urls" not in PROJECT
+def test_the_action_has_what_a_marketplace_shows():
+    assert ACTION["branding"]["color"] in {"white", "black", "yellow", "blue", "green", "orange", "red", "purple"}
+    assert ACTION["branding"]["icon"] == "sliders"  # one of Feather's
+    assert len(ACTION["description"]) < 125
+
+
+def test_what_a_workspace_in_a_container_runs_is_there():
+    """The development container's own schema is not among those that are kept here."""
+    workspace = json.loads((ROOT / ".devcontainer/devcontainer.json").read_text("utf-8"))
+    assert workspace["postCreateCommand"] == "python tasks.py test --version"
+    assert re.fullmatch(r"mcr\.microsoft\.com/devcontainers/python:3\.\d+", workspace["image"])
+
+
+def test_the_site_is_made_by_its_host_as_it_is_here():
+    made = YAML(typ="safe").load((ROOT / ".readthedocs.yaml").read_text("utf-8"))
+    assert made["sphinx"] == {"configuration": "docs/conf.py", "fail_on_warning": True}
+    named = re.findall(r"-r (\S+)", " ".join(made["build"]["jobs"]["install"]))
+    assert named
+    assert all((ROOT / name).is_file() for name in named)
 
 
 def test_the_citation_names_this_version():

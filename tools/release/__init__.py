@@ -1,0 +1,1 @@
+"""What makes a release: its files, what stands in them, and whether they agree."""

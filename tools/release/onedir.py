@@ -1,0 +1,96 @@
+"""Makes build/onedir/pidcfg, a folder that runs without Python, tries it and packs it: ``python tasks.py onedir``.
+
+It is for the system that it is made on. PyInstaller finds what modules import; those that pidcfg loads by name are
+collected whole.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pidcfg
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "build" / "onedir"
+WITHOUT = ("distributed", "matplotlib", "numba", "numpy", "PIL", "tkinter", "unittest", "pydoc", "setuptools", "pip")
+"""What only the extras `fast` and `cluster` and pictures as PNG need, and what nobody needs to run pidcfg."""
+HOOK = """\
+from PyInstaller.utils.hooks import collect_data_files, collect_submodules
+
+hiddenimports = collect_submodules("pidcfg")
+datas = collect_data_files("pidcfg")
+module_collection_mode = "pyz+py"
+"""
+"""What PyInstaller is told of pidcfg: its sources go along, since schemas and what-if pages read them."""
+ENTRY = "from pidcfg.__main__ import main\n\nmain()\n"
+TRIED = (
+    ("--version",),
+    ("validate", "examples/dl06/reactor.yaml", "examples/click/tank.yaml", "--severity", "error"),
+    ("encode", "examples/click/tank.yaml", "--format", "nickname-csv", "-o", "{}/tank.csv"),
+    ("simulate", "examples/click/tank.scenario.yaml", "--quiet"),
+    ("convert", "examples/dpide/dyeing.yaml", "--to", "nextopid", "-o", "{}/dyeing.yaml"),
+    ("report", "examples/dl06/reactor.yaml", "-o", "{}/report.html"),
+    ("export", "examples/dl06/reactor.yaml", "-o", "{}/loops.xlsx"),
+    ("init", "--from", "{}/loops.xlsx", "--vendor", "dl06", "-o", "{}/loops.yaml"),
+    ("explain", "V7642=0008"),
+    ("schema", "dl06"),
+    ("completion", "bash"),
+    ("lsp", "--help"),
+    ("serve", "--help"),
+)
+"""Commands that load what is loaded by name; ``{}`` is a folder to write to."""
+
+
+def freeze(work: Path) -> None:
+    """Lets PyInstaller make the folder."""
+    script = work / "command.py"
+    script.write_text(ENTRY, "utf-8")
+    (work / "hook-pidcfg.py").write_text(HOOK, "utf-8")
+    command = [sys.executable, "-m", "PyInstaller", "--onedir", "--name", "pidcfg", "--noconfirm", "--clean"]
+    command += ["--log-level", "WARN", "--console", "--noupx"]
+    command += ["--distpath", str(FOLDER), "--workpath", str(work / "work"), "--specpath", str(work)]
+    command += ["--additional-hooks-dir", str(work), "--copy-metadata", "pidcfg"]
+    for name in WITHOUT:
+        command += ["--exclude-module", name]
+    subprocess.run([*command, str(script)], check=True)
+
+
+def try_it(program: Path) -> None:
+    """Runs commands in an environment that has nothing else; ends where one fails."""
+    keep = ("SYSTEMROOT", "TEMP", "TMP", "USERPROFILE", "LOCALAPPDATA")
+    with tempfile.TemporaryDirectory() as made:
+        environment = {name: os.environ[name] for name in keep if name in os.environ}
+        environment |= {"HOME": made, "PIDCFG_NO_CACHE": "1", "PYTHONUTF8": "1"}
+        for words in TRIED:
+            line = [word.replace("{}", made) for word in words]
+            done = subprocess.run(
+                [program, *line], cwd=ROOT, env=environment, check=False, capture_output=True, text=True
+            )
+            if done.returncode:
+                sys.exit(f"pidcfg {' '.join(line)} ends with {done.returncode}\n{done.stdout}{done.stderr}")
+
+
+def main() -> None:
+    """Makes, tries and packs the folder."""
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    with tempfile.TemporaryDirectory() as work:
+        freeze(Path(work))
+    folder = FOLDER / "pidcfg"
+    shutil.copy(ROOT / "LICENSE", folder)
+    shutil.copy(ROOT / "requirements" / "pidcfg.cdx.json", folder)
+    try_it(folder / ("pidcfg.exe" if os.name == "nt" else "pidcfg"))
+    name = f"pidcfg-{pidcfg.__version__}-{platform.system().lower()}-{platform.machine().lower()}"
+    packed = Path(shutil.make_archive(str(FOLDER / name), "zip", FOLDER, "pidcfg"))
+    size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    print(f"{folder}: {size / 1e6:.0f} MB, tried with {len(TRIED)} commands")
+    print(f"{packed}: {packed.stat().st_size / 1e6:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()
