@@ -17,6 +17,7 @@ playground
           write the playground into build/playground, for any static server; whatif-runtime first
 release   build what is committed twice, look at it as an index would, date the changelog, commit, tag, and fill dist/;
           --dry-run only says what the release would be. Nothing is sent anywhere
+kit       write build/pidcfg-kit-VERSION.zip for computers without a network; --check: try it in an empty environment
 onedir    write build/onedir/pidcfg, a folder with Python and pidcfg in it, for this system
 lock      renew requirements/ from pyproject.toml, or the files that are named
 
@@ -300,6 +301,15 @@ def release(*arguments: str) -> None:
     must(PYTHON, "tools/release/make.py", *arguments)
 
 
+def kit(*arguments: str) -> None:
+    """Make the kit, or try the one that was made."""
+    prepare("test")
+    if "--check" not in arguments:
+        whatif_runtime()
+        must(PYTHON, *SITE, "docs", "build/site")
+    must(PYTHON, "tools/kit/make.py", *arguments)
+
+
 def onedir() -> None:
     """Make the folder that runs without Python."""
     prepare("onedir")
@@ -339,10 +349,11 @@ TASKS: dict[str, Callable[..., None]] = {
     "whatif-runtime": whatif_runtime,
     "playground": playground,
     "release": release,
+    "kit": kit,
     "onedir": onedir,
     "lock": lock,
 }
-TAKES_ARGUMENTS = {"test", "generate", "bench", "torture", "mutants", "release", "lock"}
+TAKES_ARGUMENTS = {"test", "generate", "bench", "torture", "mutants", "release", "kit", "lock"}
 
 
 def main(arguments: list[str]) -> None:

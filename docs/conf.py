@@ -44,6 +44,7 @@ ORDER = {
         "explain",
         "editors",
         "completion",
+        "kit",
         "commissioning-day",
         "live",
         "migrating-a-line",

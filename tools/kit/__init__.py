@@ -1,0 +1,1 @@
+"""The kit for computers without a network: how it is made, tried and started."""
