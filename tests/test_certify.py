@@ -330,8 +330,8 @@ def test_a_state_that_continues_runs_only_new_samples(monkeypatch):
     text, states, ran = scenario(expect=PASSES.replace("90", "4")), [], []
     certify(text, samples=70, keep=states.append)
     assert len(states) == 2
-    original = workers.run_sample
-    monkeypatch.setattr(workers, "run_sample", lambda *words: ran.append(words[2]) or original(*words))
+    original = workers.Sampler.run
+    monkeypatch.setattr(workers.Sampler, "run", lambda self, i: ran.append(i) or original(self, i))
     certify(text, samples=75, state=states[-1])
     trial = list(range(64))  # whether this machine calculates like the one that began
     assert ran == [*trial, *range(70, 75)]

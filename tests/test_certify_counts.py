@@ -335,7 +335,7 @@ def test_a_trial_is_a_hash_of_the_first_64_samples():
     assert (trial.digest, trial.samples) == (longer.digest, longer.samples)
     assert trial.digest == sha256(b"".join(repr(SampleResult(sample)).encode() for sample in range(64))).hexdigest()
     trial.run(None, 1000)
-    assert trial_facts(None, 3)["samples"] == "AttributeError: 'NoneType' object has no attribute 'loaded'"
+    assert trial_facts(None, 3)["samples"] == "AttributeError: 'NoneType' object has no attribute 'sampler'"
 
 
 def test_what_differs_between_two_machines_is_said_shortly():

@@ -26,10 +26,11 @@ from pidcfg.sim.engine.plants import (
     draws_alike,
     normals,
     second_order,
+    seed_words,
     set_parameters,
     settle_at,
-    state_of,
     step_plants,
+    unseeded,
 )
 from pidcfg.sim.engine.run import prepare
 from pidcfg.sim.judgement.meters import (
@@ -345,12 +346,20 @@ def test_each_column_has_a_source_of_its_own(fast):
         assert by_parts(drawn, (1, 2, 497)).tobytes() == wanted.tobytes()
 
 
+@pytest.mark.parametrize("seed", ["", "a", "9223372036854775807/TIC-101", "ä" * 2500])
+def test_a_seed_gives_the_state_that_python_makes_of_it(seed):
+    key, state, spare = unseeded(seed)
+    seed_words(key, state)
+    assert (3, tuple(state), None) == random.Random(seed).getstate()
+    assert spare.tolist() == [0.0, 0.0]
+
+
 def test_a_state_with_the_second_number_of_a_pair_goes_on_with_it():
     source = random.Random(3)
     source.gauss(0.0, 1.0)
-    state, spare = state_of(source)
+    _, words, second = source.getstate()
     drawn = array("d", bytes(8 * 5))
-    normals(5, 0, 1, state, spare, drawn)
+    normals(5, 0, 1, [], array("q", words), array("d", [second, 1.0]), drawn)
 
     assert drawn.tolist() == [source.gauss(0.0, 1.0) for _ in range(5)]
 
@@ -361,8 +370,8 @@ def test_without_noise_there_are_no_numbers():
 
 @pytest.mark.parametrize("wrong", [0, noise.TRIED - 1])
 def test_one_number_that_is_off_by_its_last_bit_is_seen_and_python_draws(wrong):
-    def off(rows, column, columns, state, spare, drawn):
-        done = normals(rows, column, columns, state, spare, drawn)
+    def off(*words):
+        done, drawn = normals(*words), words[-1]
         drawn[wrong] = math.nextafter(drawn[wrong], 9.0)
         return done
 

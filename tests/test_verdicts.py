@@ -31,7 +31,7 @@ OUT = Outcome(
         Meter(0, 0, 0, status=1, ever=1),
         Meter(0, 0, 0, status=AUTO, ever=AUTO | ODD, ever_aux=COMPLETE, event=3, stepped=1),
     ],
-    {"A.PV": Range(10.0, 60.0, 50.0), "B.PV": Range(-1.0, 1.0, 0.0)},
+    {"A.PV": Range(10.0, 60.0, 50.0), "B.PV": Range(-1.0, 1.0, 0.0)}.__getitem__,
     0.5,
     100,
     {("B", "high")},

@@ -22,7 +22,7 @@ from pidcfg.sim.engine.compile import from_arrays, to_arrays
 from pidcfg.sim.engine.kernel import LOG_COLUMNS, Drawn, Log, Loops, Meters, Reference, World
 from pidcfg.sim.engine.kernel import Config as AnyConfig
 from pidcfg.sim.engine.kernel import State as AnyState
-from pidcfg.sim.engine.plants import Plant
+from pidcfg.sim.engine.plants import UNSEEDED, WORDS, Plant, seed_words
 from pidcfg.sim.judgement.meters import Band, Gauge, Meter
 
 if TYPE_CHECKING:
@@ -189,8 +189,12 @@ class Twin:
             from_arrays(kind, columns, value)
         return k
 
-    def normals(self, rows: int, column: int, columns: int, state: Any, spare: Any, noise: Any) -> int:
+    def normals(  # noqa: PLR0917 - as the kernel
+        self, rows: int, column: int, columns: int, key: Any, state: Any, spare: Any, noise: Any
+    ) -> int:
         """`pidcfg.sim.engine.plants.normals`."""
+        if state[WORDS] == UNSEEDED:
+            seed_words(key, state)
         places = [ctypes.c_void_p(x.buffer_info()[0]) for x in (state, spare, noise)]
         started = time.process_time()
         self.code.normals(*map(ctypes.c_int64, (rows, column, columns)), *places)

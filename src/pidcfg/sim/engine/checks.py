@@ -192,7 +192,7 @@ def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     for name, value in scenario.signals.items():
         yield from _check_signal(("signals", name), name, value)
     for key, plant in scenario.plants.items():
-        yield from _check_plant(("plants", key), plant)
+        yield from check_plant(("plants", key), plant)
     for i, event in enumerate(scenario.events):
         yield from _check_event(("events", i), event, scenario, plc)
     for i, expectation in enumerate(scenario.expect):
@@ -278,7 +278,7 @@ def _refused(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: obje
         yield Problem(path, f"{dotted(keys)}: {error.message()}", "value", help=cure, loop=loop)
 
 
-def _check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
+def check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
     """Numbers within reason, and the keys that the model needs."""
     plant_keys = tuple(key for key in OWN_KEYS if key in plant.model_fields_set)
     allowed = MODEL_KEYS[plant.model]
@@ -352,7 +352,7 @@ def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iter
     elif event.plant is not None and action != "disturb":
         yield Problem((*path, "plant"), "only a disturbance names a plant", key=True)
     elif action == "set":
-        yield from _check_set(path, event, scenario, plc)
+        yield from check_set(path, event, scenario, plc)
     elif action == "disturb":
         yield from _check_disturb(path, event, scenario)
     elif action == "mode" and event.mode not in plc.modes:
@@ -372,7 +372,7 @@ def _check_command(path: Path, action: str, command: str, plc: Plc) -> Iterator[
         yield unknown_name(path, f"command of {action} on this PLC", command, known)
 
 
-def _check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+def check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """New values of signals, or of a loop's parameters."""
     for keys, value, below in leaves(event.set):
         key_path = (*path, "set", *below)

@@ -118,6 +118,8 @@ class Machine:
     loops: Loops[Any, Any] = field(init=False)
     measured: Meters = field(init=False)
     """What the kernels get in every call."""
+    written: Log | None = None
+    """The same, as of the last call."""
     log: array[int] = field(init=False)
     counts: MutableSequence[int] = field(default_factory=lambda: [0, 0, 0])
     noise: array[float] = field(default_factory=lambda: array("d"))
@@ -138,7 +140,7 @@ class Machine:
 
     def _place(self) -> None:
         """Puts the data where the kernels work on them as they are."""
-        net, plc, (rows, numbers) = self.net, self.plc, self.kernels.storage
+        net, plc, (rows, numbers, _) = self.net, self.plc, self.kernels.storage
         net.plants, net.channels = rows(net.plants), rows(net.channels)
         plc.configs, plc.states, plc.aux = rows(plc.configs), rows(plc.states), numbers("d", plc.aux)
         self.meters, self.bands, self.gauges = rows(self.meters), rows(self.bands), rows(self.gauges)
@@ -150,6 +152,16 @@ class Machine:
         self.world = World(self.step, net.parts, net.plants, net.channels, *signals)
         self.loops = Loops(plc.configs, plc.states, plc.aux)
         self.measured = Meters(self.meters, self.bands, self.gauges, self.onsets)
+
+    def renew(self) -> None:
+        """Stands before the first base step again, with the network as it is now."""
+        net = self.net
+        if not isinstance(net.delay, array):
+            net.delay = array("d", net.delay)
+        if self.world.parts != net.parts or self.world.delay is not net.delay:
+            self.world = self.world._replace(parts=net.parts, delay=net.delay)
+        self.counts[0] = self.counts[1] = self.counts[2] = self.reached = 0
+        self.held.clear()
 
     def hold(self, before: Sequence[float]) -> None:
         """An event has written signals of the PLC: up to its base step the plants see what stood there (D82)."""
@@ -173,12 +185,13 @@ class Machine:
         """`kernel.advance` with this run's data."""
         if self.held:
             self.move_plants(k)
-        log = Log(self.log, self.trend, self.counts, self.shown, every)
+        if self.written is None or self.written.trend is not self.trend or self.written.every != every:
+            self.written = Log(self.log, self.trend, self.counts, self.shown, every)
         if self.reference is not None:
             self.reference.follow()
         reference = NO_REFERENCE if self.reference is None else self.reference.arguments
         drawn = Drawn(self.noise, len(self.net.noisy) if self.noise else 0, noise_from)
-        groups = self.world, drawn, self.loops, self.measured, log, reference
+        groups = self.world, drawn, self.loops, self.measured, self.written, reference
         return self.kernels.advance(k, last, zero, final, self.reached, *groups)
 
     def settle(self, k: int, steps: int, most: int, spans: Sequence[Span]) -> int:
@@ -229,7 +242,9 @@ def numba_kernels(controller: Controller) -> Kernels:
     built = compiler.compile_functions(ENTRIES, {kernel.scan: controller.scan}, inlined_kernels(controller))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
     advance, settle = (compiler.on_lists(built[f], f, vendor) for f in ENTRIES)
-    KEPT[controller.scan] = Kernels(advance, settle, fast_normals, Storage(compiler.Rows.of, array))
+    KEPT[controller.scan] = Kernels(
+        advance, settle, fast_normals, Storage(compiler.Rows.of, array, compiler.put_in_arrays)
+    )
     return KEPT[controller.scan]
 
 

@@ -169,8 +169,10 @@ def record_view(cls: type) -> type[Any]:
 class Rows(list[Any]):
     """Objects that lie in an array of records: what a compiled kernel writes there, they show at once."""
 
-    __slots__ = ("array",)
+    __slots__ = ("array", "memory")
     array: np.ndarray[Any, np.dtype[np.void]]
+    memory: memoryview
+    """Its bytes."""
 
     @classmethod
     def of(cls, objects: Sequence[Any]) -> Sequence[Any]:
@@ -185,8 +187,15 @@ class Rows(list[Any]):
     @classmethod
     def _seen(cls, array: np.ndarray[Any, np.dtype[np.void]], view: type[Any]) -> Rows:
         rows = cls(view.from_buffer(array, at) for at in range(0, array.nbytes, array.itemsize))
-        rows.array = array
+        rows.array, rows.memory = array, array.view(np.uint8).data
         return rows
+
+
+def put_in_arrays(into: Any, present: Any) -> None:
+    """Writes what some numbers or objects in an array hold, ``present``, into others."""
+    if into:
+        memory, other = (item.memory if isinstance(item, Rows) else memoryview(item) for item in (into, present))
+        memory[:] = other
 
 
 # --- calls -----------------------------------------------------------------------------------------------------------

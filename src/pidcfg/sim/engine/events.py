@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import partial, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -91,11 +90,16 @@ class _Trial:
             self.signal_values = list(self.plc.signal_values)
         plc, i, changed = self.plc, self.plc.loops.index(loop), bool(self.live & {loop, None})
         for keys, value, _ in leaves(values):
-            before = copy(plc.configs[i]), copy(plc.states[i]), list(plc.aux), list(self.signal_values)
+            before = self._contents(i)
             plc.set(i, keys, plc.check_set(i, keys, value), self.signal_values)
-            after = plc.configs[i], plc.states[i], list(plc.aux), self.signal_values
-            changed |= dotted(keys) in LIVE or before != after
+            changed |= dotted(keys) in LIVE or before != self._contents(i)
         return changed
+
+    def _contents(self, loop: int) -> list[object]:
+        """What the PLC has of a loop."""
+        plc = self.plc or self.new_plc()
+        records = [getattr(record, f.name) for record in (plc.configs[loop], plc.states[loop]) for f in fields(record)]
+        return [*records, *plc.aux, *self.signal_values]
 
 
 def _renews(present: dict[str, float], new: Any) -> bool:

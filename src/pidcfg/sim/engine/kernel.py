@@ -6,7 +6,7 @@ same source. ``scan`` is the vendor's; see `pidcfg.sim.engine.choice` for how it
 
 from collections.abc import Callable, MutableSequence, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from pidcfg.sim.engine.expressions import evaluate
@@ -88,9 +88,22 @@ class Storage(NamedTuple):
     """Copies of objects of one class."""
     numbers: Callable[[str, Sequence[Any]], Any]
     """Numbers, of the type that `array.array` knows by a letter."""
+    put: Callable[[Any, Any], None]
+    """Writes what some of the same kind hold, the second, into others."""
 
 
-LISTS = Storage(lambda objects: list(map(copy, objects)), lambda _, values: list(values))
+def put_in_lists(into: MutableSequence[Any], present: Sequence[Any]) -> None:
+    """`Storage.put` of lists."""
+    if not into or isinstance(into[0], int | float):
+        into[:] = present
+        return
+    names = [f.name for f in fields(into[0])]
+    for item, other in zip(into, present, strict=True):
+        for name in names:
+            setattr(item, name, getattr(other, name))
+
+
+LISTS = Storage(lambda objects: list(map(copy, objects)), lambda _, values: list(values), put_in_lists)
 """As CPython works on them fastest."""
 
 

@@ -55,6 +55,8 @@ class Network:
     plant_of: dict[str, int] = field(default_factory=dict)
     """Index into ``plants`` by the name of the loop or the plant."""
     texts: dict[str, tuple[Path, PlantText]] = field(default_factory=dict)
+    moving: list[str] = field(default_factory=list)
+    """Plants that read others or themselves: their inputs move within a step."""
     parameters: dict[str, int] = field(default_factory=dict)
     noisy: list[str] = field(default_factory=list)
     """Names of the plants with noise, in the order of their columns."""
@@ -104,9 +106,19 @@ def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] =
     _connect(net, plc, scenario.connect, later)
     if not any(problem.severity == "error" for problem in net.problems):
         _order(net, inputs)
-        _divide(net, inputs, scenario, step)
-        _prepare(net, step)
+        slots = {plant.slot for plant in net.plants}
+        net.moving = [name for name in net.texts if not slots.isdisjoint(inputs[name].signals)]
+        set_numbers(net, scenario, step)
     return net
+
+
+def set_numbers(net: Network, scenario: Scenario, step: int) -> None:
+    """Works out parts, coefficients and delay lines of the numbers that the plants have in ``net.texts``."""
+    for name, (_, text) in net.texts.items():
+        for parameter in PARAMETERS:
+            net.signal_values[net.parameters[f"{name}.{parameter}"]] = float(getattr(text, parameter))
+    _divide(net, scenario, step)
+    _prepare(net, step)
 
 
 @frozen
@@ -156,7 +168,7 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _
     net.plant_of[name] = len(net.plants)
     net.plants.append(plant)
     for parameter in PARAMETERS:
-        net.parameters[f"{name}.{parameter}"] = net.slot(float(getattr(text, parameter)))
+        net.parameters[f"{name}.{parameter}"] = net.slot()
 
 
 def _within(path: Path, loop: str) -> Problem:
@@ -279,11 +291,11 @@ def _order(net: Network, inputs: Mapping[str, Expression]) -> None:
             plant.source = expression.signal
 
 
-def _divide(net: Network, inputs: Mapping[str, Expression], scenario: Scenario, step: int) -> None:
+def _divide(net: Network, scenario: Scenario, step: int) -> None:
     """The parts of a base step, by the shortest lag of a plant whose input is not held; events may shorten it."""
-    slots = {plant.slot for plant in net.plants}
+    net.parts = 1
     for name, (path, text) in net.texts.items():
-        if slots.isdisjoint(inputs[name].signals) and not (text.model == "second_order" and text.limits):
+        if name not in net.moving and not (text.model == "second_order" and text.limits):
             continue
         changes = [e.disturb for e in scenario.events if e.disturb and (e.plant or e.loop) == name]
         found = [lag for change in ({}, *changes) for lag in lags(text.model_copy(update=change))]
@@ -301,11 +313,12 @@ def _divide(net: Network, inputs: Mapping[str, Expression], scenario: Scenario, 
 
 def _prepare(net: Network, step: int) -> None:
     """Coefficients and delay lines."""
+    length = 0
     for name, at in net.plant_of.items():
         path, text = net.texts[name]
         plant = net.plants[at]
         exact = text.dead_time * TICKS * net.parts / step
-        plant.delay, plant.length = len(net.delay), ceil(exact)
+        plant.delay, plant.length = length, ceil(exact)
         if plant.delay + plant.length > MAX_DELAY:
             message = f"dead times of more than {MAX_DELAY} steps"
             net.problems.append(Problem((*path, "dead_time"), message, "value", help="use a longer step"))
@@ -315,8 +328,10 @@ def _prepare(net: Network, step: int) -> None:
             message = f"the period of {name}, {text.period:f} s, is not {PULSE_STEPS} base steps of {step / TICKS:g} s"
             net.problems.append(Problem((*path, "period"), message, "value", help="give a shorter 'step'"))
             return
-        net.delay.extend([0.0] * plant.length)
+        length += plant.length
         set_parameters(plant, numbers_of(text), step / TICKS / net.parts)
+    if length > len(net.delay):
+        net.delay = [0.0] * length
 
 
 # --- Plants at rest before time begins --------------------------------------------------------------------------------

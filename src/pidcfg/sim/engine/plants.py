@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import random
+import struct
 from array import array
-from collections.abc import Callable, MutableSequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, MutableSequence, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.expressions import LARGEST_VALUE
 from pidcfg.sim.engine.expressions import evaluate
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from pidcfg.schemas.scenario import Plant as PlantText
 
@@ -335,11 +337,13 @@ def coefficients(model: int, numbers: Mapping[str, float], dt: float) -> tuple[f
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Noise of transmitters: standard normal numbers, drawn by `random.gauss` or by kernels that give the same bits.
-# `normals` is Python's own generator, the Mersenne Twister with Box and Muller's transformation, on its own state, as
-# a kernel: compiled, it draws a number in a tenth of the time. The last bits of a logarithm or a sine depend on the
-# mathematical library; where compiled code is not linked to Python's, `draws_alike` tells, and Python draws.
+# `normals` is Python's own generator, the Mersenne Twister with Box and Muller's transformation, as a kernel: compiled,
+# it draws a number in a tenth of the time. The last bits of a logarithm or a sine depend on the mathematical library;
+# where compiled code is not linked to Python's, `draws_alike` tells, and Python draws.
 
-Normals = Callable[[int, int, int, MutableSequence[int], MutableSequence[float], MutableSequence[float]], int]
+Normals = Callable[
+    [int, int, int, Sequence[int], MutableSequence[int], MutableSequence[float], MutableSequence[float]], int
+]
 """The type of `normals`."""
 
 WORDS, MIDDLE = 624, 397
@@ -348,6 +352,33 @@ UPPER, LOWER, MATRIX = 0x80000000, 0x7FFFFFFF, 0x9908B0DF
 TURN = 2.0 * math.pi
 TRIED = 4096
 """Numbers by which compiled code is held to Python's."""
+
+
+UNSEEDED = WORDS + 1
+"""Words that are used up of a state that has none yet."""
+
+
+def seed_words(key: Sequence[int], state: MutableSequence[int]) -> None:
+    """The state that ``random.seed`` makes of a text, by the words that the generator has of it (kernel)."""
+    state[0] = 19650218
+    for i in range(1, WORDS):
+        state[i] = (1812433253 * (state[i - 1] ^ (state[i - 1] >> 30)) + i) & 0xFFFFFFFF
+    i, j = 1, 0
+    for _ in range(max(WORDS, len(key))):
+        state[i] = ((state[i] ^ ((state[i - 1] ^ (state[i - 1] >> 30)) * 1664525)) + key[j] + j) & 0xFFFFFFFF
+        j = j + 1 if j + 1 < len(key) else 0
+        i += 1
+        if i == WORDS:
+            state[0] = state[WORDS - 1]
+            i = 1
+    for _ in range(WORDS - 1):
+        state[i] = ((state[i] ^ ((state[i - 1] ^ (state[i - 1] >> 30)) * 1566083941)) - i) & 0xFFFFFFFF
+        i += 1
+        if i == WORDS:
+            state[0] = state[WORDS - 1]
+            i = 1
+    state[0] = 0x80000000
+    state[WORDS] = WORDS
 
 
 def renew(state: MutableSequence[int]) -> None:
@@ -383,14 +414,18 @@ def normals(
     rows: int,
     column: int,
     columns: int,
+    key: Sequence[int],
     state: MutableSequence[int],
     spare: MutableSequence[float],
     noise: MutableSequence[float],
 ) -> int:
     """Fills a column of ``rows`` with what ``random.gauss(0.0, 1.0)`` draws (kernel).
 
-    Numbers come in pairs; ``spare`` holds the second one, and whether there is one.
+    The first ones are drawn from the seed that ``key`` stands for. Numbers come in pairs; ``spare`` holds the second
+    one, and whether there is one.
     """
+    if state[WORDS] == UNSEEDED:
+        seed_words(key, state)
     for row in range(rows):
         if spare[1] != 0.0:
             z = spare[0]
@@ -412,29 +447,36 @@ class Noise:
     seeds: list[str]
     fast: Normals | None = None
     """`normals`, compiled; without it Python draws."""
-    sources: list[random.Random] = field(init=False)
-    states: list[tuple[array[int], array[float]]] = field(init=False)
+    sources: Sequence[random.Random] = ()
+    states: Sequence[tuple[array[int], array[int], array[float]]] = ()
 
     def __post_init__(self) -> None:
-        self.sources = [random.Random(seed) for seed in self.seeds]
-        self.states = [state_of(source) for source in self.sources] if self.fast is not None else []
+        if self.fast is None:
+            self.sources = [random.Random(seed) for seed in self.seeds]
+        else:
+            self.states = [unseeded(seed) for seed in self.seeds]
 
     def rows(self, count: int) -> array[float]:
         """The next rows, one after the other."""
         columns = len(self.seeds)
         noise = array("d", bytes(8 * count * columns))
-        for column, source in enumerate(self.sources):
+        for column, state in enumerate(self.states):
             if self.fast is not None:
-                self.fast(count, column, columns, *self.states[column], noise)
-            else:
-                noise[column::columns] = array("d", [source.gauss(0.0, 1.0) for _ in range(count)])
+                self.fast(count, column, columns, *state, noise)
+        for column, source in enumerate(self.sources):
+            noise[column::columns] = array("d", [source.gauss(0.0, 1.0) for _ in range(count)])
         return noise
 
 
-def state_of(source: random.Random) -> tuple[array[int], array[float]]:
-    """A source's state as `normals` takes it."""
-    _, words, spare = source.getstate()
-    return array("q", words), array("d", [0.0, 0.0] if spare is None else [spare, 1.0])
+def unseeded(seed: str) -> tuple[array[int], array[int], array[float]]:
+    """What `normals` draws from a seed with: the words that ``random.seed`` makes of it, and its state."""
+    data = seed.encode()
+    number = int.from_bytes(data + hashlib.sha512(data).digest(), "big")
+    words = -(-number.bit_length() // 32)
+    key = struct.unpack(f"<{words}I", number.to_bytes(4 * words, "little"))
+    state = array("q", bytes(8 * (WORDS + 1)))
+    state[WORDS] = UNSEEDED
+    return array("q", key), state, array("d", [0.0, 0.0])
 
 
 def draws_alike(fast: Normals, tried: int = TRIED) -> bool:

@@ -13,7 +13,8 @@ from pidcfg.sim.judgement.evidence import NOISE_MARGIN, noise_of
 from pidcfg.sim.judgement.meters import Rival
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, MutableSequence, Sequence
+    from collections.abc import Callable, Iterator, MutableSequence, Sequence
+    from typing import Any
 
     from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.controllers.plc import Plc
@@ -57,6 +58,19 @@ class HeldNetwork:
         own |= {channel.target for channel in net.channels} | {one.slot for one in held.outputs}
         held.shared = [slot for slot in range(len(net.signal_values)) if slot not in own]
         return held
+
+    def renew(self, scenario: Scenario, plc: Plc, put: Callable[[Any, Any], None]) -> None:
+        """At time 0 of another run of the same network, with other numbers, whose loops make no pulses."""
+        for own, present in ((self.plants, self.net.plants), (self.channels, self.net.channels)):
+            put(own, present)
+        put(self.signal_values, self.net.signal_values)
+        if len(self.delay) != len(self.net.delay):
+            self.delay = array("d", self.net.delay)
+            self.arguments = self.arguments._replace(delay=self.delay)
+        put(self.delay, self.net.delay)
+        for rival in self.rivals:
+            rival.margin = NOISE_MARGIN * noise_of(scenario, plc, self.net, rival.loop)
+            rival.error = rival.held_error = rival.widest = 0.0
 
     def follow(self) -> None:
         """Takes over what events have changed: numbers of plants, and signals from outside."""

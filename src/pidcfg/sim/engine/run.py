@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from math import gcd, lcm
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 from pydantic_core import PydanticCustomError
 
@@ -25,13 +25,13 @@ from pidcfg.sim.engine.reference import HeldNetwork
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
 from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, place_verdict, verdict, watches_of
 from pidcfg.sim.judgement.meters import DEFAULT_BAND, NEVER, Band, Gauge, Onset, loop_metrics, time_in_control
-from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, ten_digits
+from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, Standing, ten_digits
 from pidcfg.sim.judgement.standing import LoopWatch, loop_verdict, standing, unused_allowances
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import leaves
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Generator, Iterator, Sequence
+    from collections.abc import Collection, Generator, Iterator, Mapping, Sequence
 
     from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.engine.recording import Recording
@@ -256,10 +256,9 @@ def window_of(machine: Machine) -> int:
     return int(-(-least // common)) * common // machine.step
 
 
-def swinging_loops(scenario: Scenario, net: Network, plc: Plc) -> set[int]:
+def swinging_loops(plc: Plc, influence: Influence) -> set[int]:
     """The loops whose outputs are on or off, or pulses, and those whose PVs one of them moves."""
     loops = range(len(plc.loops))
-    influence = Influence.of(scenario, net, plc)
     sources = [i for i in loops if plc.only_switches(i) or influence.cycle(i)]
     moved = set[int]().union(*(influence.of_output(i) for i in sources))
     return {i for i in loops if i in sources or plc.configs[i].pv_slot in moved}
@@ -325,6 +324,8 @@ class Settings:
     """Whether the same plants run beside it without control."""
     judged: bool = True
     """Whether standing expectations are judged; a run of a battery is compared and not judged."""
+    told: bool = True
+    """Whether a report is wanted; without it a run has metrics and verdicts alone (`Run.judge`)."""
 
 
 def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Report:
@@ -341,19 +342,38 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
 
 def begin_run(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
     """A run at time 0, as `simulate` has it; `Run.course` goes on from there."""
-    run = Run.of(scenario, new_plc, controller, settings)
-    if scenario.initial == "steady" and run.plc.running:
+    return settled(lambda: Run.of(scenario, new_plc, controller, settings))
+
+
+def settled(new_run: Callable[[], Run]) -> Run:
+    """A run after its pre-roll, where it has one; ``new_run`` makes it, anew where the network does not settle."""
+    run = new_run()
+    if run.scenario.initial == "steady" and run.plc.running:
+        swinging = swinging_loops(run.plc, run.agenda.influence)
         try:
-            run.zero = run_to_rest(run.machine, settings.max_loop_steps, swinging_loops(scenario, run.net, run.plc))
+            run.zero = run_to_rest(run.machine, run.settings.max_loop_steps, swinging)
             run.problems += refused_modes(run.machine)
         except UnsteadyError as error:
-            run = Run.of(scenario, new_plc, controller, settings)
+            run = new_run()
             run.problems.append(error.problem)
     return run
 
 
 TOLD_CHUNK = 2_048
 """Base steps between two looks where somebody is told how far CPython is: he may end the run there."""
+
+
+class Judged(NamedTuple):
+    """What a run has shown."""
+
+    metrics: Sequence[Mapping[str, float | None]]
+    """Of each loop."""
+    evidence: Evidence
+    standing: list[Standing]
+    faults: Sequence[Note]
+    """Expressions that had no value."""
+    range_of: Callable[[str], Range]
+    """How far a signal went."""
 
 
 @dataclass(slots=True)
@@ -382,6 +402,10 @@ class Run:
     chunk: int = CHUNK
     """Base steps between two looks."""
     lookout: LoopWatch | None = None
+    given: Sequence[float] = ()
+    """The signals before the plants were at rest."""
+    beside: HeldNetwork | None = None
+    """The reference of an earlier run of the same network, which serves again."""
 
     @classmethod
     def of(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
@@ -397,6 +421,7 @@ class Run:
         for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
             idle = plc.set_output(plc.loops.index(loop), value, net.signal_values)
             notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
+        given = list(net.signal_values)
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
         influence = Influence.of(scenario, net, plc, idle_events(scenario, new_plc, net) if settings.judged else [])
@@ -418,6 +443,7 @@ class Run:
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
         run = cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
+        run.given = given
         if settings.progress is not None and engine == "python":
             run.chunk = TOLD_CHUNK
         return run
@@ -441,8 +467,7 @@ class Run:
         self._look_at_settings(0)
         k = self.agenda.zero = self.zero
         if self.settings.judged and self.settings.reference:
-            influence, storage = self.agenda.influence, self.machine.kernels.storage
-            self.machine.reference = HeldNetwork.of(self.scenario, self.net, self.plc, influence, storage)
+            self.machine.reference = self._reference()
         self.lookout = LoopWatch(self._evidence())
         for stop, action in self.agenda.stops(self.last, self.lookout.stops()):
             if stop > k - self.zero:
@@ -457,13 +482,19 @@ class Run:
         """The report of what has run."""
         if self.settings.recording is not None:
             self.settings.recording.end()
-        lookout = self.lookout or LoopWatch(self._evidence())
-        lookout.finish()
-        return self._report(lookout.evidence)
+        return self._report(self.judge())
+
+    def _reference(self) -> HeldNetwork:
+        """The same plants without control, at time 0."""
+        storage = self.machine.kernels.storage
+        if self.beside is None:
+            return HeldNetwork.of(self.scenario, self.net, self.plc, self.agenda.influence, storage)
+        self.beside.renew(self.scenario, self.plc, storage.put)
+        return self.beside
 
     def _advance(self, k: int, end: int) -> Generator[int, None, int]:
         """Base steps up to ``end``; the first and the last one stand alone, so that somebody looks after them."""
-        bounds = {self.zero + 1, self.zero + self.last}
+        bounds = {self.zero + 1, self.zero + self.last} if self.settings.told else set()
         while k < end:
             stop = min([end, k + self.chunk, *(b for b in bounds if b > k)])
             self._chunk(k, stop)
@@ -481,7 +512,8 @@ class Run:
             machine.trend = array("d", bytes(8 * ((stop - k) // every + 1) * len(machine.shown)))
         while k < stop:
             k = machine.advance(k, stop, self.zero, self.last, every, first)
-            self.journal.take(machine.log, machine.counts[0])
+            if self.settings.told:
+                self.journal.take(machine.log, machine.counts[0])
             if self.trend is not None:
                 self.trend.take(machine.trend, machine.counts[1], every)
             if recording is not None:
@@ -492,6 +524,8 @@ class Run:
 
     def _look_at_settings(self, k: int) -> None:
         """Reports a sample rate that the base step no longer meets, and records changed levels of alarms."""
+        if not self.settings.told:
+            return
         periods, self.periods = self.periods, list(self.plc.periods)
         for name, old, new in zip(self.plc.loops, periods, self.periods, strict=True):
             if new and new != old and misses_samples(new, self.step, self.scenario):
@@ -501,18 +535,17 @@ class Run:
 
     # --- the report --------------------------------------------------------------------------------------------------
 
-    def _report(self, evidence: Evidence) -> Report:
-        self.journal.close()
-        machine = self.machine
-        for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
-            values = loop_metrics(meter, machine.bands[i], self.last, self.dt, self.net.signal_values)
-            report.metrics = {name: None if v is None else ten_digits(v) for name, v in values.items()}
-            report.until = ten_digits(meter.until * self.dt) if meter.stepped and meter.until < NEVER else None
-            report.time_in_control = ten_digits(time_in_control(meter, self.last) * self.dt)
-        metrics = [report.metrics for report in self.journal.loops]
-        signals = self._signals()
-        off = alarms_off(self.scenario, self.plc)
-        outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, off, self.agenda.modes)
+    def judge(self) -> Judged:
+        """Metrics and verdicts of what has run."""
+        lookout, machine = self.lookout or LoopWatch(self._evidence()), self.machine
+        lookout.finish()
+        evidence, signals = lookout.evidence, self.net.signal_values
+        found = (
+            loop_metrics(meter, machine.bands[i], self.last, self.dt, signals) for i, meter in enumerate(machine.meters)
+        )
+        metrics = [{name: None if v is None else ten_digits(v) for name, v in row.items()} for row in found]
+        off, range_of = alarms_off(self.scenario, self.plc), self._ranges()
+        outcome = Outcome(self.plc, metrics, machine.meters, range_of, self.dt, self.last, off, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
         evidence.verdicts = [place_verdict(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted]
         if machine.reference is not None:
@@ -520,11 +553,20 @@ class Run:
         said = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
         evidence.reasons = {i: reason for i, reason in said if reason}
         verdicts = standing(evidence) if self.settings.judged else []
+        wrong = list(faults(self.scenario, self.plc, self.net, self.step, self.zero))
+        return Judged(metrics, evidence, verdicts, wrong, range_of)
+
+    def _report(self, judged: Judged) -> Report:
+        self.journal.close()
+        machine, evidence, verdicts = self.machine, judged.evidence, judged.standing
+        for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
+            report.metrics = judged.metrics[i]
+            report.until = ten_digits(meter.until * self.dt) if meter.stepped and meter.until < NEVER else None
+            report.time_in_control = ten_digits(time_in_control(meter, self.last) * self.dt)
         for name, report in zip(self.plc.loops, self.journal.loops, strict=True):
             report.unit = self.plc.units.get(name, "")
             report.verdict, report.missing = loop_verdict([v for v in verdicts if v.loop == name])
         self.problems += unused_allowances(evidence, verdicts)
-        invalid = faults(self.scenario, self.plc, self.net, self.step, self.zero)
         return Report(
             scenario=self.scenario.scenario,
             step=self.dt,
@@ -534,11 +576,11 @@ class Run:
             plc_flags={name: self.plc.word_of_flags.format(word) for name, word in self.plc.flags.items()},
             running=self.plc.running,
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
-            signals=signals,
-            expectations=evidence.verdicts,
+            signals={name: judged.range_of(name) for name in self.net.names},
+            expectations=list(evidence.verdicts),
             standing=verdicts,
             events=self.agenda.done,
-            notes=sorted([*self.notes, *self.journal.notes(), *invalid], key=lambda note: note.at),
+            notes=sorted([*self.notes, *self.journal.notes(), *judged.faults], key=lambda note: note.at),
             problems=self.problems,
             settled=ten_digits(self.zero * self.dt) if self.zero else None,
             scan_time=self._scan_time(),
@@ -552,12 +594,15 @@ class Run:
         scan = self.scenario.plc.scan_time
         return None if scan is None or not self.plc.running else self.plc.scan_time(float(scan))
 
-    def _signals(self) -> dict[str, Range]:
+    def _ranges(self) -> Callable[[str], Range]:
+        """What tells how far a signal went."""
         lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
         for m in self.machine.meters:
             lows |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
-        signals = self.net.signal_values
-        return {
-            name: Range(ten_digits(lows[slot][0]), ten_digits(lows[slot][1]), ten_digits(signals[slot]))
-            for name, slot in self.net.names.items()
-        }
+        names, signals = self.net.names, self.net.signal_values
+
+        def range_of(name: str) -> Range:
+            slot = names[name]
+            return Range(ten_digits(lows[slot][0]), ten_digits(lows[slot][1]), ten_digits(signals[slot]))
+
+        return range_of

@@ -410,10 +410,15 @@ def _meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -> Met
     m.outer_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named)
     m.level_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named | DEVIATIONS)
     m.late = last - last // THIRD
+    m.least = least_swing(scenario, plc, net, i)
+    return m
+
+
+def least_swing(scenario: Scenario, plc: Plc, net: Network, i: int) -> float:
+    """How far a loop's PV must go up and down to swing."""
     low, high, counts = plc.scales[i]
     span = abs(high - low)
-    m.least = max(SWING_COUNTS * span / counts, SWING_SHARE * span, SWING_NOISE * noise_of(scenario, plc, net, i))
-    return m
+    return max(SWING_COUNTS * span / counts, SWING_SHARE * span, SWING_NOISE * noise_of(scenario, plc, net, i))
 
 
 def noise_of(scenario: Scenario, plc: Plc, net: Network, loop: int) -> float:

@@ -12,7 +12,7 @@ from pidcfg.sim.judgement.report import Range, Verdict, ten_digits
 from pidcfg.text.paths import leaves
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from pidcfg.schemas.scenario import Bound, Expectation, Scenario
     from pidcfg.sim.controllers.plc import Plc
@@ -33,7 +33,8 @@ class Outcome:
     metrics: Sequence[Mapping[str, float | None]]
     """Of each loop."""
     meters: Sequence[Meter]
-    signals: Mapping[str, Range]
+    range_of: Callable[[str], Range]
+    """How far a signal went."""
     dt: float
     last: int
     alarms_off: Collection[tuple[str, str]]
@@ -137,7 +138,7 @@ def _nothing_measured(name: str, value: float | None, m: Meter, dt: float) -> st
 
 def _signal(wanted: Expectation, watch: Gauge | None, out: Outcome) -> Verdict:
     name = str(wanted.signal)
-    seen = out.signals[name]
+    seen = out.range_of(name)
     if watch is not None and watch.low > watch.high:
         return Verdict(f"{name}: no base step lies in its time", passed=False, value=None)
     if watch is not None:

@@ -13,7 +13,7 @@ from functools import lru_cache
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.study.certification.samples import WorkersError, describe_machine, name_differences, run_sample, trial_facts
+from pidcfg.study.certification.samples import WorkersError, describe_machine, name_differences, trial_facts
 from pidcfg.study.certification.tally import BLOCK_SAMPLES, Tally
 
 if TYPE_CHECKING:
@@ -21,28 +21,27 @@ if TYPE_CHECKING:
 
     from distributed import Client, Future
 
-    from pidcfg.study.certification.samples import Batch, Job, SampleResult
+    from pidcfg.study.certification.samples import Job, Sampler, SampleResult
     from pidcfg.study.certification.tally import Progress, Sizes
-    from pidcfg.study.scenario import Loaded
 
 # --- What a worker of a cluster does: the samples of one block, counted -----------------------------------------------
 
 
 @lru_cache(maxsize=1)
-def _loaded(job: Job) -> tuple[Loaded, Batch]:
-    """What this process runs."""
-    return job.loaded()
+def _sampler(job: Job) -> Sampler:
+    """What runs the samples in this process."""
+    return job.sampler()
 
 
 def run_block(job: Job, first: int, end: int, sizes: Sizes) -> Tally | list[SampleResult]:
     """Samples of one block: counted, or one by one where their block has begun elsewhere."""
-    loaded, batch = _loaded(job)
-    seen = (run_sample(loaded, batch, sample, job.settings)[0] for sample in range(first, end))
+    sampler = _sampler(job)
+    seen = map(sampler.run, range(first, end))
     if first % BLOCK_SAMPLES:
         return list(seen)
     tally = Tally.empty(sizes, first)
     for one in seen:
-        tally.add(one, batch.varies)
+        tally.add(one, sampler.batch.varies)
     return tally
 
 

@@ -9,15 +9,16 @@ import re
 import sys
 from array import array
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from importlib.metadata import PackageNotFoundError, version
 from math import ceil, inf
 from pathlib import Path
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 from pidcfg.schemas.scenario import whole
 from pidcfg.sim.engine.recording import Recording
+from pidcfg.sim.engine.repeat import IrregularError, Repeated, with_numbers
 from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
@@ -36,7 +37,8 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.scenario import Bound, Expectation, Scenario
     from pidcfg.sim.controllers.plc import Plc
-    from pidcfg.sim.judgement.report import Report, Verdict
+    from pidcfg.sim.engine.expressions import Problem
+    from pidcfg.sim.judgement.report import Note, Report, Standing, Verdict
     from pidcfg.study.uncertainty import NumberSpread, Uncertainty
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
@@ -205,11 +207,7 @@ class Batch:
         data["seed"] = Plain(seed_of(self.seed, sample))
         if "plants" in data:
             data["plants"] = _plants(data["plants"], texts)
-        loops: dict[str, dict[str, Plain]] = {}
-        for what, text in texts.items():
-            if what.of == "loops":
-                loops.setdefault(what.name, {})[what.key] = text
-        events = [{"at": Plain(0), "loop": Plain(name), "set": keys} for name, keys in loops.items()]
+        events = _first_events(texts)
         if events:
             data["events"] = [*events, *data.get("events", ())]
         if "expect" in data:
@@ -225,11 +223,34 @@ class Batch:
             raise UnusableSampleError("; ".join(finding.message for finding in findings))
         return scenario
 
+    def like(self, known: Scenario, sample: int, numbers: Sequence[float]) -> Scenario:
+        """The same, made of another sample's scenario, but for its title; raises `IrregularError`."""
+        texts = {what: Plain(what.written(number)) for what, number in zip(self.varies, numbers, strict=True)}
+        found = _plants(self.varied_plants, texts)
+        return with_numbers(known, seed_of(self.seed, sample), found, _first_events(texts))
+
+    @cached_property
+    def varied_plants(self) -> dict[str | int, Any]:
+        """The plants that vary, by their keys in the model: names of loops, or places in the list."""
+        names = {what.name for what in self.varies if what.of == "plants"}
+        plants: Any = dict(whole(self.document.data)).get("plants", {})  # type: ignore[call-overload]  # it has loaded
+        entries = plants.items() if isinstance(plants, dict) else enumerate(plants)
+        return {key: plant for key, plant in entries if str(plant.get("name", key)) in names}
+
     def text(self, sample: int, numbers: Sequence[float]) -> str:
         """A sample as the file that `pidcfg simulate` runs in the same way."""
         name = self.document.file.rpartition("/")[2]
         head = f"# Sample {sample} of pidcfg certify with seed {self.seed}, from {name}.\n"
         return head + block_yaml(self.data(sample, numbers))
+
+
+def _first_events(texts: Mapping[Uncertainty, Plain]) -> list[dict[str, Any]]:
+    """The events that write the drawn numbers of loops."""
+    loops: dict[str, dict[str, Plain]] = {}
+    for what, text in texts.items():
+        if what.of == "loops":
+            loops.setdefault(what.name, {})[what.key] = text
+    return [{"at": Plain(0), "loop": Plain(name), "set": keys} for name, keys in loops.items()]
 
 
 def _plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
@@ -238,7 +259,7 @@ def _plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
     copies = [(name, dict(plant)) for name, plant in (plants.items() if keyed else enumerate(plants))]
     for what, text in texts.items():
         for name, plant in copies:
-            if what.of == "plants" and what.name == str(name if keyed else plant.get("name")):
+            if what.of == "plants" and what.name == str(plant.get("name", name)):
                 if isinstance(plant.get(what.key.partition(".")[0]), list):
                     plant[what.key.partition(".")[0]] = list(plant[what.key.partition(".")[0]])
                 put(plant, steps(what.key), text)
@@ -279,26 +300,73 @@ def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) ->
         report = simulate(scenario, partial(batch.new_plc, loaded), loaded.controller, settings)
     except (UnusableSampleError, UnusableError) as error:
         return SampleResult(sample, tuple(numbers), margin=-inf, reason=str(error)), None
-    errors = [note.text for note in report.notes if note.error]
-    errors += [problem.message for problem in report.problems if problem.severity == "error"]
-    margins = [margin(wanted, v) for wanted, v in zip(scenario.expect, report.expectations, strict=True)]
-    if errors or any(v.fails for v in report.standing):
+    metrics = [loop.metrics for loop in report.loops.values()]
+    shown = Shown(report.expectations, report.standing, metrics, report.notes, report.problems)
+    return _result(sample, numbers, scenario, shown), report
+
+
+class Sampler:
+    """Runs the samples of a batch, of which one run is made: the others are that run with other numbers."""
+
+    def __init__(self, loaded: Loaded, batch: Batch, settings: Settings) -> None:
+        self.loaded, self.batch, self.settings = loaded, batch, settings
+        self.repeated: Repeated | None = None
+
+    def run(self, sample: int) -> SampleResult:
+        """What `run_sample` finds; what the run cannot be made with runs by itself."""
+        try:
+            return self._repeat(sample)
+        except (UnusableSampleError, UnusableError, IrregularError):
+            return run_sample(self.loaded, self.batch, sample, self.settings)[0]
+
+    def _repeat(self, sample: int) -> SampleResult:
+        batch, numbers = self.batch, self.batch.numbers(sample)
+        if self.repeated is None:
+            scenario = batch.scenario(sample, numbers)
+            new_plc, settings = partial(batch.new_plc, self.loaded), replace(self.settings, told=False)
+            self.repeated = Repeated(scenario, new_plc, self.loaded.controller, settings)
+        else:
+            scenario = batch.like(self.repeated.run.scenario, sample, numbers)
+        run = self.repeated.begin(scenario)
+        for _ in run.course():
+            pass
+        judged = run.judge()
+        shown = Shown(judged.evidence.verdicts, judged.standing, judged.metrics, judged.faults, run.problems)
+        return _result(sample, numbers, scenario, shown)
+
+
+class Shown(NamedTuple):
+    """What a run has shown, with or without a report."""
+
+    expectations: Sequence[Verdict]
+    standing: Sequence[Standing]
+    metrics: Sequence[Mapping[str, float | None]]
+    """Of each loop."""
+    notes: Sequence[Note]
+    problems: Sequence[Problem]
+
+
+def _result(sample: int, numbers: Sequence[float], scenario: Scenario, shown: Shown) -> SampleResult:
+    """What is kept of it."""
+    expectations, standing, metrics, notes, problems = shown
+    errors = [note.text for note in sorted(notes, key=lambda note: note.at) if note.error]
+    errors += [problem.message for problem in problems if problem.severity == "error"]
+    fails = bool(errors) or any(v.fails for v in standing)
+    margins = [margin(wanted, v) for wanted, v in zip(scenario.expect, expectations, strict=True)]
+    if fails:
         margins.append(-inf)
     least = min(margins, default=inf)
     tightest = margins.index(least) if margins else -1
-    return (
-        SampleResult(
-            sample,
-            tuple(numbers),
-            passed=report.passed,
-            held=tuple(v.passed for v in report.expectations),
-            margin=least,
-            tightest=tightest if tightest < len(scenario.expect) else -1,
-            standing="".join(_sign(v) for v in report.standing),
-            metrics=tuple(tuple(loop.metrics.get(name) for name in METRICS) for loop in report.loops.values()),
-            reason="; ".join(errors),
-        ),
-        report,
+    return SampleResult(
+        sample,
+        tuple(numbers),
+        passed=not fails and all(v.passed for v in expectations),
+        held=tuple(v.passed for v in expectations),
+        margin=least,
+        tightest=tightest if tightest < len(scenario.expect) else -1,
+        standing="".join(_sign(v) for v in standing),
+        metrics=tuple(tuple(loop.get(name) for name in METRICS) for loop in metrics),
+        reason="; ".join(errors),
     )
 
 
@@ -433,6 +501,10 @@ class Job:
         kept = pickle.dumps(plc, pickle.HIGHEST_PROTOCOL)
         return loaded, Batch(loaded.document, loaded.uncertainties(plc)[0], self.seed, kept)
 
+    def sampler(self) -> Sampler:
+        """What runs its samples."""
+        return Sampler(*self.loaded(), self.settings)
+
 
 def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[SampleResult]:
     """The results of the samples from ``first`` on, in order; raises `WorkersError`.
@@ -440,9 +512,7 @@ def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[S
     A process that is ended from outside costs what it had begun, unless they end one after the other.
     """
     if jobs == 1 or samples - first <= SAMPLES_AT_ONCE:
-        loaded, batch = job.loaded()
-        for sample in range(first, samples):
-            yield run_sample(loaded, batch, sample, job.settings)[0]
+        yield from map(job.sampler().run, range(first, samples))
         return
     while first < samples:
         before = first
@@ -464,8 +534,8 @@ def process_parts(first: int, samples: int) -> Iterator[range]:
 
 def _runner(job: Job) -> Callable[[range], list[SampleResult]]:
     """What runs samples one after the other."""
-    loaded, batch = job.loaded()
-    return lambda samples: [run_sample(loaded, batch, i, job.settings)[0] for i in samples]
+    sampler = job.sampler()
+    return lambda samples: list(map(sampler.run, samples))
 
 
 def recordings(job: Job, samples: int, jobs: int) -> Fan:
@@ -543,9 +613,8 @@ class Trial:
         """Runs what is missing of so many first samples."""
         wanted = min(samples, TRIAL_SAMPLES)
         if self.samples < wanted:
-            loaded, batch = job.loaded()
-            for sample in range(self.samples, wanted):
-                self.take(run_sample(loaded, batch, sample, job.settings)[0])
+            for seen in map(job.sampler().run, range(self.samples, wanted)):
+                self.take(seen)
 
     @property
     def digest(self) -> str:
