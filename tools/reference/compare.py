@@ -36,7 +36,7 @@ class Outcome:
 
 def vendors():
     """The vendors that have a reference."""
-    return [name for name in ("dl06", "click", "ezlogix", "nextopid", "dpide") if _module(name) is not None]
+    return [name for name in ("dl06", "click", "ezlogix", "nextopid", "dpide", "rates") if _module(name) is not None]
 
 
 def _module(vendor):

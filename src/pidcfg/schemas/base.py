@@ -227,9 +227,9 @@ def _ascending(low: Decimal, high: Decimal) -> str:
     """How a range is written that does not ascend, also where the signal falls as the value rises."""
     mirrored = f"{low + high} - v" if low + high else "-v"
     return (
-        f"write the lower end first, [{low}, {high}]. If the signal falls as the value rises, turn it round in the "
-        f"module or the program; else write each value v on this scale as {mirrored}, low alarms and limits as high "
-        "ones, and the other action"
+        f"write the lower end first, [{low}, {high}], which is all where the PLC holds the value itself. Where it "
+        "holds counts that fall as the value rises, turn the signal round in the module or the program; else write "
+        f"each value v on this scale as {mirrored}, low alarms and limits as high ones, and the other action"
     )
 
 

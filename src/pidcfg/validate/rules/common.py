@@ -15,7 +15,7 @@ from pidcfg.schemas.numbers import MAX_DIGITS, decimal_text
 from pidcfg.text.paths import value_at
 from pidcfg.text.references import Decision
 from pidcfg.validate.purpose import action_of, purpose_of
-from pidcfg.validate.rule import D930, Finding, Findings, always, error, finding, warning
+from pidcfg.validate.rule import D930, Finding, Findings, always, checklist, error, finding, warning
 from pidcfg.validate.shared_checks import list_names
 from pidcfg.vendors import VENDORS
 
@@ -45,6 +45,14 @@ D08 = Decision(
     "names are unique",
     "Two loops of a file may not have one name.",
     "Cascade links, scenarios and reports refer to loops by name.",
+)
+D1017 = Decision(
+    1017,
+    "pulses of one period are a line of the checklist",
+    "Outputs of pulses with one period are told: they may switch on together. In NextoPID they begin with the "
+    "first cycle (D241, D242); of the others the manuals say nothing.",
+    "A public plan of four SSRs gives each a quarter of the period of 1 s, so that not all are switched at once "
+    "(industrialmonitordirect.com, automationdirect-plc-for-pid-ssr-pwm-control-selection).",
 )
 D09 = Decision(
     9,
@@ -367,6 +375,36 @@ def action_against_words(context: AnyContext) -> Findings:
             purpose=purpose.text,
             other=action.other,
         )
+
+
+# --- Outputs of pulses that share a supply ----------------------------------------------------------------------------
+
+PULSES = {
+    "click": ("loops", "output.pwm.period", "s"),
+    "ezlogix": ("loops", "output.pulse.cycle_time", "s"),
+    "nextopid": ("blocks", "Period", "cycles"),
+    "dpide": ("loops", "call.GPWM.cycle", "ms"),
+}
+"""Where a vendor has the period of its pulses: the list in the file, the key of an item, the unit."""
+
+
+@checklist("PID113", D1017, "{count} outputs make pulses of {period} {unit}: they may switch on together")
+def pulses_of_one_period(context: AnyContext) -> Findings:
+    """Several outputs make pulses of the same period.
+
+    Why: pulses come first in a period. Outputs that begin their periods together switch all heaters on at once, however
+    little each of them gets: the supply, its fuse and its neutral carry the sum.
+
+    Fix: begin the periods apart, of four outputs by a quarter of the period; where the program cannot, size the supply
+    for all outputs at once, or take periods that differ.
+    """
+    items, key, unit = PULSES.get(context.config.vendor, ("loops", "vendor", ""))
+    path = key.split(".")
+    periods = [value_at(i, path) if hasattr(i, path[0]) else None for i in getattr(context.config, items)]
+    counts = Counter(periods)
+    for i, period in enumerate(periods):
+        if period is not None and counts[period] > 1:
+            yield finding(items, i, *path, count=counts[period], period=_text(period), unit=unit)
 
 
 def _text(value: Any) -> str:

@@ -174,5 +174,14 @@ ENGINE = (
         "past.",
         "A comparison with infinity has a result, and one with no number has none.",
     ),
+    Decision(
+        1016,
+        "a CYCLE shorter than the scan",
+        "The instruction calculates in every scan, with CYCLE as Ts, and its sampling time counts from that scan on. "
+        "With a CYCLE that is longer it stays at whole multiples of CYCLE (D266), which are carried out in the next "
+        "scan.",
+        "The instruction calculates only when it is scanned. What a sample is late by is not made up for, and Ts is "
+        "the operand: a CYCLE that the scan does not keep integrates too slowly, which PID056 says of a scenario.",
+    ),
 )
 """In the order of their numbers."""

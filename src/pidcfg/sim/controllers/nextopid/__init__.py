@@ -26,8 +26,9 @@ PID = (
     Decision(
         222,
         "anti-windup",
-        "Of an increment of I, what would push MV past MinMV, MaxMV or the variation that MaxVarMV allows is left "
-        "out; increments the other way count in full. Windup_H_IN and Windup_L_IN leave out whole increments.",
+        "Of an increment of I, what would push MV past MinMV, MaxMV or the variation that MaxVarMV allows is left out: "
+        "the limit less the sum without it is what remains of it. Increments the other way count in full. Windup_H_IN "
+        "and Windup_L_IN leave out whole increments.",
         "The manual describes anti-windup between the controllers of a cascade only, and counts MaxVarMV among the "
         "limits that saturate MV.",
     ),
@@ -188,9 +189,9 @@ BLOCKS = (
     Decision(
         236,
         "coefficients of filters and lags",
-        "The share of the way of one sample is 1 − e^(−Ts/Tc), rounded to single precision once, and worked out again "
-        "when Ts/Tc has changed. Each other result of these blocks is rounded too, so that a slow lag stops short of "
-        "its end: what is below half the last digit is lost.",
+        "The share of the way of one sample is 1 − e^(−Ts/Tc), the quotient and the share rounded to single precision, "
+        "and worked out again when Ts/Tc has changed. Each other result of these blocks is rounded too, so that a slow "
+        "lag stops short of its end: what is below half the last digit is lost.",
         "The parameters are REAL. A block that rounds e^(−Ts/Tc) before subtracting it from 1 would differ by up to "
         "6e-8 of the way.",
     ),

@@ -52,7 +52,8 @@ def pv_range_without_width(view: LoopView) -> Findings:
     7 digits, in which ends that are close together become one number.
 
     Fix: write what the process reaches at 0 % and at 100 % of the output, the lower number first, in a unit in which
-    they differ by more than a ten-millionth of their size.
+    they differ by more than a ten-millionth of their size. Of a PV that falls as the output rises the lower number
+    comes first, too: `action: reverse` says that it falls.
     """
     low, high = view.loop.pv.range
     ends = view.register_values("pv_lower", "pv_upper")
