@@ -320,6 +320,16 @@ def test_words_that_are_no_values_are_refused_with_their_register(change, messag
     assert message in str(error.value)
 
 
+def test_a_table_of_zeros_and_an_address_in_octal_digits_are_told():
+    table = dict.fromkeys(range(0o2000, 0o2040), 0)
+    assert any("every word of LOOP-1 is 0" in note for note in decode({0o7640: 0o2000, 0o7641: 1, **table}).notes)
+    assert not any("every word" in note for note in decode(words({})).notes)
+    with pytest.raises(DecodeError, match=r"V20000 of loop 1: V7640 is 2000, hexadecimal; V2000 is 0400 \(or --loop-"):
+        decode({0o7640: 0x2000, 0o7641: 1, **table})
+    with pytest.raises(DecodeError, match=r"V2040 of loop 1$"):
+        decode({0o7640: 0o2040, 0o7641: 1, **table})
+
+
 def test_a_missing_word_is_named():
     image = words({})
     del image[0o2017]

@@ -449,6 +449,8 @@ def decode(
         notes.append(f"{v_name(LOOP_COUNT)} is no BCD number: the PLC sets bit 2 of V7642 and calculates no loop (D53)")
     if words.get(LOOP_COUNT) == 0:
         notes.append(_no_loop_runs(count))
+    if empty := [loop.block.loop for loop in loops if not any(loop.block.raw)]:
+        notes.append(f"every word of {', '.join(empty)} is 0: nothing was written there, or a save wrote zeros over it")
     if "reset_decimals" not in stated and any(loop.block.word("reset") for loop in loops):
         notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
     if flags := words.get(ERROR_FLAGS):
@@ -496,13 +498,24 @@ def _plc_data(pointer: int, words: Mapping[int, int], count: int) -> Data:
     return data
 
 
+def _octal_cure(words: Mapping[int, int], table: range) -> str:
+    """What to do where V7640 holds the octal digits of the table's address as if they were hexadecimal ones."""
+    digits = f"{table.start:04X}"
+    if words.get(TABLE_POINTER) != table.start or set("89ABCDEF") & set(digits) or int(digits, 8) not in words:
+        return ""
+    meant = v_name(int(digits, 8))
+    return (
+        f": {v_name(TABLE_POINTER)} is {digits}, hexadecimal; {meant} is {int(digits, 8):04X} (or --loop-table {meant})"
+    )
+
+
 def _reader(
     words: Mapping[int, int], settings: Sequence[LoopSettings], table: range, index: int, decimals: int
 ) -> LoopReader:
     start = table[index * LOOP_SIZE]
     missing = next((a for a in range(start, start + LOOP_SIZE) if a not in words), None)
     if missing is not None:
-        raise DecodeError(f"the listing does not hold {v_name(missing)} of loop {index + 1}")
+        raise DecodeError(f"the listing does not hold {v_name(missing)} of loop {index + 1}{_octal_cure(words, table)}")
     loop_settings = settings[index] if index < len(settings) else LoopSettings(loop=default_name(index))
     raw = tuple(words[a] for a in range(start, start + LOOP_SIZE))
     return LoopReader(LoopBlock(loop_settings.loop, SPACE, start, LOOP_TABLES[decimals], raw), loop_settings, table)

@@ -102,6 +102,7 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
         items.append(
             f"MV is the time on in ms, and GPWM behind the instruction makes pulses of it: {', '.join(pulses)}"
         )
+    items.append("see that the analog module converts each PV at least as often as its instruction calculates")
     items.append("of a symbol table, compare the initial values of REAL after the import; known exports have 0 only")
     return tuple(items)
 

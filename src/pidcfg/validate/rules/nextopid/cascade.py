@@ -314,6 +314,26 @@ def outputs_of_a_master_connected(context: NextopidContext) -> Findings:
                     )
 
 
+@error("NX693", CASCADE, "{master}.TRK_IN is {slave}.TRK_OUT, but {slave}.SP_CASC is {found}, not {master}.MV")
+def slave_without_set_point_of_its_master(context: NextopidContext) -> Findings:
+    """A loop is told what becomes of its slave, which does not take its set point from it.
+
+    Why: the slave holds a set point of its own, and says that it is in cascade mode. The MV of the master goes nowhere,
+    and its integral runs to a limit.
+
+    Fix: wire SP_CASC of the slave to MV of the master; where they are no cascade, take the connections of one away.
+    """
+    views = {f"{view.name}.TRK_OUT": view for view in context.pids}
+    for master in context.pids:
+        slave = views.get(master.source("TRK_IN") or "")
+        if slave is None or slave is master or slave.is_wired("SP_CASC"):
+            continue
+        given = slave.is_given("SP_CASC")
+        values = {"master": master.name, "slave": slave.name, "found": slave.shown("SP_CASC") if given else "not given"}
+        at_slave = slave.at("SP_CASC" if given else "name")
+        yield from report_at_both(slave, at_slave, master, master.at("TRK_IN"), **values)
+
+
 # --- Masters that are not told the truth: behind another block, and of a slave that is in error -----------------------
 
 ERRORS = NEXTOPID.at("chapter 2: ErrBits")
