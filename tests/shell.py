@@ -83,7 +83,7 @@ def captured(program: object, words: list[str]) -> tuple[int, str, str]:
     out, err = (io.TextIOWrapper(Tee(terminal), "utf-8", write_through=True, newline="\n") for _ in range(2))
     with redirect_stdout(out), redirect_stderr(err):
         code = program(words)  # type: ignore[operator]
-    return code, terminal.getvalue().decode(), out.buffer.getvalue().decode()  # type: ignore[attr-defined]
+    return code, terminal.getvalue().decode(), out.buffer.getvalue().decode()
 
 
 def pidcfg(words: list[str]) -> int:
