@@ -90,6 +90,7 @@ VALUES = (
     ("click/tank", "bit: Y001", "bit: Y1", "Y1", "Y001"),
     ("click/tank", "sample_rate: 500 ms", "sample_rate: 50 ms", "0.05 s", "0.1 to 30 s"),
     ("click/tank", "bumpless: 2 ", "bumpless: 3 ", "3", "2"),
+    ("click/tank", "bumpless: 2 ", "bumpless: II ", "II", "write 2"),
     ("click/tank", "value: 140,", "value: 140 C,", "140 C", "degF"),
     ("click/tank", "filter: 80", "filter: 180", "180", "100"),
     ("click/tank", "rate_of_change: 120 /min", "rate_of_change: 120 /h", "120 /h", "/min"),
@@ -103,6 +104,7 @@ VALUES = (
     ("dpide/oven", "MV_MIN: 0", "MV_MIN: 5000", "5000", "4000"),
     ("dpide/oven", "PID_MODE: 0 ", "PID_MODE: auto ", "auto", "0"),
     ("dpide/oven", "SV: D100", "SV: DX100", "DX100", "D"),
+    ("dpide/chiller", "PV: D202", "PV: D200", "D200", "SV", "the PV is measured"),
     ("dpide/oven", "output: Y0.0", "output: Q0.0", "Q0.0", "Y"),
     ("nextopid/heatexchanger", "type: PIDA_REAL", "type: PID_REAL", "PID_REAL", "PIDA_REAL"),
     ("nextopid/heatexchanger", "ControlLeadLag, InVar: D_I", "LeadLag, InVar: D_I", "LeadLag", "ControlLeadLag"),
@@ -151,6 +153,11 @@ SCENARIOS = (
     ("click/tank.scenario", "from: 15 min, until: 34 min", "from: 35 min, until: 34 min", "35", "34"),
     ("click/tank.scenario", "step: 100 ms ", "step: 0 ms ", "0", "above"),
     ("click/tank.scenario", "expect:", "expects:", "expects", "expect"),
+    ("click/tank.scenario", "duration: 40 min", "duration: 40m", "40m", "min"),
+    ("click/tank.scenario", "min: 134, max: 146", "min: 146, max: 134", "146", "134", "smaller number as min"),
+    ("dpide/chiller.scenario", "share: 90 %", "share: 0.9", "0.9 can be 90 % or 0.9 %", "write 90 %"),
+    ("dl06/flow.scenario", "band: 5 %", "band: 0.05", "0.05 can be 5 % or 0.05 %", "write 5 %"),
+    ("dpide/oven.scenario", "duration: 90 min", "tolerance: {OVEN: 200 %}\nduration: 90 min", "200 %", "than 100 %"),
 )
 COMMANDS = (
     # command                                                must have
@@ -169,6 +176,8 @@ COMMANDS = (
     ("tune --method ziegler", "ziegler", "zn-open"),
     ("tune --method simc --gain 2", "--time-constant"),
     ("tune --method simc --gain 2,5 --time-constant 10 --dead-time 1", "2,5", "2.5"),
+    ("tune --method simc --gain 2 --time-constant '10 min' --dead-time 1", "10 min", "write 600", "in s"),
+    ("simulate dl06/flow.scenario.yaml --every 0.5", "0.5", "whole number"),
     ("explain V99999999", "V99999999", "explain"),
     ("rule DL999", "DL999"),
     ("init --vendor siemens", "siemens", "dl06"),

@@ -366,6 +366,18 @@ def test_what_an_ezlogix_does_not_have_is_told():
     assert "1000 counts" in dropped({"alarms": {"pv": {"high": 100}}}, pv_counts=[(0, 2000)])["alarms.pv.high"]
 
 
+def test_what_the_program_compares_is_in_the_counts_of_its_registers():
+    wanted = {"pv": {"low": -5, "high": 250}, "deviation": {"high": 10}, "rate_of_change": 4, "hysteresis": 2}
+    found = dropped({"pv": {"range": [0, 200], "unit": "degC"}, "alarms": wanted})
+    assert "Error (Base+11) in the program: beyond 205 counts (10 degC)" in found["alarms.deviation.high"]
+    assert found["alarms.hysteresis"].endswith("back by 41 counts")
+    assert "counts apart" in found["alarms.rate_of_change"]
+    for key in ("alarms.pv.low", "alarms.pv.high"):  # below 0 and above 4095 counts there is nothing
+        assert "never trips" in found[key]
+    beyond = {"alarms": {"pv": {"high": 250}}, "pv": {"range": [0, 200]}}
+    assert "above 5119 counts" in dropped(beyond, pv_tag=["R900"])["alarms.pv.high"]
+
+
 def test_alarms_of_a_square_root_loop_are_compared_with_the_square():
     found = dropped({"pv": {"square_root": True}, "alarms": {"pv": {"high": 100}}})
     assert "above 1024 counts" in found["alarms.pv.high"]  # a quarter of 4095

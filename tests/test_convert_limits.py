@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from importlib import resources
+from pathlib import Path
+
 import pytest
 
 from pidcfg.api import convert
 from pidcfg.conversion.ledger import DEFAULT_MAX_LOSS, MaxLossError, parse_max_loss
+from pidcfg.vendors import VENDORS
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
 
 DL06 = """\
 pidcfg: 1
@@ -67,6 +73,15 @@ def test_a_comment_stays_with_its_loop(result):
     for name in "ABC":
         assert lines[lines.index(f"  - name: {name}") - 1] == f"  # of {name}"
     assert result.text.count("# of") == 3
+
+
+def test_a_comment_behind_a_value_keeps_its_value_and_the_starters_own_stay_behind():
+    tank = (EXAMPLES / "click" / "tank.yaml").read_text("utf-8")
+    lines = convert(tank, "ezlogix", name="a.yaml").text.splitlines()
+    assert "    action: reverse" in lines  # of the controller; the comment is of the process's
+    assert "  # action: direct  # more heat, warmer water" in lines
+    starter = resources.files("pidcfg").joinpath(VENDORS["click"].starter).read_text("utf-8")
+    assert "#" not in convert(starter, "ezlogix", name="a.yaml").text
 
 
 def test_a_derivative_that_a_limit_of_nothing_switches_off_is_left_by_the_key_that_does_it(result):

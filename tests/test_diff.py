@@ -70,6 +70,14 @@ def test_each_difference_has_the_rank_of_what_it_can_do(old, new, field, risk):
     assert set(found) == {field}
 
 
+def test_another_form_of_the_same_numbers_ranks_high():
+    chiller = (EXAMPLES / "dpide" / "chiller.yaml").read_text("utf-8")
+    found = differences(chiller, edited(chiller, "PID_EQ: false", "PID_EQ: true"))
+    assert found["PID_EQ"][0] == "high"
+    reset = differences(REACTOR, edited(REACTOR, "reset_unit: seconds", "reset_unit: minutes"))
+    assert reset["tuning.reset_unit"][0] == "high"
+
+
 def test_a_spelling_is_no_difference_and_neither_is_what_no_register_can_hold():
     assert differences(REACTOR, edited(REACTOR, "sample_rate: 0.2", "sample_rate: 200 ms")) == {}
     assert differences(REACTOR, edited(REACTOR, "setpoint: {value: 20.0", "setpoint: {value: 20.001")) == {}

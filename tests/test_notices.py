@@ -15,6 +15,7 @@ from types import SimpleNamespace as Facts
 import pytest
 from click.testing import CliRunner
 
+from command import run_text
 from generic_rig import Rig as GenericRig
 from pidcfg.api import decode, encode, simulate
 from pidcfg.cli.main import cli
@@ -236,6 +237,14 @@ def test_all_words_of_a_listing_that_are_no_values_are_named_and_count_as_0():
     named = [re.match(r"L1, (V\d+): .*; it counts as 0 \(D50\)$", note) for note in result.notes]
     assert {m.group(1) for m in named if m} == {*wrong}
     assert any("encoded again, these words differ" in note and "V2010" in note for note in result.notes)
+
+
+def test_a_number_that_the_listing_does_not_hold_is_told_in_quiet_too(tmp_path):
+    (tmp_path / "upload.txt").write_text(listing(PROFILE, {"V2010": "00AF"}), "utf-8")
+    result = run_text("decode", "upload.txt", "--vendor", "dl06", "--quiet", cwd=tmp_path)
+    assert "gain: 0," in result.stdout
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("warning: L1, V2010: gain (+10): 0x00AF has a digit above 9")
 
 
 @pytest.mark.parametrize("content", ["00A1", "FFFF"])

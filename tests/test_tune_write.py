@@ -399,6 +399,36 @@ def test_the_command_writes_and_tells_old_and_new(oven):
     assert "oven.yaml, TIC-101: has these gains already" in again.stdout
 
 
+def recorded(gain=1.8, step=15.0, scale=1.0, shift=0.0):
+    """A record of a step: the PV in other units by ``scale`` and ``shift``."""
+    rows = ["time [s],output,pv"]
+    for t in range(600):
+        pv = 50 + (0 if t < 80 else gain * step * -math.expm1(-(t - 80) / 60)) + 0.1 * (t % 2)
+        rows.append(f"{t},{0.4 * step if t < 60 else 1.4 * step},{pv * scale + shift:.4f}")
+    return "\n".join(rows)
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize(
+    ("record", "says"),
+    [
+        (recorded(scale=20.0, shift=30000.0), "the PV goes from"),
+        (recorded(gain=100.0, step=0.15), "the output steps by 0.15, 0.15 %"),
+        (recorded(gain=0.4, step=600.0), "the output steps by 600, 600 %"),
+    ],
+    ids=["counts of the PV", "a share of 1", "counts of the output"],
+)
+def test_a_record_in_other_units_is_refused(tmp_path, vendor, record, says):
+    text = starter(vendor).replace("MV_MAX: 4000", "MV_MAX: 100")
+    (tmp_path / "loop.yaml").write_text(text, "utf-8")
+    (tmp_path / "step.csv").write_text(record, "utf-8")
+    result = run("--method", "simc", "--from-csv", "step.csv", "--write", "loop.yaml", cwd=tmp_path)
+    assert result.returncode != 0
+    assert "step.csv is in other units" in result.stderr
+    assert says in result.stderr
+    assert (tmp_path / "loop.yaml").read_text("utf-8") == text
+
+
 def test_diff_shows_a_patch_and_writes_nothing(oven):
     before = oven.read_bytes()
     result = run(*RULE, "--write", "oven.yaml", "--diff", cwd=oven.parent)

@@ -32,12 +32,15 @@ def is_plain(value: Any) -> bool:
     return not isinstance(value, str) or (value.isascii() and "_" not in value)
 
 
+WHOLE = re.compile(r"[-+]?[0-9]+")
+
+
 class Integer(IntParamType):
     """A whole number of the command line."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number."""
-        if not is_plain(value):
+        if not is_plain(value) or (isinstance(value, str) and not WHOLE.fullmatch(value.strip())):
             self.fail(f"{value!r} is not a whole number; write digits alone", param, ctx)
         return super().convert(value, param, ctx)
 

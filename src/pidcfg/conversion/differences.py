@@ -156,6 +156,9 @@ SIGNAL_WORDS = ("tag", "format", "transfer", "counts", "pwm", "curve")
 """Words of keys that say which signal is read or driven, and what its counts mean."""
 LABEL_KEYS = ("bumpless", "slot", "channel")
 """Words of keys whose numbers are names: half as much of them means nothing."""
+_FORM = "integral and derivative mean something else: times with one, gains with the other"
+FORM_KEYS = {"Indep": _FORM, "PID_EQ": _FORM, "reset_unit": "the word of the reset counts in another unit"}
+"""Keys by which the same numbers are other terms, and what they change."""
 ACTION_KEYS = ("action", "Direct", "PID_DIR", "output_raises_pv")
 """Keys of the direction of control, whatever the vendor calls it."""
 
@@ -168,6 +171,8 @@ def judge_key(key: str, fields: Iterable[str], before: Any, after: Any) -> tuple
     last = key.rpartition(".")[2]
     if last in ACTION_KEYS:
         return ("output_raises_pv", *FIELD_RISKS["output_raises_pv"])
+    if last in FORM_KEYS:
+        return key, "high", FORM_KEYS[last]
     one, two = number_of(before), number_of(after)
     is_switched = isinstance(before, bool | str) or isinstance(after, bool | str) or bool(before) != bool(after)
     ends = {_matching_field(name, key) for name in fields if is_switched or name not in SWITCH_FIELDS}

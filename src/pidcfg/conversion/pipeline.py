@@ -180,31 +180,34 @@ def _shown(value: Any) -> Any:
 # --- Comments of a configuration that survive its conversion: those at its head, and those of each loop ---------------
 
 QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'")
-KEY = re.compile(r"[\s{,-]*([\w.]+):")
 ITEM = "  - "
 """How a loop begins in a file that pidcfg writes."""
 
 
-def comment_of(line: str) -> str | None:
-    """The comment of a line, with its key in front when it stands behind a value; None: there is none."""
+def comment_of(line: str, known: Collection[str] = ()) -> str | None:
+    """The comment of a line; None: there is none, or it is a known one.
+
+    One behind a value speaks of that key and value, which another vendor writes otherwise: they come along.
+    """
     bare = QUOTED.sub(lambda text: "x" * len(text.group()), line)
     start = next((i for i, c in enumerate(bare) if c == "#" and (i == 0 or bare[i - 1].isspace())), None)
     if start is None:
         return None
-    text = line[start + 1 :].strip()
-    key = KEY.match(line[:start])
-    return f"{key.group(1)}: {text}" if key and text else text
+    text, value = line[start + 1 :].strip(), " ".join(line[:start].split()).removeprefix("- ")
+    if text in known:
+        return None
+    return f"{value}  # {text}" if value and text else text
 
 
-def comments(doc: Document, loops: int) -> tuple[list[str], list[list[str]]]:
-    """The comments above the loops, and those of each loop: before it, and behind its values."""
+def comments(doc: Document, loops: int, known: Collection[str] = ()) -> tuple[list[str], list[list[str]]]:
+    """The comments above the loops, and those of each loop: before it, and behind its values; ``known`` stay behind."""
     lines = doc.lines
     starts = [_first_line(doc, lines, i) for i in range(loops)]
     texts: list[list[str]] = []
     for i, start in enumerate(starts):
         end = starts[i + 1] if i + 1 < loops else len(lines)
-        texts.append(_texts(lines[start:end]))
-    return _texts(lines[: starts[0]] if starts else lines), texts
+        texts.append(_texts(lines[start:end], known))
+    return _texts(lines[: starts[0]] if starts else lines, known), texts
 
 
 def _first_line(doc: Document, lines: list[str], loop: int) -> int:
@@ -215,8 +218,8 @@ def _first_line(doc: Document, lines: list[str], loop: int) -> int:
     return line
 
 
-def _texts(lines: list[str]) -> list[str]:
-    return [text for line in lines if (text := comment_of(line))]
+def _texts(lines: list[str], known: Collection[str]) -> list[str]:
+    return [text for line in lines if (text := comment_of(line, known))]
 
 
 def with_comments(text: str, head: list[str], loops: list[list[str]]) -> str:

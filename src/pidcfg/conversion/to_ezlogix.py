@@ -24,8 +24,8 @@ from pidcfg.conversion.from_ezlogix import ACTS_ON, FULL_COUNTS, RAISES, SETPOIN
 from pidcfg.conversion.ledger import ConvertError, Missing
 from pidcfg.conversion.operation import ADDED_ANTI_WINDUP, Stopped
 from pidcfg.encoders.codecs import nearest
-from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL
-from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
+from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL, R_BLOCK
+from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, WORD_MOST, parse_counts
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import is_given
@@ -86,9 +86,10 @@ ACTIONS = {raises: action for action, raises in RAISES.items()}
 BY_PROGRAM = {
     "setpoint.follows_pv": "copy the PV into the set point in the program while the loop is in Manual",
     "output.max_rate": "limit the change of the output in the program, between the CV and its output",
-    "alarms.hysteresis": "switch alarms off in the program when the PV is back by as much",
+    "alarms.hysteresis": "switch alarms off in the program when the PV is back by {back}",
 }
 """Neutral fields that a loop does not have, with what to program instead."""
+ERROR = R_BLOCK.offset("error")
 NO_BIAS_NOTE = "without an integral the output is gain x error + offset, and an offset of 0 counts is the low end"
 ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}
 
@@ -241,18 +242,33 @@ def _least_pulse(b: TargetBuilder, pulse: Pulse) -> None:
 
 
 def _alarms(b: TargetBuilder, e: EzlogixLoop) -> None:
-    """There are none: what the program compares instead."""
+    """There are none: what the program compares instead, in counts as its registers have them."""
     alarms = e.neutral.alarms
     for key, point in dict(alarms.pv).items():
         if point is not None:
-            what = f"{'above' if key.startswith('high') else 'below'} {_raw(e.neutral, point, e.counts)} counts"
-            b.drop(f"alarms.pv.{key}", f"compare {e.pv_tag} in the program: {what}")
+            raw = _raw(e.neutral, point, e.counts)
+            what = f"{'above' if key.startswith('high') else 'below'} {raw} counts"
+            fits = 0 <= raw <= (WORD_MOST if e.pv_tag.startswith(REGISTERS.prefix) else CV_FULL)
+            none = f"{e.pv_tag} cannot hold {raw} counts, so that it never trips: nothing to program"
+            b.drop(f"alarms.pv.{key}", f"compare {e.pv_tag} in the program: {what}" if fits else none)
     for key, point in dict(alarms.deviation).items():
         if point is not None:
-            b.drop(f"alarms.deviation.{key}", f"compare the error in the program: beyond {decimal_text(point)}")
+            unit = f" {e.neutral.pv.unit}" if e.neutral.pv.unit else ""
+            far = f"beyond {_difference(e, point)} counts ({decimal_text(point)}{unit})"
+            b.drop(f"alarms.deviation.{key}", f"compare the register Error (Base+{ERROR}) in the program: {far}")
     if alarms.rate_of_change is not None:
-        b.drop("alarms.rate_of_change", f"compare {e.pv_tag} with what it was a sample before in the program")
-    b.drop_all(drop_unmatched(e.neutral, BY_PROGRAM))
+        per_sample = _difference(e, product(alarms.rate_of_change, e.neutral.sample_time))
+        apart = "" if e.neutral.pv.square_root or not per_sample else f": {per_sample} counts apart"
+        b.drop("alarms.rate_of_change", f"compare {e.pv_tag} with what it was a sample before in the program{apart}")
+    back = (
+        decimal_text(alarms.hysteresis) if e.neutral.pv.square_root else f"{_difference(e, alarms.hysteresis)} counts"
+    )
+    b.drop_all((path, note.format(back=back)) for path, note in drop_unmatched(e.neutral, BY_PROGRAM))
+
+
+def _difference(e: EzlogixLoop, amount: Decimal) -> int:
+    """An amount of the PV in counts."""
+    return nearest(product(quotient(amount, width(e.neutral.pv.range)), Decimal(e.counts[1] - e.counts[0])))
 
 
 def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:

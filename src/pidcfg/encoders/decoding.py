@@ -179,6 +179,10 @@ def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
     return merged
 
 
+COUNTS_AS_ZERO = "; it counts as 0 (D50)"
+"""The end of a note on a word that is no value: the configuration has another number than the PLC."""
+
+
 def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any], like: Image | None = None) -> Decoded:
     """The configuration that a listing holds; the notes name words that do not come back when it is encoded again.
 
@@ -196,7 +200,7 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
     except DecodeError as error:
         text = "; ".join((str(error), *listing.notes))
         raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
-    zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
+    zeros = (f"{text}{COUNTS_AS_ZERO}" for text in wrong)
     doubts, suggestion = _doubts(listing, encoding) if wrong else ((), "")
     differences = _differences(listing, again, decoded.status)
     return replace(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import Checked, check_document
+from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -234,8 +236,14 @@ def missing(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
 
 def text_of(outcome: Converted, document: Document) -> str:
     """The result as YAML, with the comments of the source: those of its loops where they went."""
-    head, loops = comments(document, len(outcome.loops))
+    head, loops = comments(document, len(outcome.loops), _starter_comments())
     return with_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.source_places])
+
+
+def _starter_comments() -> frozenset[str]:
+    """Those of the starter files: they explain keys that another vendor does not have, or has for something else."""
+    texts = (files("pidcfg").joinpath(vendor.starter).read_text("utf-8") for vendor in VENDORS.values())
+    return frozenset(line.partition("#")[2].strip() for text in texts for line in text.splitlines())
 
 
 def max_loss_of(text: str | None) -> MaxLoss:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import ceil, isinf, log
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
 
@@ -14,6 +14,7 @@ from pidcfg.sim.engine.run import Run, Settings, UnusableError, base_step, begin
 from pidcfg.sim.judgement.meters import Band, overshoot, settling_time
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.margins import Answer
+from pidcfg.tuning.rules import TuningError
 from pidcfg.validate.engine import check_document
 
 if TYPE_CHECKING:
@@ -44,6 +45,9 @@ LOOKS = 8
 """At a step, from its beginning to its end."""
 SETTLED = 0.05
 """Of the step: within which a PV has settled."""
+BESIDE, LEAST_SHARE, UNLIMITED = 0.5, 0.01, 1e5
+"""Of a range: how far beside it all of a record's PV is in other units, and the least step of an output in its own; and
+a range that is none."""
 
 
 @frozen
@@ -111,8 +115,36 @@ class Forecast:
             yield "with these words the PV does not settle"
 
 
-def forecast_words(written: Written, around: Around, plant: Transfer | None, gains: Gains) -> Forecast:
-    """What the words do on a process, whose gain has its sign."""
+class Recorded(NamedTuple):
+    """The numbers of a record, which must be in the units of the loop that is to have its gains."""
+
+    file: str
+    pv: tuple[float, float]
+    """Lowest and highest."""
+    step: float
+    """Of the output."""
+
+    def refuse(self, where: str, pv_range: tuple[float, float], output_span: float) -> None:
+        """Raises `TuningError` for numbers that are surely in other units: their gain would be wrong by as much."""
+        low, high = pv_range
+        margin = (high - low) * BESIDE
+        what = ""
+        if high - low < UNLIMITED and (self.pv[0] > high + margin or self.pv[1] < low - margin):
+            what = f"the PV goes from {self.pv[0]:.6g} to {self.pv[1]:.6g}, and its range there is {low:g} to {high:g}"
+        elif output_span < UNLIMITED and not LEAST_SHARE <= self.step / output_span <= 1 + BESIDE:
+            share = f"{100 * self.step / output_span:.3g} % of the {output_span:g} that it has there"
+            what = f"the output steps by {self.step:.6g}, {share}"
+        if what:
+            raise TuningError(
+                f"{where}: {self.file} is in other units: {what}; bring the record to the units of the loop (counts or "
+                "shares of 1 may have been recorded); nothing was written"
+            )
+
+
+def forecast_words(
+    written: Written, around: Around, plant: Transfer | None, gains: Gains, recorded: Recorded | None = None
+) -> Forecast:
+    """What the words do on a process, whose gain has its sign; raises `TuningError` for a record in other units."""
     if plant is None:
         return Forecast("the gain of the process is not known")
     if plant.zeros:
@@ -122,6 +154,9 @@ def forecast_words(written: Written, around: Around, plant: Transfer | None, gai
         return Forecast(f"{written.file} has errors")
     controller, image = checked.vendor.module("controller"), checked.encoding.image
     trial = Trial(controller.load(image), written.loop, around, plant, gains)
+    if recorded is not None:
+        where = f"{written.file}: {written.loop}"
+        recorded.refuse(where, (trial.bottom, trial.top), (trial.high - trial.low) * trial.unit)
     seen = _run(trial, controller, image)
     for _ in range(ATTEMPTS):
         if seen.why or not trial.shorten(seen):

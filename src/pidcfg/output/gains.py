@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.output.findings import Data
-    from pidcfg.output.forecast import Around, Forecast
+    from pidcfg.output.forecast import Around, Forecast, Recorded
     from pidcfg.output.process import GainsFile, Target, VendorGains
     from pidcfg.output.retune import Written
     from pidcfg.output.robust import RobustGains, Searched
@@ -204,7 +204,7 @@ def tune_gains(
         result = replace(result, warnings=(*result.warnings, *fit.cautions))
     if target.into is None or around is None:
         return replace(result, vendor=target.gains(result.gains, heating=result.heating))
-    return _into_loop(result, target, target.into, around, limits)
+    return _into_loop(result, target, target.into, around, limits, "" if step is None else step[1])
 
 
 def _of_record(
@@ -231,8 +231,23 @@ def _of_record(
     return known, fit, record
 
 
-def _into_loop(result: TuneResult, target: Target, into: GainsFile, around: Around, limits: Limits) -> TuneResult:
-    """The result with the file that has the gains in a loop, and what its words do on the process."""
+def _recorded(result: TuneResult, name: str) -> Recorded | None:
+    """What of a record has to be in the units of the loop; None: there is no record."""
+    from pidcfg.output.forecast import Recorded
+
+    fit, record = result.identified, result.record
+    if fit is None or record is None:
+        return None
+    return Recorded(name, (min(record.pv), max(record.pv)), abs(fit.step))
+
+
+def _into_loop(
+    result: TuneResult, target: Target, into: GainsFile, around: Around, limits: Limits, recorded: str
+) -> TuneResult:
+    """The result with the file that has the gains in a loop, and what its words do on the process.
+
+    ``recorded``: the name of the record, if it is of one.
+    """
     from pidcfg.output.forecast import forecast_words
     from pidcfg.output.retune import retune_loop
 
@@ -240,7 +255,7 @@ def _into_loop(result: TuneResult, target: Target, into: GainsFile, around: Arou
     plant = result.plant
     if plant is not None and not result.heating:
         plant = replace(plant, gain=-plant.gain)
-    forecast = forecast_words(written, around, plant, result.gains)
+    forecast = forecast_words(written, around, plant, result.gains, _recorded(result, recorded))
     judgement = result.judgement if forecast.why else replace(result.judgement, answer=forecast.answer)
     return replace(
         result,

@@ -46,6 +46,8 @@ SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Dec
 UNIT_WORDS = {"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"}
 TIME_UNITS = "|".join((*SECONDS, *UNIT_WORDS))
 DURATION = re.compile(rf"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?({TIME_UNITS})")
+LIKE_DURATION = re.compile(r"[0-9].* .*[^\W\d_]|[0-9.,]+(?![OoIl]+$)[^\W\d_]+")
+"""What was meant as a time: a number with some unit behind it."""
 DURATION_FORM = f"{SIGNED} ?(?:{TIME_UNITS})"
 DURATION_TEXT = text_schema(DURATION_FORM, "250 ms", "2 min")
 DURATION_SCHEMA = number_schema(DURATION_TEXT)
@@ -156,8 +158,9 @@ def parse_duration(value: object) -> Duration:
         if match:
             unit = match.group(2)
             return Duration(number_text(match.group(1)), UNIT_WORDS.get(unit, unit))
-        if not NUMBER.fullmatch(value) and value[:1].isdigit() and value[-1:].isalpha() and " " in value.strip():
-            help_text = help_of(value) if value.split()[-1] in {*SECONDS, *UNIT_WORDS} else None
+        if LIKE_DURATION.fullmatch(value.strip()):
+            unit = re.split(r"[0-9., ]", value.strip())[-1]
+            help_text = help_of(value) if unit in {*SECONDS, *UNIT_WORDS} else None
             help_text = help_text or "units are ms, s, min and h, as in 250 ms"
             refuse("duration_form", f"{value!r} is not a time", help=help_text)
     return Duration(parse_number(value))

@@ -28,7 +28,9 @@ WITH_UNIT = re.compile(r"(?P<number>[-+]?[0-9][0-9.,']*) *(?P<unit>(?:[^\W\d_]|[
 BEHIND = re.compile(r"(?P<number>[-+]?[0-9]+(?:\.[0-9]+)?) *(?P<sign>//|\(\*|--|[#;,])\s*(?P<rest>.*)")
 """A number with a comment of another language, or the end of a line of one, behind it."""
 LIKE_DIGITS = str.maketrans("OoIl", "0011")
-"""Letters that are typed for digits."""
+"""Letters that are typed for digits, in a text that has digits."""
+ROMAN = {"I": 1, "II": 2, "III": 3, "IV": 4}
+IN_SECONDS = {"ms": Decimal("0.001"), "min": Decimal(60), "h": Decimal(3600)}
 WRITTEN_NUMBER = re.compile(r"[-+]?[0-9]+(?:\.[0-9]+)?")
 BETWEEN = re.compile(r"(?P<low>[-+]?[0-9.]+) *(?:-|\.\.+|…|:|to|bis|;|~) *(?P<high>[-+]?[0-9.]+)")
 """Two numbers as people write a range."""
@@ -46,8 +48,8 @@ def cure(text: str) -> str | None:
     if bare != text and WRITTEN_NUMBER.fullmatch(bare):
         sign = find_lookalike(text)
         return f"write {bare}" + (f": {code_point(sign)} is {describe_sign(sign)}" if sign else "")
-    if WRITTEN_NUMBER.fullmatch(bare.translate(LIKE_DIGITS)):
-        return f"write {bare.translate(LIKE_DIGITS)}: a letter stands where a digit belongs"
+    if plain := _of_letters(bare):
+        return plain
     match = WITH_UNIT.fullmatch(bare)
     if match is None:
         return None
@@ -55,6 +57,15 @@ def cure(text: str) -> str | None:
     if unit in KEPT:
         return inner and f"{inner}; {unit} may stay"
     return f"{inner or 'write the number alone'}; it is taken in the key's own unit, which need not be {unit}"
+
+
+def _of_letters(text: str) -> str | None:
+    """The cure of letters for digits: one for the digit that it is like, or a Roman numeral."""
+    if text in ROMAN:
+        return f"write {ROMAN[text]}: the number is in digits here"
+    digits = text.translate(LIKE_DIGITS)
+    like = WRITTEN_NUMBER.fullmatch(digits) and any(c.isdecimal() for c in text)
+    return f"write {digits}: a letter stands where a digit belongs" if like else None
 
 
 def _without_rest(text: str) -> str | None:
@@ -75,7 +86,10 @@ def alone(text: str) -> str:
     bare = to_ascii(text)
     match = WITH_UNIT.fullmatch(bare)
     if match and WRITTEN_NUMBER.fullmatch(match["number"]):
-        return f"write {match['number']} alone, without {match['unit']}"
+        number, factor = match["number"], IN_SECONDS.get(match["unit"])
+        if factor is not None:
+            return f"write {Decimal(number) * factor:f} alone: times are in s"
+        return f"write {number} alone, without {match['unit']}"
     return cure(text) or ANY
 
 

@@ -75,10 +75,14 @@ def parse_mode(value: object) -> str | Never:
 
 
 def parse_percent(value: object) -> Decimal:
-    """A share in %: ``5 %`` or ``5``."""
+    """A share in %: ``5 %`` or ``5``; a bare number up to 1 could be a part of one, and is refused."""
     if isinstance(value, str) and value.endswith("%"):
         return number_text(value[:-1].strip())
-    return parse_number(value)
+    number = parse_number(value)
+    if 0 < number <= 1:
+        part, whole = decimal_text(number), decimal_text(number * 100)
+        refuse("percent_form", f"{part} can be {whole} % or {part} %", help=f"write {whole} % or {part} %")
+    return number
 
 
 def parse_bound(value: object) -> Bound:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, note, remark
+from pidcfg.cli.console import echo, note, tell_notes
 from pidcfg.cli.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import refuse_all, usage
@@ -118,8 +118,7 @@ def command(
     if out is None:
         echo(result.text)
     write_files(outputs, force=force)
-    for line in () if quiet else (*result.notes, *_on_suggestion(result, suggest)):
-        remark(f"note: {line}")
+    tell_notes((*result.notes, *_on_suggestion(result, suggest)), quiet=quiet)
     if out is not None and not annotate:
         from pidcfg.cli.console import next_step
 

@@ -8,7 +8,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.commands.decode import vendor_options
-from pidcfg.cli.console import echo, remark
+from pidcfg.cli.console import echo, tell_notes
 from pidcfg.cli.main import Exit
 from pidcfg.vendors import format_names
 
@@ -79,6 +79,4 @@ def command(
         echo(result.text)
     else:
         write_files({out: result.text}, force=force)
-    if not quiet:
-        for line in result.notes:
-            remark(f"note: {line}")
+    tell_notes(result.notes, quiet=quiet)

@@ -117,7 +117,7 @@ def _metrics(found: Certification) -> str:
 
 def _effects(found: Certification, *, tables: bool) -> str:
     if not found.effects:
-        return ""
+        return "Only the noise varies: the plants are those of the file, and nothing is shown of others (vary)\n"
     shown = found.effects[: None if tables else MOST_EFFECTS]
     rows: list[tuple[str, ...]] = [("lowest fifth", "highest fifth", "of what varies")]
     rows += [(*map(_or_none, (e.lowest, e.highest)), f"{e.label}, {e.text}") for e in shown]

@@ -131,7 +131,8 @@ def _check_bounds(path: Path, subject: str, wanted: Expectation, present: set[st
                 help=f"write {has}",
             )
     if wanted.min is not None and wanted.max is not None and wanted.min.value > wanted.max.value:
-        yield Problem((*path, "min"), "min is above max: no value passes", "value")
+        what = f"min {wanted.min.value:f} is above max {wanted.max.value:f}: no value passes"
+        yield Problem((*path, "min"), what, "value", help="write the smaller number as min")
     if wanted.start is not None and wanted.until is not None and wanted.start > wanted.until:
         yield Problem((*path, "from"), "from comes after until", "value")
 
@@ -214,6 +215,9 @@ def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
             cure = "write it in the PV's unit, or in % of its span"
             message = f"the tolerance of {name} is {tolerance.value:f}{tolerance.unit}; it must be above 0"
             yield Problem(("tolerance", name), message, "value", help=cure)
+        elif tolerance.unit == "%" and tolerance.value >= 100:
+            message = f"a tolerance of {tolerance.value:f} % of the span of {name} passes whatever its PV does"
+            yield Problem(("tolerance", name), message, "value", help="write less than 100 %")
     for key in ("assumed_signs", "loops"):
         for i, name in enumerate(getattr(scenario, key) or ()):
             if name not in plc.loops:

@@ -213,7 +213,7 @@ def devices_collide(context: DpideContext) -> Findings:
 
     Why: a number takes two registers, so D100 and D101 are not free of each other; and one register holds one value,
     whichever operand it is meant for. The PLC writes MV, the MOUT that follows MV, and after an autotune PID_MODE and
-    the coefficients: what else stands there is lost.
+    the coefficients: what else stands there is lost. A loop whose SV stands where its PV does never has an error.
 
     Fix: give each operand devices of its own. Operands may share a device on purpose where type and value are the same,
     or where the MV of one loop is the SV, BIAS or MOUT of another.
@@ -246,6 +246,8 @@ def conflict_reason(first: OperandDevice, second: OperandDevice) -> str | None:
     outputs = [item for item in (first, second) if is_written(item)]
     if outputs:
         return _conflict_with_output(first, second, outputs)
+    if first.view is second.view and "PV" in {first.operand, second.operand}:
+        return "would be one number, and the PV is measured"
     contents = [item.view.contents.get(item.operand) for item in (first, second)]
     return "hold different values" if None not in contents and contents[0] != contents[1] else None
 
