@@ -45,6 +45,13 @@ DOWNLOAD = "Values are 0 or old after a download"
 DECIMALS = "A number reads ten"
 
 QUESTIONS = {
+    "heats when it should cool": {DIRECTION},
+    "cools instead of heating": {DIRECTION},
+    "Wirksinn falsch": {DIRECTION},
+    "output does not go above 50": {OUTPUT},
+    "Ausgang geht nicht über 50 %": {OUTPUT},
+    "PV reads 4095": {PV},
+    "CLICK Fehler 27": {"click PID error 27"},
     # as typed: what is answered, a register as "vendor name", what people see by the beginning of its title
     "bit 10 of V7356": {"dl06 V7356.10"},
     "V2006 bit 10": {"dl06 V2006.10"},

@@ -111,8 +111,8 @@ ONLY_IN = {
                      "cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim study.uncertainty study.verification study.draft "
                      "study.draft_plan",
-    "importlib":     "vendors cli live lsp.server output.sheet_reader output.explanation.lookup sim.engine.compile "
-                     "study.certification.samples __init__",
+    "importlib":     "vendors cli live lsp.server output.sheet_reader output.conversion output.explanation.lookup "
+                     "sim.engine.compile study.certification.samples __init__",
     # imports by name: the tables above cannot see them
 }
 
@@ -409,7 +409,7 @@ TYPES_AND_TEXTS = (
     *("encoders.listing", "encoders.modbus_map.UnusableMapError"),
     *("pictures.chart.Chart", "study.certification.certify.BatchOutcome", "study.certification.certify.charts_of"),
     *("study.certification.samples.WorkersError", "study.outcome.Outcome", "study.outcome.signals_before_root"),
-    *("sim.engine.choice.EngineName", "text.writer.json_text", "tuning.rules"),
+    *("sim.engine.choice.EngineName", "text.signs.COUNTS_AS_ZERO", "text.writer.json_text", "tuning.rules"),
     *("validate.catalog.unusable", "validate.engine.is_scenario"),
 )
 """What a command needs beside the call of its name: arguments, results, what prints them; nothing that does work."""

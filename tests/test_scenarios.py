@@ -230,7 +230,7 @@ REFUSED = [
     ("expect: [{loop: A, metric: overshoot, max: 3 s}]\n", "expect.0.max", "cannot be in s"),
     ("expect: [{loop: A, metric: iae, band: 3 %, max: 3}]\n", "expect.0.band", "settling_time"),
     ("expect: [{loop: A, metric: settling_time, band: 100 %, max: 3}]\n", "expect.0.band", "below 100 %"),
-    ("expect: [{loop: A, metric: iae, min: 4, max: 3}]\n", "expect.0.min", "min is above max"),
+    ("expect: [{loop: A, metric: iae, min: 4, max: 3}]\n", "expect.0.min", "min 4 is above max 3"),
     ("expect: [{signal: A.VP, max: 3}]\n", "expect.0.signal", "'A.VP' is no signal"),
     ("expect: [{signal: A.PV}]\n", "expect.0", "nothing is expected"),
     ("expect: [{signal: A.PV, final: 3}]\n", "expect.0", "belong together"),

@@ -116,16 +116,6 @@ def remark(text: str) -> None:
     note(one_line(text))
 
 
-def tell_notes(notes: Iterable[str], *, quiet: bool) -> None:
-    """Notes on a listing; a number that it does not hold, such as a 0 for what is no value, is never kept quiet."""
-    from pidcfg.encoders.decoding import COUNTS_AS_ZERO
-
-    for line in notes:
-        wrong = line.endswith(COUNTS_AS_ZERO)
-        if wrong or not quiet:
-            remark(f"{'warning' if wrong else 'note'}: {line}")
-
-
 def _for_people(text: str, stream: TextIO) -> str:
     """Text that hides nothing and orders nothing, also once a code page has replaced some of it."""
     return break_ci_commands(encodable(printable(text), stream.encoding))

@@ -17,7 +17,7 @@ from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, has_key, put, steps, value_at
 from pidcfg.text.reader import DEFAULT
-from pidcfg.text.signs import binary_file
+from pidcfg.text.signs import COUNTS_AS_ZERO, binary_file
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -177,10 +177,6 @@ def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
         if isinstance(under[key], dict) and isinstance(over[key], dict):
             merged[key] = _merged(under[key], over[key])
     return merged
-
-
-COUNTS_AS_ZERO = "; it counts as 0 (D50)"
-"""The end of a note on a word that is no value: the configuration has another number than the PLC."""
 
 
 def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any], like: Image | None = None) -> Decoded:

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, note, tell_notes
+from pidcfg.cli.console import echo, note, remark
 from pidcfg.cli.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import refuse_all, usage
+from pidcfg.text.signs import COUNTS_AS_ZERO
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from pidcfg.output.words import DecodeResult
     from pidcfg.text.reader import Limits
@@ -123,6 +124,14 @@ def command(
         from pidcfg.cli.console import next_step
 
         next_step("validate", out, quiet=quiet)
+
+
+def tell_notes(notes: Iterable[str], *, quiet: bool) -> None:
+    """Notes on a listing; a number that it does not hold, such as a 0 for what is no value, is never kept quiet."""
+    for line in notes:
+        wrong = line.endswith(COUNTS_AS_ZERO)
+        if wrong or not quiet:
+            remark(f"{'warning' if wrong else 'note'}: {line}")
 
 
 def _on_suggestion(result: DecodeResult, suggest: str | None) -> tuple[str, ...]:

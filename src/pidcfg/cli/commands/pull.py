@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.commands.decode import vendor_options
-from pidcfg.cli.console import echo, tell_notes
+from pidcfg.cli.commands.decode import tell_notes, vendor_options
+from pidcfg.cli.console import echo
 from pidcfg.cli.main import Exit
 from pidcfg.vendors import format_names
 

@@ -205,11 +205,13 @@ DECISION = re.compile(r"D0?([0-9]{1,3})", re.IGNORECASE)
 
 def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     """Every reading of a question, and what people see that is called so; raises `QuestionError` when there is none."""
-    question = replace(question, name=spelled(question.name))
+    question, vendors = _named_vendors(replace(question, name=spelled(question.name)), vendors)
+    if question.value is None and (match := STRUCTURE_BIT.fullmatch(question.name)):
+        question = replace(question, name=match[1], value=f"0x{1 << int(match[2]):04X}")
     try:
         pages = _readings(question, vendors, decisions)
     except UnknownError as error:
-        pages = _in_words(question, vendors, decisions)
+        pages = _in_words(question, vendors, decisions) or _without_more(question, vendors, decisions)
         if not pages:
             raise error from None
         return pages
@@ -261,6 +263,26 @@ def _in_words(question: Question, vendors: Sequence[str], decisions: Callable[[]
     return pages or _all_titled(question, vendors)
 
 
+def _without_more(
+    question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]
+) -> list[Page]:
+    """What is known of a name without the loop of the configuration that stands before it."""
+    head, dot, last = question.name.rpartition(".")
+    if question.config is None or not dot or head.lower() not in {loop.lower() for loop in question.config.loops}:
+        return []
+    return _known(replace(question, name=last, config=None), vendors, decisions)
+
+
+def _named_vendors(question: Question, vendors: Sequence[str]) -> tuple[Question, Sequence[str]]:
+    """A question without the PLC's name in it, and that PLC; all of them where it has none."""
+    rest = question.text.split()
+    named = [key for key in vendors if any(word.casefold() == key for word in rest)]
+    if question.value is not None or not named or len(rest) == 1:
+        return question, vendors
+    text = " ".join(word for word in rest if word.casefold() not in named)
+    return replace(question, text=text, name=spelled(text)), named
+
+
 def _known(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     """Every reading of a question; none where there is none."""
     try:
@@ -269,6 +291,8 @@ def _known(question: Question, vendors: Sequence[str], decisions: Callable[[], S
         return []
 
 
+STRUCTURE_BIT = re.compile(r"(ErrBits)\.([0-9])", re.IGNORECASE)
+"""A member of a structure of bits by its number."""
 WORDS = re.compile(r"[A-Za-z]+( [A-Za-z]+)*")
 """What may be a name in words, or what people see: no key of a file and no address."""
 MODBUS = "modbus"

@@ -19,8 +19,10 @@ TABLE = Path(__file__).with_name("messages.toml")
 LINES = "line"
 HOLE = re.compile(r"\{[^{}]*\}")
 """Where a template has something else each time."""
-LEAST = 6
-"""Letters that a template must have of its own."""
+LEAST, LEAST_OF_HEAD = 6, 15
+"""Letters that a template, and a beginning of one, must have of its own."""
+END = re.compile(r" \(|[:;] ")
+"""What a message goes into detail with."""
 PLACE = re.compile(
     r"^\s*(?:\S+:[0-9]+(?::[0-9]+)?:?\s+)?(?:(?:error|warning|info|note|Error|check after the download):?\s+)?"
 )
@@ -59,6 +61,14 @@ def templates() -> tuple[Template, ...]:
     return tuple(template for template in found if template.own >= LEAST)
 
 
+@cache
+def beginnings() -> tuple[Template, ...]:
+    """Messages up to where they go into detail: people ask for as much as a line on their screen has."""
+    heads = [(END.split(rule.message, maxsplit=1), code) for code, rule in texts().items()]
+    found = [Template.of(parts[0], code) for parts, code in heads if len(parts) > 1]
+    return tuple(template for template in found if template.own >= LEAST_OF_HEAD)
+
+
 def said(text: str, vendors: Sequence[str]) -> list[str | Symptom]:
     """The rules, by their codes, and lines that a text is of: by a code in it, and by its wording."""
     means: list[str | Symptom] = [code for code in dict.fromkeys(WRITTEN_CODE.findall(text)) if code in texts()]
@@ -86,4 +96,7 @@ def _matching(text: str) -> Iterator[Template]:
     whole = SPACES.sub(" ", text).strip()
     plain = PLACE.sub("", whole)
     texts = {whole, plain, LOOP_BEHIND.sub("", plain), plain.partition(": ")[2] or plain}
-    return (template for template in templates() if any(map(template.pattern.fullmatch, texts)))
+    whole_ones = [template for template in templates() if any(map(template.pattern.fullmatch, texts))]
+    most = max((template.own for template in whole_ones), default=None)
+    heads = (t for t in beginnings() if most in {None, t.own} and any(map(t.pattern.fullmatch, texts)))
+    return iter((*whole_ones, *heads))

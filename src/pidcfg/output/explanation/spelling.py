@@ -36,6 +36,9 @@ SPACED = re.compile(r"([A-Za-z]{1,2}) ([0-9]+(?:\.[0-9]{1,2})?)")
 NO_PLUS = re.compile(r"(Cn|DSn|DFn|Base|addr) ?([0-9]{1,2}(?:\.[0-9]{1,2})?)", re.IGNORECASE)
 BIT_OF_WORD = re.compile(r"[Bb]([0-7]+\.[0-9]{1,2})")
 """How the DirectLOGIC family writes a bit of a V-memory word: ``B7642.3``."""
+TERM = re.compile(r"([PID])[ -](gain|time)", re.IGNORECASE)
+"""How people call the three numbers: ``P gain``, ``I time``."""
+TERMS = {"p": "proportional", "i": "integral", "d": "derivative"}
 _BIT = r"(?:\.[0-9]{1,2})?"
 _NAMES = (
     rf"(?:(?:addr|cn|dsn|dfn|base|ramp) ?)?\+ ?[0-9]{{1,2}}{_BIT}",
@@ -67,6 +70,8 @@ def spelled(name: str) -> str:
         name = f"{match[1]}+{match[2]}"
     if match := BIT_OF_WORD.fullmatch(name):
         name = f"V{match[1]}"
+    if match := TERM.fullmatch(name):
+        name = f"{TERMS[match[1].lower()]} {match[2]}"
     return name
 
 
