@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from certify_rig import CONFIG
+from certify_rig import CONFIG, loaded_of
 from pidcfg.sim.engine.choice import is_installed
-from pidcfg.sim.engine.repeat import Repeated
+from pidcfg.sim.engine.repeat import IrregularError, Repeated
+from pidcfg.sim.engine.run import Settings
 from pidcfg.study.certification import samples as workers
 from pidcfg.study.certification.samples import Job, Sampler, run_sample
 from pidcfg.text.reader import DEFAULT
@@ -132,7 +133,11 @@ IDLE = f"""plants: {{{LAG}}}
 vary:
   plants: {{TIC-1: {{gain: {{uniform: [1.999999999, 2.000000001]}}}}}}
   loops: {{TIC-1: {{tuning.gain: {{uniform: [2.499999999, 2.500000001]}}}}}}
-events: [{{at: 50, loop: TIC-1, disturb: {{gain: 2}}}}, {{at: 90, loop: TIC-1, set: {{tuning.gain: 2.5}}}}]
+events: [{{at: 199, loop: TIC-1, disturb: {{gain: 2}}}}, {{at: 199, loop: TIC-1, set: {{tuning.gain: 2.5}}}}]
+"""
+WEIGHED = """plants:
+  TIC-1: {model: first_order, gain: 2, time_constant: 20, load: 3, input: "TIC-1.OUT * max(TIC-1.gain - 2, 0)"}
+vary: {plants: {TIC-1: {gain: ±20 %}}}
 """
 DIVISION = """signals: {by: 1}
 plants: {TIC-1: {model: first_order, gain: 2, time_constant: 20, input: TIC-1.OUT / by}}
@@ -156,6 +161,7 @@ CASES = {
     "a wrong action in some": (AUTO, WRONG_ACTION),
     "events that change nothing in some": (AUTO, IDLE),
     "a division by nothing": (AUTO, DIVISION),
+    "an output that moves the PV in some": (AUTO, WEIGHED),
     "parameters that are written in turn": (AUTO, IN_TURN),
 }
 
@@ -173,7 +179,6 @@ ALONE = {
     # name: the scenario, samples that are not begun again
     "a value that the PLC does not take": ("loops: {TIC-1: {tuning.gain: {normal: [2, 90]}}}", {0, 1, 3}),
     "a number that is never drawn": ("plants: {TIC-1: {gain: {normal: [1, 1], limits: [90, 91]}}}", {0, 1, 2, 3}),
-    "a sample time": ("loops: {TIC-1: {sample_time: {uniform: [1 s, 3 s]}}}", {0, 1, 2, 3}),
 }
 
 
@@ -188,3 +193,35 @@ def test_what_changes_more_than_numbers_runs_by_itself(name, monkeypatch):
     sampler = Sampler(loaded, batch, job.settings)
     assert [repr(sampler.run(i)) for i in range(4)] == [repr(one) for one in wanted]
     assert ran == sorted(alone)
+
+
+CHANGED = {
+    # name: the scenario, another one
+    "an event more": ("", "events: [{at: 50, loop: TIC-1, set: {setpoint: 60}}]"),
+    "an event of another kind": (
+        "events: [{at: 0, loop: TIC-1, set: {setpoint: 60}}]",
+        "events: [{at: 0, loop: TIC-1, mode: manual}]",
+    ),
+    "a sample time": (
+        "events: [{at: 0, loop: TIC-1, set: {sample_time: 1 s}}]",
+        "events: [{at: 0, loop: TIC-1, set: {sample_time: 2 s}}]",
+    ),
+    "noise where there was none": ("", "noise: 0.1"),
+    "no noise where there was some": ("noise: 0.1", ""),
+    "a number that is refused": ("", "time_constant: 0"),
+    "a dead time that is too long": ("", "dead_time: 2000000"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_a_run_is_not_begun_again_for_more_than_numbers(name):
+    rest = [
+        f"plants: {{{LAG}}}\n{one}" if "events" in one else f"plants: {{{LAG[:-1]}, {one}}}}}" for one in CHANGED[name]
+    ]
+    known, other = (
+        loaded_of(HEAD + one.replace("time_constant: 20, load: 3, initial: 40, time", "time"), AUTO) for one in rest
+    )
+    repeated = Repeated(known.scenario, known.plc, known.controller, Settings("python", told=False))
+    repeated.begin(known.scenario)
+    with pytest.raises(IrregularError):
+        repeated.begin(other.scenario)

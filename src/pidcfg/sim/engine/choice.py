@@ -27,7 +27,16 @@ from pidcfg.sim.engine.kernel import (
     World,
 )
 from pidcfg.sim.engine.plants import Normals, draws_alike, normals, step_plants, uniform, word
-from pidcfg.sim.judgement.meters import Band, Gauge, measure_loop, read_gauges, watch_bands, watch_end, watch_swings
+from pidcfg.sim.judgement.meters import (
+    Band,
+    Gauge,
+    compare_errors,
+    measure_loop,
+    read_gauges,
+    watch_bands,
+    watch_end,
+    watch_swings,
+)
 from pidcfg.text.store import KERNELS, holds_entries
 
 if TYPE_CHECKING:
@@ -217,7 +226,17 @@ def python_kernels(controller: Controller) -> Kernels:
     return Kernels(*(names[f.__name__] for f in ENTRIES))
 
 
-HOT = (step_plants, measure_loop, watch_bands, read_gauges, watch_end, watch_swings)
+HOT = (
+    step_plants,
+    measure_loop,
+    watch_bands,
+    read_gauges,
+    watch_end,
+    watch_swings,
+    kernel.hold_outputs,
+    kernel.step_reference,
+    compare_errors,
+)
 """Kernels whose calls would cost more than their code takes room."""
 ENTRIES = (kernel.advance, kernel.settle)
 DRAWN = (word, uniform)

@@ -37,10 +37,12 @@ LIVE = ("output", "bias", "MV", "MOUT", "I_MV", "ManualMV")
 """Keys of a loop that the PLC overwrites while it controls."""
 
 
-def idle_events(scenario: Scenario, new_plc: Callable[[], Plc], net: Network) -> list[Event]:
-    """The events of a scenario that has no errors which change nothing."""
-    trial = _Trial(new_plc, net, scenario)
-    return [event for event in sorted(scenario.events, key=lambda event: event.at) if not trial.changes(event)]
+def idle_events(
+    scenario: Scenario, new_plc: Callable[[], Plc], net: Network, events: Iterable[Event] | None = None
+) -> list[Event]:
+    """The events of a scenario that has no errors which change nothing; of some ``events`` of one kind, where given."""
+    trial, looked_at = _Trial(new_plc, net, scenario), scenario.events if events is None else events
+    return [event for event in sorted(looked_at, key=lambda event: event.at) if not trial.changes(event)]
 
 
 class _Trial:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.sim.engine.expressions import Problem, depends_on, evaluate
@@ -44,6 +44,7 @@ class Influence:
     """The signals that each loop's set point in force is made of by the program alone, without another loop."""
     _reached: dict[tuple[frozenset[int], frozenset[int]], frozenset[int]] = field(default_factory=dict)
     """Answers of `reach`: a run asks the same again and again, and the graph stays."""
+    _rivals: dict[int, tuple[frozenset[int], frozenset[int]]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scenario: Scenario, net: Network, plc: Plc, idle: Collection[Event] = ()) -> Influence:
@@ -125,6 +126,15 @@ class Influence:
     def of_output(self, loop: int) -> frozenset[int]:
         """Everything that a loop's output moves."""
         return self.reach([self.plc.configs[loop].out_slot])
+
+    def rivals(self, loop: int) -> tuple[frozenset[int], frozenset[int]]:
+        """What follows a loop's output, and what follows those of the others, neither by way of a PV or the other."""
+        configs = self.plc.configs[: len(self.plc.loops)]
+        if loop not in self._rivals:
+            pvs, out = {config.pv_slot for config in configs}, configs[loop].out_slot
+            others = {config.out_slot for config in configs} - {out}
+            self._rivals[loop] = self.reach([out], pvs | others), self.reach(others, pvs | {out})
+        return self._rivals[loop]
 
     def of_event(self, event: Event) -> frozenset[int]:
         """Everything that an event moves; one of the CPU moves all outputs."""
@@ -222,23 +232,51 @@ def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: floa
     With ``other``, the change of that loop's PV.
     """
     watched = loop if other is None else other
+    way = way_of(net, plc, loop)
+    inlet = plc.inlets.get(plc.loops[watched])
+    target = plc.configs[watched].in_slot if inlet is None else plc.inputs[inlet]
+    if target not in way.slots:
+        return 0.0
     raised = list(net.signal_values)
-    pulses = {net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses} - {-1}
-    outputs = {plc.configs[loop].out_slot, *pulses}
-    for slot in outputs:
+    for slot in way.outputs:
         raised[slot] += by if slot == plc.configs[loop].out_slot else RAISED
-    for plant in net.plants:
+    for at in way.plants:
+        plant = net.plants[at]
         moved = plant.gain * _moved(net, plant, raised) / (PERCENT if plant.model == PULSES else 1.0)
         raised[plant.slot] += moved
         if plant.measured != plant.slot:
             raised[plant.measured] += moved
-    inlet = plc.inlets.get(plc.loops[watched])
-    target = plc.configs[watched].in_slot if inlet is None else plc.inputs[inlet]
     change: float = raised[target] - net.signal_values[target]
     for channel in net.channels:
         if channel.target == target:
             change = _moved(net, channel, raised)
     return change
+
+
+class Way(NamedTuple):
+    """What can move with a loop's output, by what reads what alone; all else stands still, whatever its numbers."""
+
+    outputs: Collection[int]
+    """The output, and its pulses."""
+    plants: Sequence[int]
+    slots: Collection[int]
+    """The signals."""
+
+
+def way_of(net: Network, plc: Plc, loop: int) -> Way:
+    """The way of a loop's output; the wiring of a network stays, so it is looked for once."""
+    found: Way | None = net.ways.get(loop)
+    if found is None:
+        pulses = {net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses} - {-1}
+        outputs = {plc.configs[loop].out_slot, *pulses}
+        slots, plants = set(outputs), []
+        for at, plant in enumerate(net.plants):
+            if not slots.isdisjoint(read_signals(net, plant)):
+                plants.append(at)
+                slots |= {plant.slot, plant.measured}
+        wired = [channel for channel in net.channels if not slots.isdisjoint(read_signals(net, channel))]
+        found = net.ways[loop] = Way(outputs, plants, slots | {channel.target for channel in wired})
+    return found
 
 
 def _moved(net: Network, reader: Plant | Channel, raised: Sequence[float]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from decimal import Decimal
 from math import ceil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.schemas.expressions import Expression, ExpressionError, parse
 from pidcfg.sim.controllers.plc import TICKS, Plc
@@ -67,6 +67,10 @@ class Network:
     sources: dict[int, Path] = field(default_factory=dict)
     """Where the expression of a channel (its index) is written."""
     problems: list[Problem] = field(default_factory=list)
+    ways: dict[int, Any] = field(default_factory=dict)
+    """By loop what its output can move (`pidcfg.sim.engine.influence.Way`)."""
+    heard: dict[int, list[str]] = field(default_factory=dict)
+    """By loop the noisy plants whose noise reaches its PV."""
 
     def slot(self, value: float = 0.0) -> int:
         """A new signal."""

@@ -77,33 +77,37 @@ class Repeated:
         self.clean = False
         """Nothing has happened to the PLC yet."""
         self.trial = new_plc if isinstance(scenario.initial, dict) else self._operated_plc
+        self.written = False
+        """Events write other parameters of loops than those of the first scenario."""
+        self.idle = [event for event in run.agenda.influence.idle if event.disturb is None]
         self.gains = [bool(plant.gain) for plant in net.plants]
         self.weighed = CONSTANT in net.pool.code[::2]
         self.pulsed = any(run.agenda.influence.pulses(i) for i in range(len(plc.loops)))
 
     def begin(self, scenario: Scenario) -> Run:
         """A run of another scenario at time 0; raises `IrregularError`."""
-        self._take(scenario)
+        self.written = self._take(scenario)
         return settled(lambda: self._again(scenario))
 
-    def _take(self, scenario: Scenario) -> None:
-        """Holds a scenario against the first one, and takes over what is new."""
+    def _take(self, scenario: Scenario) -> bool:
+        """Holds a scenario against the first one, and takes over what is new; whether it writes other parameters."""
         first, net = self.run.scenario, self.run.net
-        self._renew_plc()
+        written = False
         if len(scenario.events) != len(first.events):
             raise IrregularError("events")
         for event, known in zip(scenario.events, first.events, strict=True):
             if event is not known:
+                self._renew_plc()
                 self._check_event(event)
+                written = True
         for name, (path, known_plant) in net.texts.items():
             plant = scenario.plants[path[-1]]
-            noisy = net.plants[net.plant_of[name]].column >= 0
-            if plant is not known_plant:
-                if any(check_plant(path, plant)) or (plant.noise > 0 and not noisy):
-                    raise IrregularError(name)
-                net.texts[name] = path, plant
-            if noisy and not plant.noise > 0 and known_plant.noise > 0:
+            if plant is known_plant:
+                continue
+            if any(check_plant(path, plant)) or (plant.noise > 0) is not (known_plant.noise > 0):
                 raise IrregularError(name)
+            net.texts[name] = path, plant
+        return written
 
     def _check_event(self, event: Event) -> None:
         """Another value of a parameter: the PLC takes it, and it is no sample rate."""
@@ -158,8 +162,12 @@ class Repeated:
     def _influence(self, scenario: Scenario) -> Influence:
         """What moves what: the same as long as the same plants have a gain and no expression weighs signals."""
         net, plc = self.run.net, self.plc
-        idle = idle_events(scenario, self.trial, net)
-        self._renew_plc()
+        disturbances = [event for event in scenario.events if event.disturb is not None]
+        if self.written:
+            idle = idle_events(scenario, self.trial, net)
+            self._renew_plc()
+        else:
+            idle = [*self.idle, *idle_events(scenario, self.trial, net, disturbances)]
         found = self.run.agenda.influence
         if self.weighed or self.gains != [bool(plant.gain) for plant in net.plants]:
             return Influence.of(scenario, net, plc, idle)

@@ -424,12 +424,27 @@ def least_swing(scenario: Scenario, plc: Plc, net: Network, i: int) -> float:
 def noise_of(scenario: Scenario, plc: Plc, net: Network, loop: int) -> float:
     """The standard deviation of the noise of a loop's PV, at rest."""
     total = 0.0
-    for name in net.noisy:
+    for name in _heard(net, plc, loop):
         plant = net.plants[net.plant_of[name]]
         later = [(e.disturb or {}).get("noise", 0) for e in scenario.events if (e.plant or e.loop) == name]
         sigma = max([plant.sigma, *map(float, later)])
         total = hypot(total, _passed_on(net, plc, loop, plant.measured, sigma))
     return total
+
+
+def _heard(net: Network, plc: Plc, loop: int) -> list[str]:
+    """The noisy plants whose measurements a loop's PV is made of, by what reads what alone."""
+    if loop not in net.heard:
+        inlet = plc.inlets.get(plc.loops[loop])
+        target = plc.configs[loop].in_slot if inlet is None else plc.inputs[inlet]
+        net.heard[loop] = []
+        for name in net.noisy:
+            reached = {net.plants[net.plant_of[name]].measured}
+            for channel in net.channels:
+                if not reached.isdisjoint(read_signals(net, channel)):
+                    reached.add(channel.target)
+            net.heard[loop] += [name] if target in reached else []
+    return net.heard[loop]
 
 
 def _passed_on(net: Network, plc: Plc, loop: int, measured: int, sigma: float) -> float:
@@ -463,11 +478,8 @@ OPERANDS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
 
 def is_deselected(e: Evidence, i: int) -> bool:
     """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
-    configs = e.plc.configs[: len(e.plc.loops)]
-    pvs = {config.pv_slot for config in configs}
-    out, others = configs[i].out_slot, {config.out_slot for config in configs} - {configs[i].out_slot}
-    own = e.influence.reach([out], without=pvs | others)
-    rivals = e.influence.reach(others, without=pvs | {out})
+    out = e.plc.configs[i].out_slot
+    own, rivals = e.influence.rivals(i)
     if any(out in read_signals(e.net, plant) and not _leaves_out(e, plant, out, rivals) for plant in e.net.plants):
         return False
     return e.plc.left_out(i, e.signal_values, own, rivals) or _selected_away(e, i, rivals)

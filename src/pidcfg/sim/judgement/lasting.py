@@ -221,8 +221,8 @@ def _error(e: Evidence, i: int) -> float:
 
 def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
     """Whether another loop controls what is this loop's PV, too, with the opposite effect."""
-    own, other = answer(e.net, e.plc, i), answer(e.net, e.plc, j, i)
-    if own * other >= 0 or other * answer(e.net, e.plc, j) <= 0:
+    other = answer(e.net, e.plc, j, i)
+    if not other or answer(e.net, e.plc, i) * other >= 0 or other * answer(e.net, e.plc, j) <= 0:
         return False
     pvs = [e.signal_values[e.plc.configs[loop].pv_slot] for loop in (i, j)]
     return bool(abs(pvs[0] - pvs[1]) <= SAME_PV * e.span(i))
