@@ -11,7 +11,7 @@ import pytest
 from certify_rig import CONFIG, loaded_of
 from pidcfg.sim.engine.choice import is_installed
 from pidcfg.sim.engine.repeat import IrregularError, Repeated
-from pidcfg.sim.engine.run import Settings
+from pidcfg.sim.engine.run import Settings, begin_run
 from pidcfg.study.certification import samples as workers
 from pidcfg.study.certification.samples import Job, Sampler, run_sample
 from pidcfg.text.reader import DEFAULT
@@ -54,6 +54,23 @@ def assert_as_new(repeated, new):
     assert {name: repr(vars(plc)[name]) for name in names} == {name: repr(vars(new)[name]) for name in names}
 
 
+def values_of(record):
+    """The fields of a record, or a number."""
+    return [getattr(record, f.name) for f in fields(record)] if hasattr(record, "__dataclass_fields__") else record
+
+
+def records_after(run):
+    """Everything that the kernels have left behind, with lines of delay as long as they are used."""
+    for _ in run.course():
+        pass
+    machine, net, plc, held = run.machine, run.net, run.plc, run.machine.reference
+    groups = (machine.meters, machine.bands, machine.gauges, machine.onsets, net.plants, net.channels, plc.configs)
+    groups += (plc.states, plc.aux, net.signal_values, held.plants, held.channels, held.signal_values, held.outputs)
+    used = max((plant.delay + plant.length for plant in net.plants), default=0)
+    found = [[values_of(record) for record in group] for group in (*groups, held.rivals)]
+    return [*found, list(net.delay[:used]), list(held.delay[:used]), net.parts, run.zero]
+
+
 def assert_alike(job, monkeypatch, *, alone=(), order=(3, 0, 4, 3)):
     """A sampler finds what each sample shows by itself; only those that run ``alone`` are not begun again."""
     loaded, batch = job.loaded()
@@ -65,6 +82,10 @@ def assert_alike(job, monkeypatch, *, alone=(), order=(3, 0, 4, 3)):
     assert by_themselves == [i for i in order if i in alone]
     first = sampler.repeated.run
     new_plc, settings = partial(batch.new_plc, loaded), replace(job.settings, told=False)
+    for i in order[-2:]:
+        drawn = batch.numbers(i)
+        again = records_after(sampler.repeated.begin(batch.like(first.scenario, i, drawn)))
+        assert again == records_after(begin_run(batch.scenario(i, drawn), new_plc, loaded.controller, settings))
     assert_as_new(sampler.repeated, Repeated(first.scenario, new_plc, loaded.controller, settings).plc)
     return [wanted[i] for i in order]
 
@@ -123,17 +144,23 @@ IN_A_RING = """plants:
 connect: {TIC-1.PV: max(vessel, 3) * 1.5}
 vary:
   plants:
-    jacket: {time_constant: {uniform: [0.5, 20]}, dead_time: {uniform: [0, 40]}}
+    jacket: {time_constant: {uniform: [0.2, 2]}, dead_time: {uniform: [0, 40]}}
     vessel: {time_constants.1: ±50 %, gain: ±10 %}
 """
 WRONG_ACTION = """plants: {TIC-1: {model: first_order, gain: 0.1, time_constant: 20, load: 30}}
 vary: {plants: {TIC-1: {gain: {uniform: [-0.2, 0.2]}}}}
 """
-IDLE = f"""plants: {{{LAG}}}
-vary:
-  plants: {{TIC-1: {{gain: {{uniform: [1.999999999, 2.000000001]}}}}}}
-  loops: {{TIC-1: {{tuning.gain: {{uniform: [2.499999999, 2.500000001]}}}}}}
-events: [{{at: 199, loop: TIC-1, disturb: {{gain: 2}}}}, {{at: 199, loop: TIC-1, set: {{tuning.gain: 2.5}}}}]
+IDLE_PLANT = f"""plants: {{{LAG}}}
+vary: {{plants: {{TIC-1: {{gain: {{uniform: [1.999999999, 2.000000001]}}}}}}}}
+events: [{{at: 199, loop: TIC-1, disturb: {{gain: 2}}}}]
+"""
+IDLE_LOOP = f"""plants: {{{LAG}}}
+vary: {{loops: {{TIC-1: {{tuning.gain: {{uniform: [2.499999999, 2.500000001]}}}}}}}}
+events: [{{at: 199, loop: TIC-1, set: {{tuning.gain: 2.5}}}}]
+"""
+IDLE_IN_ALL = f"""plants: {{{LAG}}}
+vary: {{plants: {{TIC-1: {{gain: ±1 %}}}}}}
+events: [{{at: 199, loop: TIC-1, set: {{tuning.gain: 2.5}}}}]
 """
 WEIGHED = """plants:
   TIC-1: {model: first_order, gain: 2, time_constant: 20, load: 3, input: "TIC-1.OUT * max(TIC-1.gain - 2, 0)"}
@@ -159,7 +186,9 @@ CASES = {
     "outputs at the start": (CONFIG, WITH_OUTPUTS),
     "plants that read each other": (AUTO, IN_A_RING),
     "a wrong action in some": (AUTO, WRONG_ACTION),
-    "events that change nothing in some": (AUTO, IDLE),
+    "a disturbance that changes nothing in some": (AUTO, IDLE_PLANT),
+    "a parameter that is already so in some": (AUTO, IDLE_LOOP),
+    "a parameter that is already so in all": (AUTO, IDLE_IN_ALL),
     "a division by nothing": (AUTO, DIVISION),
     "an output that moves the PV in some": (AUTO, WEIGHED),
     "parameters that are written in turn": (AUTO, IN_TURN),
@@ -171,6 +200,8 @@ CASES = {
 def test_nothing_of_a_sample_is_left_for_the_next_one(name, engine, monkeypatch):
     config, rest = CASES[name]
     seen = assert_alike(job_of(HEAD + rest, config, engine), monkeypatch, order=(2, 0, 1, 2, 3, 4, 0))
+    if "changes nothing in some" in name or "so in some" in name:
+        assert len({one.standing for one in seen}) == 2
     if name in {"no rest", "a wrong action in some", "a division by nothing"}:
         assert any(one.reason for one in seen)
 
@@ -225,3 +256,12 @@ def test_a_run_is_not_begun_again_for_more_than_numbers(name):
     repeated.begin(known.scenario)
     with pytest.raises(IrregularError):
         repeated.begin(other.scenario)
+
+
+def test_a_plant_that_loses_its_gain_moves_nothing_any_more():
+    known, other = (
+        loaded_of(f"{HEAD}plants: {{{LAG.replace('gain: 2', f'gain: {gain}')}}}\n", AUTO) for gain in (2, 0)
+    )
+    repeated = Repeated(known.scenario, known.plc, known.controller, Settings("python", told=False))
+    driven = [repeated.begin(one.scenario).agenda.influence.driven for one in (known, other, known)]
+    assert driven == [[True], [False], [True]]

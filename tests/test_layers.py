@@ -409,7 +409,8 @@ TYPES_AND_TEXTS = (
     *("encoders.listing", "encoders.modbus_map.UnusableMapError"),
     *("pictures.chart.Chart", "study.certification.certify.BatchOutcome", "study.certification.certify.charts_of"),
     *("study.certification.samples.WorkersError", "study.outcome.Outcome", "study.outcome.signals_before_root"),
-    *("sim.engine.choice.EngineName", "text.signs.COUNTS_AS_ZERO", "text.writer.json_text", "tuning.rules"),
+    *("sim.engine.choice.EngineName", "text.signs.COUNTS_AS_ZERO", "text.writer.json_text"),
+    *("tuning.rules", "tuning.tables"),
     *("validate.catalog.unusable", "validate.engine.is_scenario"),
 )
 """What a command needs beside the call of its name: arguments, results, what prints them; nothing that does work."""

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from pidcfg.output.words import DecodeResult, EncodeResult
     from pidcfg.sim.engine.choice import EngineName
     from pidcfg.sim.engine.run import Sink
-    from pidcfg.tuning.rules import Form, Model
+    from pidcfg.tuning.rules import Model
+    from pidcfg.tuning.tables import Form
     from pidcfg.validate.engine import Checked
 
 # --- The public calls that return models and images themselves, for programs that work with them ----------------------
@@ -113,7 +114,8 @@ def tune(
     from pidcfg.output import gains
     from pidcfg.output import process as processes
     from pidcfg.output import process as targets
-    from pidcfg.tuning.rules import METHODS, Form, Model
+    from pidcfg.tuning.rules import METHODS, Model
+    from pidcfg.tuning.tables import Form
 
     refuse_unknown("method", method, METHODS)
     if form is not None:

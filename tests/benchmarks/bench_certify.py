@@ -11,9 +11,13 @@ import logging
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from typing import Literal
+
+import production
+from twin import Twin, compiler
 
 from pidcfg.sim.engine.choice import is_installed
 from pidcfg.sim.judgement.meters import METRICS
@@ -24,6 +28,9 @@ from pidcfg.text.reader import DEFAULT
 
 ENGINE: Literal["python", "numba"] = "numba" if is_installed() else "python"
 MOST = 1_000
+ROUNDS, EACH = 7, 20
+"""Rounds of so many samples."""
+HAND_STEPS = 300_000
 BLOCKS = 40
 """Whose way to a worker and back is measured."""
 LOOP = """\
@@ -72,13 +79,61 @@ def peak() -> float:
 def measured(samples: int, duration: int, loops: int) -> dict[str, float]:
     """Processor time of a sample in ms, without the first one, and the most memory in MB."""
     job = job_of(duration, loops)
-    loaded, batch = job.loaded()
-    tally = Tally.empty((1, len(loops_kinds(job)), loops, len(batch.varies)))
-    tally.add(run_sample(loaded, batch, 0, job.settings)[0], batch.varies)
+    sampler = job.sampler()
+    varies = sampler.batch.varies
+    tally = Tally.empty((1, len(loops_kinds(job)), loops, len(varies)))
+    tally.add(sampler.run(0), varies)
     began = time.process_time()
     for sample in range(1, samples):
-        tally.add(run_sample(loaded, batch, sample, job.settings)[0], batch.varies)
+        tally.add(sampler.run(sample), varies)
     return {"ms": (time.process_time() - began) / (samples - 1) * 1e3, "MB": peak()}
+
+
+VARIED = "vary: {plants: {T1: {gain: ±30 %, time_constant: ±20 %}}}\n"
+
+
+def vendor_job(vendor: str, steps: int) -> Job:
+    """A batch of production runs of one loop, with noise and ten events of its set point."""
+    text = production.scenario(vendor, 1, steps, noise=True) + VARIED
+    return Job("s.yaml", text, "c.yaml", production.configuration(vendor, 1).encode(), 3, ENGINE, DEFAULT)
+
+
+def sample_seconds(job: Job) -> float:
+    """Processor time of a sample: the middle of some rounds."""
+    sampler = job.sampler()
+    sampler.run(0)
+    times = []
+    for first in range(1, ROUNDS * EACH, EACH):
+        began = time.process_time()
+        for sample in range(first, first + EACH):
+            sampler.run(sample)
+        times.append((time.process_time() - began) / EACH)
+    return statistics.median(times)
+
+
+def hand_seconds() -> float | None:
+    """Processor time of a base step of the DL06 by hand in C, with noise; None: there is no C compiler."""
+    if compiler() is None or ENGINE != "numba":
+        return None
+    case = production.loaded(
+        production.configuration("dl06", 1), production.scenario("dl06", 1, HAND_STEPS, noise=True)
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        twin = Twin(Path(folder))
+        return statistics.median(twin.run(lambda: production.ours(case, "numba")) for _ in range(ROUNDS)) / HAND_STEPS
+
+
+def vendors() -> None:
+    """A sample of each vendor, beside C."""
+    hand = hand_seconds()
+    print(f"\na sample of one loop with noise and {production.EVENTS} events; C takes of a DL06 the share behind it")
+    for vendor in production.VENDORS:
+        row = f"{vendor:9}"
+        for steps in (601, 3_001, 30_001):
+            took = sample_seconds(vendor_job(vendor, steps))
+            beside = "" if hand is None else f" = C / {took / hand / steps:5.1f}"
+            row += f"   {steps:>6,} steps {took * 1e3:7.2f} ms{beside}"
+        print(row, flush=True)
 
 
 def loops_kinds(job: Job) -> str:
@@ -128,13 +183,14 @@ def in_a_process(samples: int, duration: int, loops: int) -> dict[str, float]:
 def main(most: int = MOST) -> None:
     """Prints the curves."""
     rows = [(10**n, 600, 1) for n in range(2, len(str(most)))]
-    rows += [(200, duration, 1) for duration in (600, 6_000, 60_000)] + [(200, 600, loops) for loops in (1, 4, 16)]
+    rows += [(200, duration, 1) for duration in (600, 6_000, 60_000)] + [(200, 600, loops) for loops in (1, 4, 8, 16)]
     print(f"engine: {ENGINE}; base steps of 1 s")
     print(f"{'samples':>9} {'steps':>7} {'loops':>6} {'ms a sample':>12} {'ns a loop-step':>15} {'MB':>6}")
     for samples, duration, loops in rows:
         row = in_a_process(samples, duration, loops)
         each = row["ms"] * 1e6 / (duration + 1) / loops
         print(f"{samples:>9,} {duration + 1:>7,} {loops:>6} {row['ms']:>12.2f} {each:>15.0f} {row['MB']:>6.0f}")
+    vendors()
     found = overhead()
     if found is not None:
         least, middle, size = found

@@ -20,7 +20,7 @@ from pidcfg.output.process import (
 )
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors, warnings_of_sensitivity
-from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Model, Process, TuningError
+from pidcfg.tuning.rules import METHODS, Cycle, Gains, Method, Model, Process, TuningError
 from pidcfg.tuning.transfer import transfer_of
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.margins import Judgement
     from pidcfg.tuning.response import Record, Request
+    from pidcfg.tuning.tables import Form
     from pidcfg.tuning.transfer import Transfer
 
 IDENTIFIED = ("gain", "time_constant", "dead_time")

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.output.findings import Data
     from pidcfg.text.reader import Reader
     from pidcfg.tuning.robust import Fitted
-    from pidcfg.tuning.rules import Form, Gains, Method, Model
+    from pidcfg.tuning.rules import Gains, Method, Model
+    from pidcfg.tuning.tables import Form
     from pidcfg.vendors import Vendor
 
 # --- What is said of a process: its numbers, kind or transfer function, and what a rule still needs of them -----------

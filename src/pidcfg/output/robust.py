@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from pidcfg.output.process import KnownProcess, Robustness, Target
     from pidcfg.text.reader import Limits
     from pidcfg.tuning.identify import Identified
-    from pidcfg.tuning.rules import Form, Method, Model, Process
+    from pidcfg.tuning.rules import Method, Model, Process
+    from pidcfg.tuning.tables import Form
     from pidcfg.vendors import Vendor
 
 # ----------------------------------------------------------------------------------------------------------------------

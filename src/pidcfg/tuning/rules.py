@@ -11,6 +11,15 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import NEXTOPID, Decision
+from pidcfg.tuning.tables import (
+    GENTLE_CLOSED,
+    NEXTOPID_CLOSED,
+    TYREUS_LUYBEN,
+    ZIEGLER_NICHOLS_CLOSED,
+    ZIEGLER_NICHOLS_OPEN,
+    Form,
+    Row,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -19,14 +28,10 @@ if TYPE_CHECKING:
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The manuals' tuning rules as tables and formulas; results are in the dependent form, in engineering units and s.
-# A process is a lag with dead time, with a second lag, or an integrator. Coefficients stand here once: the auto-tunes
-# of the virtual PLCs take theirs from these tables. Rules of the literature: `pidcfg.tuning.rules`; the table of
-# all: `pidcfg.tuning.rules`.
+# A process is a lag with dead time, with a second lag, or an integrator. Coefficients of the ultimate cycle and of the
+# reaction curve stand in `pidcfg.tuning.tables`.
 
-Form = Literal["P", "PI", "PID"]
 Model = Literal["first-order", "second-order", "integrating"]
-Row = tuple[float, float, float]
-"""What the gain, the integral and the derivative time are multiplied with; infinite: no integral term."""
 
 D90 = Decision(
     90,
@@ -133,27 +138,6 @@ class Gains:
         """Derivative gain of the independent form, in s."""
         return self.gain * self.derivative_time
 
-
-ZIEGLER_NICHOLS_OPEN: dict[Form, Row] = {"P": (1.0, inf, 0.0), "PI": (0.9, 3.33, 0.0), "PID": (1.2, 2.0, 0.5)}
-"""Of 1/(R L), the dead time and the dead time."""
-ZIEGLER_NICHOLS_CLOSED: dict[Form, Row] = {
-    "P": (0.5, inf, 0.0),
-    "PI": (0.45, 1 / 1.2, 0.0),
-    "PID": (0.6, 0.5, 0.125),
-}
-"""Of the ultimate gain and its period, as all that follow."""
-OPEN_SAMPLE = {"PI": 0.12, "PID": 0.056}
-CLOSED_SAMPLE = {"PI": 0.03, "PID": 0.014}
-"""The sample rates that the auto-tunes set: shares of the dead time, and of the ultimate period."""
-GENTLE_CLOSED: dict[Form, Row] = {"P": (0.30, inf, 0.0), "PI": (0.30, 1.00, 0.0), "PID": (0.45, 0.60, 0.10)}
-TYREUS_LUYBEN: dict[Form, Row] = {"P": (0.5, inf, 0.0), "PI": (1 / 3.2, 2.2, 0.0), "PID": (1 / 2.2, 2.2, 1 / 6.3)}
-NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TI, NEXTOPID_TD = 0.5, 3.2, 2.2, 6.3
-"""Kp = 0.5 Ku for P, else Ku / 3.2; Ti = 2.2 Pu; Td = Pu / 6.3."""
-NEXTOPID_CLOSED: dict[Form, Row] = {
-    "P": (NEXTOPID_P, inf, 0.0),
-    "PI": (1 / NEXTOPID_PART, NEXTOPID_TI, 0.0),
-    "PID": (1 / NEXTOPID_PART, NEXTOPID_TI, 1 / NEXTOPID_TD),
-}
 
 DISTURBANCE: dict[Form, tuple[float, ...]] = {
     "P": (0.902, -0.985),

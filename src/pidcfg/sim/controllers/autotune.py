@@ -6,7 +6,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.tuning.rules import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
+from pidcfg.tuning.tables import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.kernels import CurveState, RelayState

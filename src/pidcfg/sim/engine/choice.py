@@ -107,6 +107,7 @@ def is_installed() -> bool:
 
 
 NO_REFERENCE = Reference([], [], array("d"), [], [], [])
+NO_NOISE = Drawn(array("d"), 0, 0)
 
 
 @dataclass(slots=True)
@@ -131,7 +132,7 @@ class Machine:
     """The same, as of the last call."""
     log: array[int] = field(init=False)
     counts: MutableSequence[int] = field(default_factory=lambda: [0, 0, 0])
-    noise: array[float] = field(default_factory=lambda: array("d"))
+    drawn: Drawn = NO_NOISE
     trend: array[float] = field(default_factory=lambda: array("d"))
     outputs: list[int] = field(default_factory=list)
     """Slots of the signals that the PLC writes."""
@@ -171,6 +172,7 @@ class Machine:
             self.world = self.world._replace(parts=net.parts, delay=net.delay)
         self.counts[0] = self.counts[1] = self.counts[2] = self.reached = 0
         self.held.clear()
+        self.drawn = NO_NOISE
 
     def hold(self, before: Sequence[float]) -> None:
         """An event has written signals of the PLC: up to its base step the plants see what stood there (D82)."""
@@ -190,7 +192,7 @@ class Machine:
             signals[slot] = value
         self.held.clear()
 
-    def advance(self, k: int, last: int, zero: int, final: int, every: int, noise_from: int) -> int:
+    def advance(self, k: int, last: int, zero: int, final: int, every: int) -> int:
         """`kernel.advance` with this run's data."""
         if self.held:
             self.move_plants(k)
@@ -199,8 +201,7 @@ class Machine:
         if self.reference is not None:
             self.reference.follow()
         reference = NO_REFERENCE if self.reference is None else self.reference.arguments
-        drawn = Drawn(self.noise, len(self.net.noisy) if self.noise else 0, noise_from)
-        groups = self.world, drawn, self.loops, self.measured, self.written, reference
+        groups = self.world, self.drawn, self.loops, self.measured, self.written, reference
         return self.kernels.advance(k, last, zero, final, self.reached, *groups)
 
     def settle(self, k: int, steps: int, most: int, spans: Sequence[Span]) -> int:

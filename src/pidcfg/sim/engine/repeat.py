@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic_core import PydanticCustomError, ValidationError
 
-from pidcfg.schemas.expressions import CONSTANT
 from pidcfg.schemas.scenario import Event, Plant
 from pidcfg.sim.engine.checks import check_plant
 from pidcfg.sim.engine.events import Agenda, idle_events
@@ -81,7 +80,6 @@ class Repeated:
         """Events write other parameters of loops than those of the first scenario."""
         self.idle = [event for event in run.agenda.influence.idle if event.disturb is None]
         self.gains = [bool(plant.gain) for plant in net.plants]
-        self.weighed = CONSTANT in net.pool.code[::2]
         self.pulsed = any(run.agenda.influence.pulses(i) for i in range(len(plc.loops)))
 
     def begin(self, scenario: Scenario) -> Run:
@@ -160,7 +158,7 @@ class Repeated:
         return run
 
     def _influence(self, scenario: Scenario) -> Influence:
-        """What moves what: the same as long as the same plants have a gain and no expression weighs signals."""
+        """What moves what: the same as long as the same plants have a gain."""
         net, plc = self.run.net, self.plc
         disturbances = [event for event in scenario.events if event.disturb is not None]
         if self.written:
@@ -169,7 +167,7 @@ class Repeated:
         else:
             idle = [*self.idle, *idle_events(scenario, self.trial, net, disturbances)]
         found = self.run.agenda.influence
-        if self.weighed or self.gains != [bool(plant.gain) for plant in net.plants]:
+        if self.gains != [bool(plant.gain) for plant in net.plants]:
             return Influence.of(scenario, net, plc, idle)
         found.idle = idle
         return found

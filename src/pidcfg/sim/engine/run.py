@@ -18,7 +18,7 @@ from pidcfg.sim.engine.choice import CHUNK, EngineName, Machine, calls_of, choos
 from pidcfg.sim.engine.events import Agenda, Journal, idle_events
 from pidcfg.sim.engine.expressions import FAULTS, Problem
 from pidcfg.sim.engine.influence import Influence, wrong_actions
-from pidcfg.sim.engine.kernel import STEADY_COUNTS, STEADY_SHARE, Span, is_steady
+from pidcfg.sim.engine.kernel import STEADY_COUNTS, STEADY_SHARE, Drawn, Span, is_steady
 from pidcfg.sim.engine.network import Network, build, initial_values, rest
 from pidcfg.sim.engine.plants import Noise
 from pidcfg.sim.engine.reference import HeldNetwork
@@ -395,6 +395,8 @@ class Run:
     problems: list[Problem]
     notes: list[Note] = field(default_factory=list)
     noise: Noise = field(default_factory=lambda: Noise([]))
+    drawn_to: int = 0
+    """The base step from which on there is no noise yet."""
     zero: int = 0
     trend: Trend | None = None
     periods: list[int] = field(default_factory=list)
@@ -504,14 +506,13 @@ class Run:
         return k
 
     def _chunk(self, k: int, stop: int) -> None:
-        machine, first = self.machine, k
+        machine = self.machine
         recording = self.settings.recording
         every = 1 if recording is not None else self.settings.every if self.trend is not None else 0
-        machine.noise = self.noise.rows(stop - k)
         if every:
             machine.trend = array("d", bytes(8 * ((stop - k) // every + 1) * len(machine.shown)))
         while k < stop:
-            k = machine.advance(k, stop, self.zero, self.last, every, first)
+            k = machine.advance(k, self._draw(k, stop), self.zero, self.last, every)
             if self.settings.told:
                 self.journal.take(machine.log, machine.counts[0])
             if self.trend is not None:
@@ -521,6 +522,16 @@ class Run:
             machine.counts[0] = machine.counts[1] = 0
         if self.settings.progress is not None:
             self.settings.progress((k - self.zero) / (self.last + 1))
+
+    def _draw(self, k: int, stop: int) -> int:
+        """Draws the noise of many base steps at once; returns up to which one before ``stop`` there is some."""
+        if not self.net.noisy:
+            return stop
+        if k >= self.drawn_to:
+            count = min(self.chunk, self.zero + self.last + 1 - k)
+            self.machine.drawn = Drawn(self.noise.rows(count), len(self.net.noisy), k)
+            self.drawn_to = k + count
+        return min(stop, self.drawn_to)
 
     def _look_at_settings(self, k: int) -> None:
         """Reports a sample rate that the base step no longer meets, and records changed levels of alarms."""

@@ -224,7 +224,8 @@ class NoWord(NamedTuple):
 OF_SCALES = ("pv.format", "output.format", "pv.square_root")
 """The choices that decide how counts are written."""
 KEPT_TABLES = 64
-"""Ramp/soak tables that are kept decoded: a loop is decoded anew whenever one of its words is written."""
+"""Ramp/soak tables that are kept decoded, and loops: all is decoded anew whenever a word is written, and in a batch the
+same words are written again and again."""
 
 
 def raw_scales(bits: Values) -> dict[str, Scale]:
@@ -257,6 +258,12 @@ def decode_block(
 
 def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
     """The 32 words of a loop, and which of them have no value."""
+    values, problems = _decoded(tuple(words), reset_decimals)
+    return dict(values), list(problems)
+
+
+@lru_cache(maxsize=KEPT_TABLES)
+def _decoded(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
     return decode_block(LOOP_TABLES[reset_decimals], words, {})
 
 

@@ -28,7 +28,7 @@ from pidcfg.sim.controllers.autotune import (
 from pidcfg.sim.controllers.dpide.equation import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR, TUNING, calculate_gains
 from pidcfg.sim.controllers.kernels import add_notice, clamp, single
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.tuning.rules import TYREUS_LUYBEN
+from pidcfg.tuning.tables import TYREUS_LUYBEN
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.dpide.equation import Config, State

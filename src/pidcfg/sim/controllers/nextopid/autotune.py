@@ -23,7 +23,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     round_mv,
 )
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.tuning.rules import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
+from pidcfg.tuning.tables import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence, Sequence
