@@ -51,7 +51,7 @@ SITE = ("-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-d", "build/doctrees"
 
 NEEDED_BY = {
     "demo": ("build", "run"),
-    "test": ("build", "run", "report", "live", "lsp", "dev", "docs"),
+    "test": ("build", "run", "report", "png", "live", "lsp", "dev", "docs"),
     "release": ("build", "run", "release"),
     "onedir": ("build", "run", "report", "live", "lsp", "onedir"),
 }
@@ -168,6 +168,7 @@ def ranges(name: str) -> list[str]:
         "run": project["dependencies"],
         "fast": project["optional-dependencies"]["fast"],
         "report": project["optional-dependencies"]["report"],
+        "png": project["optional-dependencies"]["png"],
         "live": project["optional-dependencies"]["live"],
         "lsp": project["optional-dependencies"]["lsp"],
         "dev": groups["dev"],
@@ -317,7 +318,7 @@ def onedir() -> None:
     must(PYTHON, "tools/release/onedir.py")
 
 
-LOCKS = ("run", "build", "fast", "report", "live", "lsp", "dev", "docs", "onedir", "release")
+LOCKS = ("run", "build", "fast", "report", "png", "live", "lsp", "dev", "docs", "onedir", "release")
 """Files of requirements/, each in agreement with those before it."""
 
 

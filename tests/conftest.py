@@ -43,7 +43,7 @@ settings.load_profile("pidcfg-ci" if os.environ.get("CI") else "pidcfg")
 
 
 class Missing:
-    """Skips a test that comes upon a package of the extra `report`, by itself or by pidcfg, where there is none."""
+    """Skips a test that comes upon a package of the extras `report` and `png`, by itself or by pidcfg, without it."""
 
     PACKAGES = ("jinja2", "matplotlib", "openpyxl", "xlsxwriter")
 

@@ -102,7 +102,7 @@ ONLY_IN = {
     "serial":        "live",
     "numpy":         "sim.engine.compile",
     "numba":         "sim.engine.compile",
-    "matplotlib":    "pictures.figure pictures.layout",
+    "matplotlib":    "pictures.png",
     "distributed":   "study.certification.cluster",
     "jinja2":        "pictures output.report",
     "markupsafe":    "output.report",

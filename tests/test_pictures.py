@@ -17,10 +17,13 @@ import pytest
 from pidcfg.pictures import figure as draw
 from pidcfg.pictures import page
 from pidcfg.pictures.characters import fits, lines
-from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
+from pidcfg.pictures.chart import Band, Bar, Chart, Line, Mark, Panel, Strip
 from pidcfg.pictures.layout import group_numbers, moment, plain, shortened, spread
+from pidcfg.pictures.png import png
 
 SVG = "{http://www.w3.org/2000/svg}"
+TAGS = {"svg", "title", "desc", "defs", "clipPath", "path", "text"}
+"""All that an SVG of ours is made of."""
 GOLDEN = Path(__file__).parent / "data" / "pictures"
 HOSTILE = "a<b>&\"c'</svg><script>alert(1)</script> $x^2$ \\frac ${7*7}"
 TIMES = tuple(2.0 * i for i in range(601))
@@ -104,17 +107,45 @@ def test_an_svg_has_one_line_a_signal_and_one_bar_a_span():
 def test_an_overlay_has_both_sides_named_before_thin_dashed_after_thick_solid():
     svg = draw.svg([overlay()], title="both")
     assert {"before: old.yaml (dl06)", "after: new.yaml (click)"} <= {*texts(svg)}
-    styles = {}
-    for group in tree(svg).iter(f"{SVG}g"):
-        if (group.get("class") or "").startswith("line"):
-            styles[group.get("class")] = group.find(f"{SVG}path").get("style")
-    assert set(styles) == {"line pv before", "line pv after", "line setpoint only"}
-    before, after = (
-        float(re.search(r"stroke-width: ([\d.]+)", styles[f"line pv {side}"]).group(1)) for side in ("before", "after")
-    )
-    assert before < after
-    assert "stroke-dasharray" in styles["line pv before"]
-    assert "stroke-dasharray" not in styles["line pv after"]
+    lines = {name: path for path in tree(svg).iter(f"{SVG}path") if (name := path.get("class", "")).startswith("line")}
+    assert set(lines) == {"line pv before", "line pv after", "line setpoint only"}
+    before, after = (lines[f"line pv {side}"] for side in ("before", "after"))
+    assert float(before.get("stroke-width")) < float(after.get("stroke-width"))
+    assert before.get("stroke-dasharray")
+    assert not after.get("stroke-dasharray")
+
+
+def test_lines_bands_bars_and_marks_stand_where_their_axes_say():
+    panel = Panel("PV", "", (Line("PV", "pv", [0, 60], [5, 5]),), (0, 10), (Band("pv", [0, 60], [0, 0], [10, 10]),))
+    strips, marks = (Strip("mode", (Bar("auto", 10, 50),), "mode"),), (Mark("a", 30),)
+    root = tree(draw.svg([Chart("x", "x", (panel,), strips, marks)], title="x"))
+    across, up = {}, {}
+    for text in root.iter(f"{SVG}text"):
+        if text.get("class") == "tick":
+            if text.get("text-anchor") == "middle":
+                across[text.text] = float(text.get("x"))
+            else:
+                up[text.text] = round(float(text.get("y")) - draw.LOWER * float(text.get("font-size")), 1)
+
+    def corners(name):
+        path = next(path for path in root.iter(f"{SVG}path") if path.get("class") == name)
+        pairs = [pair.split(",") for pair in path.get("d").strip("MZ").split()]
+        return {float(x) for x, _ in pairs}, {round(float(y), 1) for _, y in pairs}
+
+    left, right = across["0"], across["60"]
+    assert corners("line pv only") == ({left, right}, {up["5"]})
+    assert corners("band") == ({left, right}, {up["0"], up["10"]})
+    assert corners("bar mode")[0] == {across["10"], across["50"]}
+    assert corners("mark event")[0] == {across["30"]}
+
+
+def test_a_band_is_seen_in_every_kind_of_picture():
+    bands = tuple(Band("pv", TIMES, [0] * 601, [4 + 4 * i] * 601) for i in range(2))
+    one = Chart("x", "x", (Panel("PV", "", (Line("PV", "pv", TIMES, [1] * 601),), None, bands),))
+    assert classes(draw.svg([one], title="x"), "band") == ["band", "band"]
+    assert [a["class"] for tag, a in Reader(page.html([one], title="x")).found if tag == "polygon"] == ["band pv"] * 2
+    picture = pytest.importorskip("PIL.Image").open(io.BytesIO(png([one], title="x"))).convert("RGB")
+    assert {(209, 229, 241), (171, 208, 229)} <= {colour for _, colour in picture.getcolors(maxcolors=1 << 20)}
 
 
 def test_an_svg_is_an_image_with_a_title_and_a_description():
@@ -144,7 +175,7 @@ def test_the_same_charts_give_the_same_bytes_whatever_the_user_has_set(form):
 
     def made():
         charts = [chart(), overlay()]
-        return {"svg": draw.svg, "png": draw.png, "html": page.html}[form](charts, title="Reactor")
+        return {"svg": draw.svg, "png": png, "html": page.html}[form](charts, title="Reactor")
 
     first = made()
     with mpl.rc_context({"font.size": 30, "axes.grid": True, "lines.linewidth": 9, "svg.fonttype": "path"}):
@@ -154,11 +185,11 @@ def test_the_same_charts_give_the_same_bytes_whatever_the_user_has_set(form):
     assert not re.search(r"20\d\d-\d\d-\d\d", text)
 
 
-def test_drawing_leaves_the_settings_of_the_library_alone():
+def test_painting_leaves_the_settings_of_the_library_alone():
     mpl = pytest.importorskip("matplotlib")
 
     before = dict(mpl.rcParams)
-    draw.svg([chart()], title="x")
+    png([chart()], title="x")
     assert dict(mpl.rcParams) == before
 
 
@@ -181,7 +212,8 @@ def test_no_name_or_unit_breaks_a_picture(hostile):
     beginning = plain(hostile)[:3]
     assert sum(text.removeprefix("1 at 5 s: ").startswith(beginning) for text in said) >= 5
     assert not list(tree(svg).iter(f"{SVG}script"))
-    pytest.importorskip("PIL.Image").open(io.BytesIO(draw.png([one], title=hostile))).verify()
+    assert {element.tag for element in tree(svg).iter()} <= {SVG + tag for tag in TAGS}
+    pytest.importorskip("PIL.Image").open(io.BytesIO(png([one], title=hostile))).verify()
     found = Reader(page.html([one], title=hostile))
     assert [tag for tag, _ in found.found].count("script") == 1
     assert not {"b>", "alert"} & {tag for tag, _ in found.found}
@@ -272,7 +304,7 @@ def test_long_texts_end_with_dots():
 def test_a_png_shows_all_charts_at_equal_sizes():
     images, sizes = pytest.importorskip("PIL.Image"), []
     for count in (1, 2, 8):
-        picture = images.open(io.BytesIO(draw.png([chart(f"TIC-{i}") for i in range(count)], title="x")))
+        picture = images.open(io.BytesIO(png([chart(f"TIC-{i}") for i in range(count)], title="x")))
         assert picture.format == "PNG"
         colours = {colour for _, colour in picture.convert("RGB").getcolors(maxcolors=1 << 20)}
         assert {(0, 0x72, 0xB2), (0, 0x7A, 0x5A), (255, 255, 255)} <= colours

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -252,14 +253,18 @@ def test_old_terminals_get_plain_signs(folder, code_page):
     assert "?" not in text
 
 
-def test_the_terminal_needs_no_library(folder, pidcfg, monkeypatch):
+def test_only_a_png_needs_a_library(folder, pidcfg, monkeypatch):
     monkeypatch.setattr("pidcfg.cli.environment.find_spec", lambda _name: None)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
     code, out, _ = pidcfg("simulate", "oven.scenario.yaml", "--plot", "-")
     assert code == 1
     assert "ramp/soak" in out
-    code, out, err = pidcfg("simulate", "oven.scenario.yaml", "--plot", "a.svg")
+    code, out, err = pidcfg("simulate", "oven.scenario.yaml", "--plot", "a.svg", "--plot", "a.png")
     assert (code, out) == (2, "")
-    assert err.startswith("Error: matplotlib is not installed; install pidcfg with its extra `report`")
+    assert err.startswith("Error: matplotlib is not installed; install pidcfg with its extra `png`")
+    assert not list(folder.glob("a.*"))
+    assert pidcfg("simulate", "oven.scenario.yaml", "--plot", "a.svg", "--plot", "a.html")[0] == 1
+    assert len(list(folder.glob("a.*"))) == 2
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ RANGES = {"run": PYPROJECT["project"]["dependencies"], **EXTRAS, **PYPROJECT["de
 
 
 def test_a_test_is_skipped_by_the_name_of_the_package_that_it_lacks(monkeypatch):
-    assert set(Missing.PACKAGES) == {Requirement(text).name for text in EXTRAS["report"]}
+    assert set(Missing.PACKAGES) == {Requirement(text).name for text in EXTRAS["report"] + EXTRAS["png"]}
     monkeypatch.setattr(sys, "meta_path", [finder for finder in sys.meta_path if isinstance(finder, Missing)])
     monkeypatch.delitem(sys.modules, "jinja2", raising=False)
     with pytest.raises(pytest.skip.Exception, match="jinja2 is not installed"):

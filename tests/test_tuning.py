@@ -386,7 +386,11 @@ def test_files_and_terminal(tmp_path):
     result = run_plot(*PLOT_PROCESS, "--plot", "loop.svg", "--plot", "loop.html", "--plot", "-", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert "Ms 1.59" in (tmp_path / "loop.svg").read_text("utf-8")
-    assert (tmp_path / "loop.html").read_text("utf-8").count("<svg") == 2
+    page = (tmp_path / "loop.html").read_text("utf-8")
+    assert page.count("<svg") == 3
+    plane = page.partition('<svg class="locus"')[2].partition("</svg>")[0]
+    assert "Ms 1.59" in plane
+    assert 'class="line circle ms"' in plane
     assert "PV, set point +1" in result.stdout
     assert run_plot(*PLOT_PROCESS, "--plot", "loop.svg", cwd=tmp_path).returncode == 0  # the same bytes
     other = run_plot(*PLOT_PROCESS[:-1], "3", "--plot", "loop.svg", cwd=tmp_path)

@@ -568,7 +568,7 @@ def plot(
     """The picture of a result: ``data`` of what it returns is what a file of it holds. Nothing is saved.
 
     ``result``: of `simulate` or `certify` with ``record=True``, of `diff` or `convert` with ``verify=True``.
-    ``format``: svg and png need the extra ``report``, html needs nothing and can be zoomed. ``loops``: only these.
+    ``format``: png needs the extra ``png``, svg and html need nothing, and html can be zoomed. ``loops``: only these.
     """
     from pidcfg.output.drawing import PictureFormat, draw
 

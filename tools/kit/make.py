@@ -29,11 +29,6 @@ BUILD = ROOT / "build"
 NAME = f"pidcfg-kit-{pidcfg.__version__}"
 KIT = BUILD / f"{NAME}.zip"
 LOCKS = ("run", "report", "live", "lsp")
-LEFT_OUT = (
-    *("contourpy", "cycler", "fonttools", "kiwisolver", "matplotlib", "numpy", "packaging", "pillow", "pyparsing"),
-    *("python-dateutil", "tzdata"),
-)
-"""matplotlib and what only it needs: 200 MB for six Pythons and systems, and only pictures as files want it."""
 PYTHONS = [f"{OLDEST[0]}.{minor}" for minor in range(OLDEST[1], NEWEST[1] + 1)]
 SYSTEMS = {
     "Windows": ("win_amd64",),
@@ -52,7 +47,7 @@ def locked() -> dict[str, tuple[str, list[str]]]:
         for line in text.splitlines():
             requirement, *hashes = (part.strip() for part in line.split("--hash=sha256:"))
             name = requirement.partition("==")[0]
-            if hashes and name not in LEFT_OUT:
+            if hashes:
                 found[name] = (requirement, hashes)
     return dict(sorted(found.items()))
 

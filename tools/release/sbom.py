@@ -19,7 +19,7 @@ import pidcfg
 
 ROOT = Path(__file__).resolve().parents[2]
 BILL = ROOT / "requirements" / "pidcfg.cdx.json"
-NEEDED, EXTRAS = "run", ("fast", "report", "live", "lsp")
+NEEDED, EXTRAS = "run", ("fast", "report", "png", "live", "lsp")
 """Locks for users: what every installation has, and what an extra brings."""
 
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 TERMINAL = "-"
 SUFFIXES = (".svg", ".png", ".html")
-DRAWN = (".svg", ".png")
-"""Those that the plotting library draws."""
 MAX_LOOPS = 40
 """Charts in one file: what a page of pictures can hold and a person look through."""
 NARROWEST, WIDEST, HEIGHT = 40, 160, 12
@@ -33,7 +31,7 @@ PIPED = 80
 
 
 def name_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
-    """File names whose suffixes give the format; the plotting library is checked before anything runs."""
+    """File names whose suffixes give the format; what a PNG needs is checked before anything runs."""
     for name in names:
         if name != TERMINAL and Path(name).suffix.lower() not in SUFFIXES:
             ends = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
@@ -41,8 +39,8 @@ def name_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise click.BadParameter(f"{twice!r} stands there twice", ctx, param)
-    if any(Path(name).suffix.lower() in DRAWN for name in names):
-        require_extra("matplotlib", "report")
+    if any(Path(name).suffix.lower() == ".png" for name in names):
+        require_extra("matplotlib", "png")
     return names
 
 
@@ -120,15 +118,18 @@ def draw_files(
             continue
         if len(charts) > MAX_LOOPS:
             raise click.ClickException(f"{name}: {len(charts)} loops are too many for one picture, at most {MAX_LOOPS}")
-        from pidcfg.pictures import figure as draw
-        from pidcfg.pictures import page
-
         if suffix == ".svg":
-            files[name] = draw.svg(charts, title=title)
+            from pidcfg.pictures.figure import svg
+
+            files[name] = svg(charts, title=title)
         elif suffix == ".png":
-            files[name] = draw.png(charts, title=title)
+            from pidcfg.pictures.png import png
+
+            files[name] = png(charts, title=title)
         else:
-            files[name] = page.html(charts, title=title, intro=intro)
+            from pidcfg.pictures.page import html
+
+            files[name] = html(charts, title=title, intro=intro)
     return files
 
 

@@ -74,12 +74,17 @@ def _drawn(charts: Sequence[Chart], fmt: PictureFormat, title: str) -> bytes:
         from pidcfg.pictures.page import html
 
         return html(charts, title=title).encode()
+    if fmt == "svg":
+        from pidcfg.pictures.figure import svg
+
+        return svg(charts, title=title).encode()
+    from pidcfg.pictures.png import png
+
     try:
-        from pidcfg.pictures import figure
+        return png(charts, title=title)
     except ImportError:
-        cure = "install pidcfg[report], or take the format html, which needs nothing"
-        raise ArgumentError(f"`format` is {fmt!r}, which matplotlib draws: {cure}", "format") from None
-    return figure.svg(charts, title=title).encode() if fmt == "svg" else figure.png(charts, title=title)
+        cure = "install pidcfg[png], or take svg or html, which need nothing"
+        raise ArgumentError(f"`format` is 'png', which matplotlib paints: {cure}", "format") from None
 
 
 def charts_of(result: Any, loops: Collection[str] = ()) -> list[Chart]:

@@ -1,42 +1,34 @@
-"""Charts as SVG and PNG by matplotlib: panels, the open loop in the complex plane, and what makes an SVG readable."""
+"""Charts as shapes, lines, surfaces and texts with all their looks, and these as an SVG."""
 
 from __future__ import annotations
 
 import hashlib
-import io
-import logging
-import re
-import warnings
-from cmath import phase
-from contextlib import contextmanager
+from cmath import phase, rect
 from dataclasses import replace
-from math import cos, pi, sin
-from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree as ET
+from html import escape
+from math import pi
+from typing import TYPE_CHECKING, Literal
 
-from pidcfg.pictures.chart import Line
 from pidcfg.pictures.layout import (
     BEFORE,
+    BLACK,
     BLUE,
+    FIELD,
     GREY,
-    HELD_ROLES,
     INK,
-    KEY,
-    LABEL,
-    LINE,
-    MARGIN,
+    LETTER,
     PALE,
     PENS,
-    POINTS,
-    RIGHT,
     SIZES,
-    TITLE,
+    SQUARE,
+    TIMES,
+    VALUES,
+    VERMILION,
     WARNING,
+    Pen,
     describe_charts,
-    draw_marks,
-    draw_strips,
-    drawable,
-    label,
+    fills_of,
+    group_numbers,
     layer_of,
     letters_in,
     level_names,
@@ -44,101 +36,346 @@ from pidcfg.pictures.layout import (
     number_marks,
     pen_of,
     plain,
-    sheet,
+    points,
     shortened,
     spread,
-    stroke,
+    surface,
+    texts_of,
     tick_text,
+    ticks,
+    time_ticks,
     unit_of_time,
     with_unit,
 )
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.typing import RcKeyType
+    from pidcfg.pictures.chart import Chart, Locus, Panel, Strip
 
-    from pidcfg.pictures.chart import Chart, Locus, Panel
-    from pidcfg.pictures.layout import Box, Place, Sheet
+    Point = tuple[float, float]
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What is done to an SVG once it is drawn: identifiers of its own, classes, words for screen readers, common fonts.
+# --- Where everything stands, in points (72 an inch) from the top left: charts of the same kind get the same sizes ----
 
-SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
-FONTS = "'DejaVu Sans', Verdana, 'Segoe UI', Arial, sans-serif"
-"""The font that the places are made for, and wide ones that most systems have."""
-REFERENCE = re.compile(r"url\(#([^)]*)\)")
-CLASSES = {
-    "title",
-    "loop",
-    "note",
-    "key",
-    "side",
-    "axis",
-    "line",
-    "name",
-    "strip",
-    "bar",
-    "label",
-    "mark",
-    "number",
-    "level",
-    "band",
-}
-"""First words of what `figure` calls the parts; they become classes."""
+WIDTH, LEFT, RIGHT = 691.2, 111.6, 36.0
+WIDE = WIDTH - LEFT - RIGHT
+"""Width of a picture, and of it what is left of the axes (titles and numbers) and right of them (names of lines);
+and the width of the axes."""
+LABEL = 59.0
+"""How far the title of a value axis is from it."""
+TITLE, KEY, ABOVE, NONE_ABOVE = 21.6, 15.8, 11.5, 3.6
+"""Heights of a title, of the line that says what before and after are, of what is where marks have numbers, or none."""
+FIRST, FURTHER, GAP = 133.2, 75.6, 9.4
+"""Heights of the first panel and of the others, and what is between two."""
+LOCUS, LOCUS_TITLE = 237.6, 30.2
+"""Heights of a curve in the complex plane and of the title of its real axis."""
+STRIP, STRIP_GAP = 14.4, 3.2
+TIME = 33.0
+"""The time axis: its numbers and its title."""
+LINE, BELOW, MARGIN = 11.9, 18.7, 8.6
+"""A line of text below a chart, what separates two charts, and the margin around all."""
 
 
-def clean_drawing(text: str, title: str, description: str) -> str:
-    """The drawing as it is handed out: without metadata, and with no identifier that another drawing could have."""
-    root = ET.fromstring(text)  # noqa: S314 - the drawing was made here
-    salt = hashlib.sha256(f"{title}\0{text}".encode()).hexdigest()[:8]
-    for parent in list(root.iter()):
-        for child in list(parent):
-            if child.tag in {f"{{{SVG}}}metadata", f"{{{SVG}}}style"}:
-                parent.remove(child)
-    used = _references(root)
-    for element in root.iter():
-        _name_element(element, f"p{salt}-", used)
-    root.attrib |= {
-        "role": "img",
-        "aria-labelledby": f"p{salt}-title p{salt}-desc",
-        "class": "pidcfg-chart",
-        "style": "stroke-linejoin: round",
-    }
-    for place, (tag, words) in enumerate((("title", plain(title)), ("desc", description))):
-        element = ET.Element(f"{{{SVG}}}{tag}", {"id": f"p{salt}-{tag}"})
-        element.text = words
-        root.insert(place, element)
-    ET.register_namespace("", SVG)
-    ET.register_namespace("xlink", XLINK)
-    return ET.tostring(root, encoding="unicode") + "\n"
+@frozen
+class Box:
+    """A rectangle."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+
+    @property
+    def right(self) -> float:
+        """Where it ends from left to right."""
+        return self.left + self.width
+
+    @property
+    def bottom(self) -> float:
+        """Where it ends from top to bottom."""
+        return self.top + self.height
+
+    @property
+    def corners(self) -> list[tuple[float, float]]:
+        """One after the other, from the top left."""
+        return [(self.left, self.top), (self.right, self.top), (self.right, self.bottom), (self.left, self.bottom)]
 
 
-def _references(root: ET.Element) -> set[str]:
-    """Identifiers that something refers to."""
-    names: set[str] = set()
-    for element in root.iter():
-        for key, value in element.attrib.items():
-            names |= set(REFERENCE.findall(value))
-            if key in {"href", f"{{{XLINK}}}href"} and value.startswith("#"):
-                names.add(value[1:])
-    return names
+# --- Two kinds of shapes are all that a way of drawing has to know; places in points from the top left ----------------
 
 
-def _name_element(element: ET.Element, prefix: str, used: set[str]) -> None:
-    """Identifiers that are needed get the prefix, names of parts become classes, the rest goes."""
-    name = element.attrib.pop("id", None)
-    if name is not None and name in used:
-        element.set("id", prefix + name)
-    elif name is not None and name.split(" ")[0] in CLASSES:
-        element.set("class", name)
-    for key, value in list(element.attrib.items()):
-        if key in {"href", f"{{{XLINK}}}href"} and value.startswith("#"):
-            element.set(key, f"#{prefix}{value[1:]}")
-        else:
-            element.set(key, REFERENCE.sub(rf"url(#{prefix}\1)", value).replace("'DejaVu Sans'", FONTS))
+@frozen
+class Path:
+    """Lines through points, or the surfaces within them."""
+
+    name: str
+    """What it is: its class."""
+    parts: Sequence[Sequence[Point]]
+    pen: Pen | None = None
+    fill: str | None = None
+    opacity: float = 1.0
+    """Of the surface."""
+    clip: Box | None = None
+    """Outside of it nothing is seen."""
+
+
+@frozen
+class Text:
+    """Letters; the point is at half their height."""
+
+    name: str
+    text: str
+    point: Point
+    size: float = SIZES["small"]
+    colour: str = INK
+    bold: bool = False
+    anchor: Literal["start", "middle", "end"] = "start"
+    turned: bool = False
+    """Upwards."""
+
+
+@frozen
+class Axes:
+    """A box with the values at its ends."""
+
+    box: Box
+    across: tuple[float, float]
+    up: tuple[float, float] = (0.0, 1.0)
+
+    def x(self, value: float) -> float:
+        """Where a value stands from left to right."""
+        return self.box.left + self.box.width * (value - self.across[0]) / (self.across[1] - self.across[0])
+
+    def y(self, value: float) -> float:
+        """Where a value stands from top to bottom."""
+        return self.box.top + self.box.height * (self.up[1] - value) / (self.up[1] - self.up[0])
+
+    def of(self, z: complex) -> Point:
+        """Where a point of the complex plane stands."""
+        return self.x(z.real), self.y(z.imag)
+
+    def spread(self, places: Iterable[tuple[int, int]]) -> list[Point]:
+        """Where points of the square stand that is as large as the box."""
+        box, across, down = self.box, self.box.width / SQUARE, self.box.height / SQUARE
+        return [(box.left + x * across, box.top + y * down) for x, y in places]
+
+
+THIN, PALE_THIN = Pen(GREY, 0.8), Pen(PALE, 0.6)
+TICK, NUMBER = 3.0, 6.5
+"""Length of a tick, and how far its number is from the axis."""
+BELOW_TICK, BELOW_AXIS = 11.0, 22.5
+"""How far below an axis its numbers and its title are."""
+
+
+def drawn(charts: Sequence[Chart], title: str) -> tuple[float, list[Path | Text]]:
+    """The height of a picture and its shapes, those below first; the title is left out where the only chart has it."""
+    heading = "" if [title] == [chart.title for chart in charts] else title
+    shapes: list[Path | Text] = [_title("title", heading, MARGIN, SIZES["title"] + 2)] if heading else []
+    top = MARGIN + (TITLE + 5.8 if heading else 0.0)
+    for chart in charts:
+        top = _draw(chart, top, shapes) + BELOW
+    height = top - (BELOW if charts else 0.0) + MARGIN
+    return height, [Path("ground", [Box(0, 0, WIDTH, height).corners], fill="#ffffff"), *shapes]
+
+
+def _title(name: str, text: str, top: float, size: float) -> Text:
+    letters = letters_in(WIDTH - 2 * MARGIN, size)
+    return Text(name, shortened(text, letters), (MARGIN, top + TITLE / 2), size, bold=True)
+
+
+def _draw(chart: Chart, top: float, shapes: list[Path | Text]) -> float:
+    """Adds the shapes of one chart, and says where it ends."""
+    shapes.append(_title("loop", chart.title, top, SIZES["title"]))
+    top += TITLE
+    if chart.sides:
+        shapes += _key(chart.sides, top + KEY / 2)
+        top += KEY
+    top += ABOVE if chart.marks else NONE_ABOVE
+    if chart.locus:
+        shapes += locus_shapes(chart.locus, Box(LEFT, top, WIDE, LOCUS))
+        top += LOCUS + LOCUS_TITLE
+    begin, end = chart.ends
+    first = axes = Axes(Box(LEFT, top, WIDE, FIRST), (begin, end if end > begin else begin + 1.0))
+    for i, panel in enumerate(chart.panels):
+        axes = replace(axes, box=Box(LEFT, top, WIDE, FURTHER if i else FIRST))
+        shapes += _panel(chart, panel, replace(axes, up=limits(panel)))
+        top = axes.box.bottom + GAP
+    if chart.strips:
+        rows = [
+            replace(axes, box=Box(LEFT, top + i * (STRIP + STRIP_GAP), WIDE, STRIP)) for i in range(len(chart.strips))
+        ]
+        shapes += _strips(chart, list(zip(chart.strips, rows, strict=True)))
+        axes = rows[-1]
+    shapes += [*_time(chart, axes), *_numbers(chart, first)]
+    top = axes.box.bottom + TIME
+    failed = {number for number, mark in number_marks(chart) if mark.kind == "failure"}
+    for text in texts_of(chart, letters_in(WIDTH - 2 * MARGIN, SIZES["small"])):
+        colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
+        shapes.append(Text("note", text, (MARGIN, top + LINE / 2), colour=colour))
+        top += LINE
+    return top
+
+
+def _key(sides: tuple[str, str], top: float) -> Iterator[Path | Text]:
+    """What before and after are, beside a piece of their lines."""
+    wide = (WIDTH - 2 * MARGIN) / 2
+    pens = BEFORE, PENS["pv", "after"]
+    for left, side, name, pen in zip((MARGIN, MARGIN + wide), ("before", "after"), sides, pens, strict=True):
+        yield Path(f"key {side}", [[(left, top), (left + 25, top)]], pen)
+        text = shortened(f"{side}: {name}", letters_in(wide - 36, SIZES["small"]))
+        yield Text(f"side {side}", text, (left + 30, top))
+
+
+# --- Axes and marks ---------------------------------------------------------------------------------------------------
+
+
+def _across(axes: Axes, at: Sequence[float], grid: Pen | None = None) -> Iterator[Path]:
+    """A horizontal axis with its ticks, and the lines of the grid above them."""
+    box, xs = axes.box, [axes.x(tick) for tick in at]
+    if grid:
+        yield Path("grid", [[(x, box.top), (x, box.bottom)] for x in xs], grid)
+    yield Path("axis", [box.corners[:1:-1], *([(x, box.bottom), (x, box.bottom + TICK)] for x in xs)], THIN)
+
+
+def _up(axes: Axes, at: Sequence[float], title: str, grid: Pen | None = None) -> Iterator[Path | Text]:
+    """A vertical axis with its ticks, their numbers and a title."""
+    box, ys = axes.box, [axes.y(tick) for tick in at]
+    if grid:
+        yield Path("grid", [[(box.left, y), (box.right, y)] for y in ys], grid)
+    yield Path("axis", [box.corners[::3], *([(box.left - TICK, y), (box.left, y)] for y in ys)], THIN)
+    for tick, y in zip(at, ys, strict=True):
+        yield Text("tick", tick_text(tick), (box.left - NUMBER, y), anchor="end")
+    size, middle = SIZES["label"], box.top + box.height / 2
+    text = shortened(title, letters_in(box.height, size))
+    yield Text("axis value", text, (box.left - LABEL, middle), size, anchor="middle", turned=True)
+
+
+def _titled(axes: Axes, name: str, title: str, at: Iterable[tuple[float, float]]) -> Iterator[Text]:
+    """The numbers below a horizontal axis, by their places, and its title."""
+    box = axes.box
+    for place, tick in at:
+        yield Text("tick", tick_text(tick), (axes.x(place), box.bottom + BELOW_TICK), anchor="middle")
+    point = box.left + box.width / 2, box.bottom + BELOW_AXIS
+    yield Text(name, title, point, SIZES["label"], anchor="middle")
+
+
+def _time(chart: Chart, axes: Axes) -> Iterator[Path | Text]:
+    """The time axis below everything."""
+    unit, size = unit_of_time(chart)
+    if chart.strips:
+        yield from _across(axes, [tick * size for tick in time_ticks(chart)])
+    yield from _titled(axes, "axis time", with_unit("time", unit), ((tick * size, tick) for tick in time_ticks(chart)))
+
+
+MARK_LINE, FAILURE_LINE = Pen(GREY, 0.7, (0.7, 1.4)), Pen(VERMILION, 1.1, (6.6, 2.2, 1.1, 2.2))
+CLOSE_MARKS = 23.0
+"""Marks that are closer than this share one number above the panel."""
+
+
+def _marks(chart: Chart, axes: Axes) -> Iterator[Path]:
+    """A line at each event and failure, through one panel or row."""
+    box = axes.box
+    for _, mark in number_marks(chart):
+        x, pen = axes.x(mark.at), FAILURE_LINE if mark.kind == "failure" else MARK_LINE
+        yield Path(f"mark {mark.kind}", [[(x, box.top), (x, box.bottom)]], pen, clip=box)
+
+
+def _numbers(chart: Chart, axes: Axes) -> Iterator[Text]:
+    """The numbers of the marks, above the first panel."""
+    marks = [(axes.x(mark.at), number, mark.kind == "failure") for number, mark in number_marks(chart)]
+    for x, text, failed in group_numbers(marks, CLOSE_MARKS):
+        point, colour = (x, axes.box.top - ABOVE / 2), WARNING if failed else INK
+        yield Text("number", text, point, colour=colour, bold=failed, anchor="middle")
+
+
+# --- Panels and strips ------------------------------------------------------------------------------------------------
+
+BAND_OPACITY = 0.18
+"""How dense a band is; where two lie over each other they are denser."""
+DOT = 2.5
+"""Radius of a point."""
+NAME_DISTANCE = 10.0
+"""Points between the names of two lines."""
+
+
+def _panel(chart: Chart, panel: Panel, axes: Axes) -> Iterator[Path | Text]:
+    """All lines of a panel, with their names on the right."""
+    box, (low, high), (_, size) = axes.box, axes.up, unit_of_time(chart)
+    yield from _across(axes, [tick * size for tick in time_ticks(chart)], PALE_THIN)
+    yield from _up(axes, ticks(low, high, VALUES), with_unit(panel.title, panel.unit), PALE_THIN)
+    for band in panel.bands:
+        fill, inside = PENS[band.role, None].colour, axes.spread(surface(chart, band, low, high))
+        yield Path("band", [inside], fill=fill, opacity=BAND_OPACITY, clip=box)
+    yield from _marks(chart, axes)
+    names: dict[str, tuple[float, str]] = {}
+    for line in sorted(panel.lines, key=layer_of):
+        places = axes.spread(points(chart, line, low, high))
+        if not places:
+            continue
+        pen, name = pen_of(line, overlaid=chart.sides is not None), f"line {line.role} {line.side or 'only'}"
+        alone = len(places) == 1
+        yield Path(name, [_dot(*places)], fill=pen.colour) if alone else Path(name, [places], pen, clip=box)
+        if line.role != "level":
+            names.setdefault(line.name, (places[-1][1], pen.colour))
+    letters = letters_in(RIGHT - 4, SIZES["small"])
+    ends = sorted((box.bottom - y, name, colour) for name, (y, colour) in names.items())
+    for at, (_, name, colour) in zip(spread([up for up, *_ in ends], box.height, NAME_DISTANCE), ends, strict=True):
+        yield Text("name", shortened(name, letters), (box.right + 4, box.bottom - at), colour=colour, bold=True)
+    levels = level_names(panel)
+    spots = spread([box.bottom - axes.y(value) for value, _ in levels], box.height, NAME_DISTANCE)
+    for at, (_, name) in zip(spots, levels, strict=True):
+        colour = PENS["level", None].colour
+        yield Text("level", plain(name), (box.right - 3, box.bottom - at - 5), colour=colour, anchor="end")
+
+
+def _dot(centre: Point) -> list[Point]:
+    return [(z.real, z.imag) for z in _arc(complex(*centre), DOT, 0, 2 * pi)]
+
+
+def _arc(centre: complex, radius: float, begin: float, end: float) -> list[complex]:
+    """A part of a circle, angles in radians."""
+    return [centre + rect(radius, begin + (end - begin) * i / CIRCLE_POINTS) for i in range(CIRCLE_POINTS + 1)]
+
+
+EDGE, BAR_EDGE = 0.7, 0.9
+"""What a bar leaves free of its row above and below, and how thick its edge is."""
+THINNEST = 0.9
+"""Width of the shortest bar: an alarm of one sample is seen."""
+
+
+def _strips(chart: Chart, rows: Sequence[tuple[Strip, Axes]]) -> Iterator[Path | Text]:
+    """Rows of bars, with the marks through all of them."""
+    for strip, axes in rows:
+        yield from _bars(strip, axes)
+    first, last = rows[0][1], rows[-1][1].box
+    yield from _marks(chart, replace(first, box=replace(last, top=first.box.top, height=last.bottom - first.box.top)))
+    for strip, axes in rows:
+        yield from _bar_names(strip, axes)
+
+
+def _bars(strip: Strip, axes: Axes) -> Iterator[Path]:
+    box, fills = axes.box, fills_of(strip)
+    yield Path("row", [box.corners], fill=FIELD)
+    for bar in strip.bars:
+        fill, edge = fills[bar.label]
+        wide = max(axes.x(bar.end) - axes.x(bar.begin), THINNEST)
+        place = Box(axes.x(bar.begin), box.top + EDGE, wide, box.height - 2 * EDGE)
+        yield Path(f"bar {strip.kind}", [place.corners], Pen(edge, BAR_EDGE), fill, clip=box)
+
+
+def _bar_names(strip: Strip, axes: Axes) -> Iterator[Text]:
+    """A name stands in its bar, or beside it where it is too short and nothing follows; nowhere if the row says it."""
+    box, middle, small = axes.box, axes.box.top + axes.box.height / 2, SIZES["small"]
+    title = shortened(strip.title, letters_in(box.left - 7, small))
+    yield Text(f"strip {strip.kind}", title, (box.left - 5, middle), anchor="end")
+    begins = [axes.x(bar.begin) for bar in strip.bars] + [box.right]
+    for bar, begin, following in zip(strip.bars, begins, begins[1:], strict=False):
+        end = axes.x(bar.end)
+        rooms = (begin, end), (end, following)
+        fitting = [x for x, stop in rooms if len(bar.label) <= letters_in(stop - x - 6, small)]
+        if fitting and bar.label != strip.title:
+            yield Text(f"label {strip.kind}", plain(bar.label), (fitting[0] + 3, middle), colour=BLACK)
 
 
 # --- The open loop in the complex plane: the curve, the circle that Ms keeps it out of, and both margins --------------
@@ -147,243 +384,74 @@ LOCUS_BOTTOM, LOCUS_TOP, LOCUS_MIDDLE = -1.8, 1.2, -0.45
 """Ends of the imaginary axis, and the middle of the real one: the unit circle and what is below it."""
 CIRCLE_POINTS = 180
 """Points of a circle."""
+GROUND_OPACITY = 0.8
+"""Of what is between a text and the lines below it."""
 
 
-def draw_locus(axes: Axes, locus: Locus, box: Box) -> None:
-    """Draws the curve with its margins; both axes have one scale."""
+def locus_shapes(locus: Locus, box: Box) -> Iterator[Path | Text]:
+    """The curve with its margins; both axes have one scale."""
     half = (LOCUS_TOP - LOCUS_BOTTOM) * box.width / box.height / 2
-    axes.set_xlim(LOCUS_MIDDLE - half, LOCUS_MIDDLE + half)
-    axes.set_ylim(LOCUS_BOTTOM, LOCUS_TOP)
-    axes.axhline(0, color=PALE, linewidth=0.8, zorder=1)
-    axes.axvline(0, color=PALE, linewidth=0.8, zorder=1)
-    _arc(axes, 0j, 1.0, 0.0, 2 * pi, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), gid="line circle unit")
-    _arc(axes, -1 + 0j, 1 / locus.ms, 0.0, 2 * pi, color=WARNING, linewidth=1.3, gid="line circle ms")
-    axes.plot(
-        [z.real for z in locus.points], [z.imag for z in locus.points], color=BLUE, linewidth=1.9, gid="line locus only"
-    )
-    axes.plot([-1], [0], marker="+", markersize=9, color=WARNING, markeredgewidth=1.8, gid="mark critical")
-    _label(axes, "-1", -1 + 0j, (4, -11), WARNING)
-    _label(axes, f"Ms {locus.ms:.3g}", complex(-1 - 0.75 / locus.ms, 0.75 / locus.ms), (-4, 4), WARNING, ha="right")
-    if locus.turn is not None:
-        _dot(axes, locus.turn)
-        _label(axes, f"gain margin {locus.gain_margin:.3g}", locus.turn, (6, 8), INK)
+    axes = Axes(box, (LOCUS_MIDDLE - half, LOCUS_MIDDLE + half), (LOCUS_BOTTOM, LOCUS_TOP))
+
+    def line(name: str, values: Iterable[complex], pen: Pen) -> Path:
+        return Path(name, [[axes.of(z) for z in values]], pen, clip=box)
+
+    yield line("grid", (complex(axes.across[0], 0), complex(axes.across[1], 0)), PALE_THIN)
+    yield line("grid", (complex(0, LOCUS_BOTTOM), complex(0, LOCUS_TOP)), PALE_THIN)
+    yield line("line circle unit", _arc(0j, 1.0, 0.0, 2 * pi), Pen(GREY, 0.9, (3.6, 2.7)))
+    yield line("line circle ms", _arc(-1 + 0j, 1 / locus.ms, 0.0, 2 * pi), Pen(WARNING, 1.3))
     if locus.crossover is not None:
-        _dot(axes, locus.crossover)
-        ends = [0.0, locus.crossover.real], [0.0, locus.crossover.imag]
-        axes.plot(*ends, color=GREY, linewidth=0.9, gid="line radius")
+        yield line("line radius", (0j, locus.crossover), Pen(GREY, 0.9))
         angle = phase(locus.crossover)
-        _arc(axes, 0j, 0.45, -pi if angle < 0 else pi, angle, color=INK, linewidth=1.1, gid="line angle")
-        at = (8, -10) if angle < 0 else (8, 4)
-        _label(axes, f"phase margin {locus.phase_margin:.3g}°", locus.crossover, at, INK)
-    axes.set_xlabel("real part of the open loop", size=SIZES["label"], color=INK, labelpad=2, gid="axis real")
-    axes.set_ylabel("imaginary part", size=SIZES["label"], color=INK, gid="axis imaginary")
-    axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
+        yield line("line angle", _arc(0j, 0.45, -pi if angle < 0 else pi, angle), Pen(INK, 1.1))
+    yield line("line locus only", locus.points, Pen(BLUE, 1.9))
+    x, y = axes.of(-1 + 0j)
+    yield Path("mark critical", [[(x - 4.5, y), (x + 4.5, y)], [(x, y - 4.5), (x, y + 4.5)]], Pen(WARNING, 1.8))
+    yield from _label("-1", axes.of(-1 + 0j), (4, 11), WARNING)
+    corner = axes.of(complex(-1 - 0.75 / locus.ms, 0.75 / locus.ms))
+    yield from _label(f"Ms {locus.ms:.3g}", corner, (-4, -4), WARNING, "end")
+    if locus.turn is not None:
+        yield from _margin(f"gain margin {locus.gain_margin:.3g}", axes.of(locus.turn), (6, -8))
+    if locus.crossover is not None:
+        text, below = f"phase margin {locus.phase_margin:.3g}°", locus.crossover.imag < 0
+        yield from _margin(text, axes.of(locus.crossover), (8, 10 if below else -4))
+    at = ticks(*axes.across, TIMES)
+    yield from _across(axes, at)
+    yield from _titled(axes, "axis real", "real part of the open loop", zip(at, at, strict=True))
+    yield from _up(axes, ticks(*axes.up, VALUES + 1), "imaginary part")
 
 
-def _arc(axes: Axes, centre: complex, radius: float, begin: float, end: float, **look: Any) -> None:
-    """A part of a circle, angles in radians."""
-    angles = [begin + (end - begin) * i / CIRCLE_POINTS for i in range(CIRCLE_POINTS + 1)]
-    points = [(centre.real + radius * cos(a), centre.imag + radius * sin(a)) for a in angles]
-    axes.plot([x for x, _ in points], [y for _, y in points], zorder=2, **look)
+def locus_svg(locus: Locus, salt: str) -> str:
+    """The curve as a part of a page, in the colours of paper."""
+    inner = elements(locus_shapes(locus, Box(LEFT, MARGIN, WIDE, LOCUS)), salt)
+    return f'<svg class="locus" {view(WIDTH, MARGIN + LOCUS + LOCUS_TITLE)} aria-hidden="true">\n{inner}</svg>\n'
 
 
-def _dot(axes: Axes, point: complex) -> None:
-    axes.plot([point.real], [point.imag], marker="o", markersize=5, color=INK, zorder=5, gid="mark margin")
+def _margin(text: str, point: Point, offset: Point) -> Iterator[Path | Text]:
+    """A point at which a margin is measured, with its value."""
+    yield Path("mark margin", [_dot(point)], fill=INK)
+    yield from _label(text, point, offset, INK)
 
 
-def _label(axes: Axes, text: str, point: complex, offset: tuple[float, float], colour: str, ha: str = "left") -> None:
-    """A text at a point, on a ground of its own where lines pass below it."""
-    ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
-    look = {"color": colour, "weight": "bold", "ha": ha, "bbox": ground, "zorder": 6}
-    label(axes, text, (point.real, point.imag), offset, gid="name", **look)
+def _label(
+    text: str, point: Point, offset: Point, colour: str, anchor: Literal["start", "end"] = "start"
+) -> Iterator[Path | Text]:
+    """A text beside a point, on a ground of its own where lines pass below it."""
+    size, (x, y) = SIZES["small"], (point[0] + offset[0], point[1] + offset[1])
+    wide = len(text) * size * LETTER
+    ground = Box(x - (wide if anchor == "end" else 0), y - 0.6 * size, wide, 1.2 * size)
+    yield Path("paper", [ground.corners], fill="#ffffff", opacity=GROUND_OPACITY)
+    yield Text("name", text, (x, y), colour=colour, bold=True, anchor=anchor)
 
 
-# --- A sheet of charts as a matplotlib figure: panels, strips, marks and names of lines -------------------------------
+# --- The shapes as an SVG ---------------------------------------------------------------------------------------------
 
-BAND_OPACITY = 0.18
-"""How dense a band is; where two lie over each other they are denser."""
-NAME_DISTANCE = 10.0
-"""Points between the names of two lines."""
+FONTS = "'DejaVu Sans', Verdana, 'Segoe UI', Arial, sans-serif"
+"""The font that the places are made for, and wide ones that most systems have."""
 
 
-def figure_of(charts: Sequence[Chart], title: str) -> Figure:
-    """The figure of a picture."""
-    from matplotlib.figure import Figure
-
-    plan = sheet(charts, title)
-    figure = Figure(figsize=(plan.width, plan.height))
-    if plan.title:
-        size = SIZES["title"] + 2
-        text = shortened(plan.title, letters_in(plan.width - 2 * MARGIN, size))
-        _text(figure, plan, MARGIN, MARGIN + TITLE / 2, text, size=size, weight="bold", gid="title")
-    for place in plan.places:
-        _draw(figure, plan, place)
-    return figure
-
-
-def _text(figure: Figure, plan: Sheet, left: float, top: float, text: str, **style: Any) -> None:
-    """A text beside the axes, its middle at ``top``."""
-    whole: dict[str, Any] = {"color": INK, "va": "center", "size": SIZES["small"], **style}
-    figure.text(left / plan.width, 1 - top / plan.height, text, **whole)
-
-
-def _axes(figure: Figure, plan: Sheet, box: Box, chart: Chart) -> Axes:
-    """Empty axes over the chart's time, in the unit of its axis."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
-
-    axes = _plane(figure, plan, box)
-    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
-    axes.set_xlim(begin / size, (end if end > begin else begin + 1.0) / size)
-    axes.tick_params(axis="x", labelbottom=False)
-    axes.xaxis.set_major_locator(MaxNLocator(8 if plan.width > 6 else 5, steps=[1, 2, 3, 5, 6, 10]))
-    axes.xaxis.set_major_formatter(FuncFormatter(_number))
-    return axes
-
-
-def _plane(figure: Figure, plan: Sheet, box: Box) -> Axes:
-    """Empty axes."""
-    bottom = 1 - (box.top + box.height) / plan.height
-    axes = figure.add_axes((box.left / plan.width, bottom, box.width / plan.width, box.height / plan.height))
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for side in ("bottom", "left"):
-        axes.spines[side].set(color=GREY, linewidth=0.8)
-    axes.tick_params(labelsize=SIZES["small"], color=GREY, labelcolor=INK, length=3, width=0.8)
-    return axes
-
-
-def _draw(figure: Figure, plan: Sheet, place: Place) -> None:
-    chart = place.chart
-    size = SIZES["title"]
-    title = shortened(chart.title, letters_in(plan.width - 2 * MARGIN, size))
-    _text(figure, plan, MARGIN, place.top + TITLE / 2, title, size=size, weight="bold", gid="loop")
-    if place.key is not None:
-        _draw_key(figure, plan, place)
-    if chart.locus is not None and place.locus is not None:
-        draw_locus(_plane(figure, plan, place.locus), chart.locus, place.locus)
-    panels = [_axes(figure, plan, box, chart) for box in place.panels]
-    for target, panel, box in zip(panels, chart.panels, place.panels, strict=True):
-        _draw_panel(target, panel, box, chart)
-    below = []
-    if place.strips:
-        first, last = place.strips[0], place.strips[-1]
-        box = replace(first, height=last.top + last.height - first.top)
-        below.append(_axes(figure, plan, box, chart))
-        draw_strips(below[0], place.strips, chart)
-    for axes in (*panels, *below)[-1:]:
-        _label_time(axes, chart)
-    draw_marks(panels, below, chart, plan.width - plan.left - RIGHT)
-    failed = {number for number, mark in number_marks(chart) if mark.kind == "failure"}
-    for i, text in enumerate(place.texts):
-        colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
-        _text(figure, plan, MARGIN, place.text_top + LINE * (i + 0.5), text, color=colour, gid="note")
-
-
-def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
-    """What before and after are, beside a piece of their lines."""
-    from matplotlib.lines import Line2D
-
-    wide = (plan.width - 2 * MARGIN) / 2
-    for i, (side, name) in enumerate(zip(("before", "after"), place.chart.sides or (), strict=True)):
-        left, top = MARGIN + i * wide, (place.key or 0.0) + KEY / 2
-        pen = BEFORE if side == "before" else PENS["pv", "after"]
-        ends, height = [left / plan.width, (left + 0.35) / plan.width], 1 - top / plan.height
-        figure.add_artist(Line2D(ends, [height, height], gid=f"key {side}", **stroke(pen)))
-        text = shortened(f"{side}: {name}", letters_in(wide - 0.5, SIZES["small"]))
-        _text(figure, plan, left + 0.42, top, text, gid=f"side {side}")
-
-
-def _label_time(axes: Axes, chart: Chart) -> None:
-    name, _ = unit_of_time(chart)
-    axes.spines["bottom"].set_visible(True)
-    axes.tick_params(axis="x", labelbottom=True, bottom=True)
-    axes.set_xlabel(with_unit("time", name), size=SIZES["label"], color=INK, labelpad=2, gid="axis time")
-
-
-def _number(value: float, _place: int | None = None) -> str:
-    return tick_text(value)
-
-
-# --- panels ----------------------------------------------------------------------------------------------------------
-
-
-def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
-    """All lines of a panel, with their names on the right."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
-
-    _, size = unit_of_time(chart)
-    axes.grid(visible=True, color=PALE, linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.set_ylim(*limits(panel))
-    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
-    axes.yaxis.set_major_formatter(FuncFormatter(_number))
-    title = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
-    axes.set_ylabel(title, size=SIZES["label"], color=INK, gid="axis value")
-    axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
-    for band in panel.bands:
-        colour = pen_of(Line("", band.role, (), ()), overlaid=False).colour
-        times = [t / size for t in band.times]
-        look: dict[str, Any] = {"color": colour, "alpha": BAND_OPACITY, "linewidth": 0, "gid": "band"}
-        axes.fill_between(times, band.low, band.high, step="post" if band.role in HELD_ROLES else None, **look)
-    names: dict[str, tuple[float, str]] = {}
-    for layer, line in enumerate(sorted(panel.lines, key=layer_of), start=3):
-        times, values = drawable(line)
-        if not times:
-            continue
-        pen = pen_of(line, overlaid=chart.sides is not None)
-        axes.plot(
-            [t / size for t in times],
-            values,
-            **stroke(pen),
-            drawstyle="steps-post" if line.role in HELD_ROLES else "default",
-            gid=f"line {line.role} {line.side or 'only'}",
-            marker="o" if len(times) == 1 else "",
-            markersize=4,
-            zorder=layer,
-        )
-        if line.role != "level":
-            names.setdefault(line.name, (values[-1], pen.colour))
-    _name_lines(axes, names, box.height * POINTS)
-    _name_levels(axes, panel, box.height * POINTS)
-
-
-def _name_lines(axes: Axes, names: dict[str, tuple[float, str]], points: float) -> None:
-    """The names of the lines at their right ends, pushed apart where they would cover each other."""
-    low, high = axes.get_ylim()
-    names_at = sorted(((value - low) / (high - low) * points, name, colour) for name, (value, colour) in names.items())
-    letters = letters_in(RIGHT - 0.06, SIZES["small"])
-    for at, (_, name, colour) in zip(
-        spread([place for place, *_ in names_at], points, NAME_DISTANCE), names_at, strict=True
-    ):
-        look = {"xycoords": "axes fraction", "color": colour, "weight": "bold"}
-        label(axes, shortened(name, letters), (1.0, at / points), (4, 0), gid="name", **look)
-
-
-def _name_levels(axes: Axes, panel: Panel, points: float) -> None:
-    """The names of the levels above their ends, pushed apart."""
-    low, high = axes.get_ylim()
-    levels = level_names(panel)
-    places = spread([(value - low) / (high - low) * points for value, _ in levels], points, NAME_DISTANCE)
-    for at, (_, name) in zip(places, levels, strict=True):
-        look = {"xycoords": "axes fraction", "color": PENS["level", None].colour, "ha": "right"}
-        label(axes, plain(name), (1.0, at / points), (-3, 5), gid="level", **look)
-
-
-# --- Charts as SVG and PNG, drawn with matplotlib on figures of its own, without global state or a display ------------
-
-DRAWING_SETTINGS: dict[RcKeyType, Any] = {
-    "font.family": ["DejaVu Sans"],
-    "text.parse_math": False,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "pidcfg",
-    "svg.image_inline": True,
-    "axes.unicode_minus": False,
-    "path.simplify": True,
-    "path.simplify_threshold": 0.1,
-}
-"""What differs from matplotlib's defaults; a user's own matplotlibrc has no say."""
-DPI = 144
-"""Of a PNG: 1382 pixels across."""
+LOWER = 0.36
+"""From half the height of a letter down to the line that it stands on, as a share of its size."""
 
 
 def svg(charts: Sequence[Chart], *, title: str) -> str:
@@ -391,29 +459,69 @@ def svg(charts: Sequence[Chart], *, title: str) -> str:
 
     Its identifiers are its own, so that a page can hold several.
     """
-    with _drawing():
-        sink = io.StringIO()
-        figure_of(charts, title).savefig(sink, format="svg", metadata={"Date": None})
-    return clean_drawing(sink.getvalue(), title, describe_charts(charts))
+    (height, shapes), said = drawn(charts, title), describe_charts(charts)
+    salt = salt_of(f"{title}\0{said}")
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{_short(WIDTH)}pt" height="{_short(height)}pt" '
+        f'role="img" aria-labelledby="{salt}-title {salt}-desc" class="pidcfg-chart" {view(WIDTH, height)}>\n'
+        f'<title id="{salt}-title">{escape(plain(title))}</title>\n<desc id="{salt}-desc">{escape(said)}</desc>\n'
+        f"{elements(shapes, salt)}</svg>\n"
+    )
 
 
-def png(charts: Sequence[Chart], *, title: str) -> bytes:
-    """All charts below each other as one PNG."""
-    with _drawing():
-        sink = io.BytesIO()
-        metadata = {"Software": None, "Description": describe_charts(charts)}
-        figure_of(charts, title).savefig(sink, format="png", dpi=DPI, metadata=metadata)
-    return sink.getvalue()
+def salt_of(text: str) -> str:
+    """What identifiers begin with that no other drawing has."""
+    return "p" + hashlib.sha256(text.encode()).hexdigest()[:8]
 
 
-@contextmanager
-def _drawing() -> Iterator[None]:
-    """The library with its defaults and `DRAWING_SETTINGS`, silent about letters that its font lacks."""
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    import matplotlib as mpl
+def view(width: float, height: float) -> str:
+    """What the `elements` of an SVG need around them."""
+    box = f"0 0 {_short(width)} {_short(height)}"
+    return f'viewBox="{box}" font-family="{FONTS}" fill="none" stroke-linejoin="round"'
 
-    with mpl.rc_context(), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        mpl.rcdefaults()
-        mpl.rcParams.update(DRAWING_SETTINGS)
-        yield
+
+def elements(shapes: Iterable[Path | Text], salt: str) -> str:
+    """Shapes as the elements of an SVG; ``salt``: what its identifiers begin with."""
+    clips: dict[Box, str] = {}
+    drawn = []
+    for shape in shapes:
+        clip = "" if isinstance(shape, Text) or shape.clip is None else _clip(shape.clip, clips, salt)
+        drawn.append(_text(shape) if isinstance(shape, Text) else _path(shape, clip))
+    boxes = "".join(f'<clipPath id="{name}"><path d="{_line(box.corners)}"/></clipPath>' for box, name in clips.items())
+    return f"<defs>{boxes}</defs>\n{''.join(drawn)}"
+
+
+def _clip(box: Box, clips: dict[Box, str], salt: str) -> str:
+    return f' clip-path="url(#{clips.setdefault(box, f"{salt}-{len(clips)}")})"'
+
+
+def _short(number: float) -> str:
+    """A place: a hundredth of a point is finer than any print."""
+    return f"{round(number, 2):g}"
+
+
+def _line(places: Sequence[Point]) -> str:
+    return "M" + " ".join([f"{_short(x)},{_short(y)}" for x, y in places])
+
+
+def _path(shape: Path, clip: str) -> str:
+    look = ""
+    if shape.fill:
+        look += f' fill="{shape.fill}"' + (f' fill-opacity="{shape.opacity}"' if shape.opacity < 1 else "")
+    if shape.pen:
+        look += f' stroke="{shape.pen.colour}" stroke-width="{shape.pen.width}"'
+        dashes = " ".join(map(_short, shape.pen.dashes))
+        look += f' stroke-dasharray="{dashes}"' if dashes else ""
+    end = "Z" if shape.fill else ""
+    return f'<path class="{shape.name}"{look}{clip} d="{"".join(_line(part) + end for part in shape.parts)}"/>\n'
+
+
+def _text(shape: Text) -> str:
+    x, y = map(_short, shape.point)
+    look = ' font-weight="bold"' if shape.bold else ""
+    look += "" if shape.anchor == "start" else f' text-anchor="{shape.anchor}"'
+    look += f' transform="rotate(-90 {x} {y})"' if shape.turned else ""
+    return (
+        f'<text class="{shape.name}" x="{x}" y="{_short(shape.point[1] + LOWER * shape.size)}" '
+        f'font-size="{shape.size:g}" fill="{shape.colour}"{look}>{escape(shape.text)}</text>\n'
+    )

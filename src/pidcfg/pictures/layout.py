@@ -1,23 +1,19 @@
-"""Where everything of a picture stands and how it looks: colours, axes, strips, and its text for those who hear it."""
+"""What all pictures share: colours and pens, ends and ticks of axes, points of lines, words for those who hear them."""
 
 from __future__ import annotations
 
 import textwrap
+from itertools import pairwise
 from math import ceil, floor, isfinite, log10
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from pidcfg.pictures.chart import Line
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from matplotlib.axes import Axes
-    from matplotlib.typing import LineStyleType as LineStyle
-
-    from pidcfg.pictures.chart import Chart, Line, Mark, Panel, Strip, StripKind
-
-    Look = dict[str, Any]
-    """Properties of a text or a line, by the library's names for them."""
+    from pidcfg.pictures.chart import Band, Chart, Mark, Panel, Strip, StripKind
 
 # ----------------------------------------------------------------------------------------------------------------------
 # How pictures look: colours that survive greyscale printing and colour blindness, line styles, sizes, units of time.
@@ -60,16 +56,6 @@ def pen_of(line: Line, *, overlaid: bool) -> Pen:
     if line.side == "before":
         return BEFORE
     return SETPOINT_BESIDE if overlaid and line.role == "setpoint" else PENS[line.role, line.side]
-
-
-def pattern(pen: Pen) -> LineStyle:
-    """A pen's dashes as the library takes them: relative to its width."""
-    return (0, tuple(dash / pen.width for dash in pen.dashes)) if pen.dashes else "-"
-
-
-def stroke(pen: Pen) -> Look:
-    """A pen as the library draws a line with it."""
-    return {"color": pen.colour, "linewidth": pen.width, "linestyle": pattern(pen)}
 
 
 HELD_ROLES = {"setpoint", "output", "level"}
@@ -143,111 +129,17 @@ def shortened(text: str, letters: int) -> str:
     return text if len(text) <= letters else text[: max(letters - 1, 0)].rstrip() + "…"
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Where everything of a picture stands, in inches from the top left: charts of the same kind get the same sizes.
+# --- Texts below a chart, and how much of a text has room -------------------------------------------------------------
 
-POINTS = 72
-"""In an inch."""
-WIDTH, LEFT = 9.6, 1.55
-"""Width of a picture, and of it what is left of the axes: titles and numbers."""
-RIGHT = 0.5
-"""What is right of them: names of lines."""
-LABEL = 0.78
-"""How far the title of a value axis is from it."""
-TITLE, KEY, ABOVE = 0.30, 0.22, 0.16
-"""Heights of a chart's title, of the line that says what before and after are, and of the numbers of the marks."""
-FIRST, FURTHER, GAP = 1.85, 1.05, 0.13
-"""Heights of the first panel and of the others, and what is between two."""
-LOCUS, LOCUS_TITLE = 3.3, 0.42
-"""Height of a curve in the complex plane, no more than its width; and of the title of its real axis."""
-STRIP, STRIP_GAP = 0.20, 0.045
-TIME = 0.46
-"""The time axis: its numbers and its title."""
-LINE, BELOW, MARGIN = 0.165, 0.26, 0.12
-"""A line of text below a chart, what separates two charts, and the margin around all."""
 MOST_EVENTS = 12
 """Events that are explained below a chart."""
 MOST_LINES = 3
 """Lines that one explanation may take."""
 
 
-@frozen
-class Box:
-    """A rectangle from the top left, in inches."""
-
-    left: float
-    top: float
-    width: float
-    height: float
-
-
-@frozen
-class Place:
-    """Where the parts of one chart stand."""
-
-    chart: Chart
-    top: float
-    key: float | None
-    """Top of the line that names both sides."""
-    locus: Box | None
-    panels: tuple[Box, ...]
-    strips: tuple[Box, ...]
-    text_top: float
-    texts: tuple[str, ...]
-    """Lines below the time axis."""
-    bottom: float
-
-
-@frozen
-class Sheet:
-    """The whole picture."""
-
-    width: float
-    left: float
-    height: float
-    title: str
-    """Above all charts; empty where the only chart says it."""
-    places: tuple[Place, ...]
-
-
-def sheet(charts: Sequence[Chart], title: str) -> Sheet:
-    """The places of all charts; the title stands above them unless the only one has it."""
-    top = MARGIN
-    heading = "" if [title] == [chart.title for chart in charts] else plain(title)
-    if heading:
-        top += TITLE + 0.08
-    places = []
-    for chart in charts:
-        place = _place(chart, top)
-        places.append(place)
-        top = place.bottom + BELOW
-    return Sheet(WIDTH, LEFT, (places[-1].bottom if places else top) + MARGIN, heading, tuple(places))
-
-
 def letters_in(width: float, size: float) -> int:
-    """How many letters of a size in points fit into a width in inches."""
-    return max(int(width * POINTS / (size * LETTER)), 1)
-
-
-def _place(chart: Chart, begin: float) -> Place:
-    wide = WIDTH - LEFT - RIGHT
-    top = begin + TITLE
-    key = top if chart.sides else None
-    top += KEY if chart.sides else 0.0
-    top += ABOVE if chart.marks else 0.05
-    locus = Box(LEFT, top, wide, min(LOCUS, wide)) if chart.locus else None
-    top += locus.height + LOCUS_TITLE if locus else 0.0
-    panels, strips = [], []
-    for i in range(len(chart.panels)):
-        height = FURTHER if i else FIRST
-        panels.append(Box(LEFT, top, wide, height))
-        top += height + GAP
-    for _ in chart.strips:
-        strips.append(Box(LEFT, top, wide, STRIP))
-        top += STRIP + STRIP_GAP
-    top += TIME - (STRIP_GAP if strips else GAP)
-    texts = texts_of(chart, letters_in(WIDTH - 2 * MARGIN, SIZES["small"]))
-    return Place(chart, begin, key, locus, tuple(panels), tuple(strips), top, texts, top + LINE * len(texts))
+    """How many letters of a size fit into a width."""
+    return max(int(width / (size * LETTER)), 1)
 
 
 def number_marks(chart: Chart) -> list[tuple[str, Mark]]:
@@ -288,6 +180,10 @@ FLAT_SHARE = 1e-9
 """Values that differ by less than this share of their size are one value."""
 STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 """Distances of ticks, times a power of ten."""
+STEPS_OF_TIME = (1.0, 2.0, 3.0, 5.0, 6.0, 10.0)
+"""The same of minutes and hours: 30, not 25."""
+TIMES, VALUES = 8, 5
+"""Most ticks of the axes."""
 TICK_SLACK = 1e-9
 """What rounding may add to the ends of an axis, as a share of a step."""
 
@@ -325,13 +221,19 @@ def level_names(panel: Panel) -> list[tuple[float, str]]:
     return sorted((value, name) for name, value in ends.items())
 
 
-def ticks(low: float, high: float, most: int) -> list[float]:
+def ticks(low: float, high: float, most: int, steps: Sequence[float] = STEPS) -> list[float]:
     """Round numbers between the ends of an axis, at most so many."""
     rough = (high - low) / most
     power = 10.0 ** floor(log10(rough))
-    step = next(size * power for size in STEPS if size * power >= rough * (1 - TICK_SLACK))
+    step = next(size * power for size in steps if size * power >= rough * (1 - TICK_SLACK))
     first, last = ceil(low / step - TICK_SLACK), floor(high / step + TICK_SLACK)
     return [i * step for i in range(first, last + 1)]
+
+
+def time_ticks(chart: Chart) -> list[float]:
+    """Where the time axis has numbers, in its unit."""
+    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
+    return ticks(begin / size, (end if end > begin else begin + 1.0) / size, TIMES, STEPS_OF_TIME)
 
 
 def tick_text(value: float) -> str:
@@ -348,6 +250,44 @@ def spread(places: Sequence[float], room: float, apart: float) -> list[float]:
         ceiling = room if i == len(moved) - 1 else moved[i + 1] - apart
         moved[i] = min(moved[i], ceiling)
     return moved
+
+
+# --- The points of a line, in a square that is as large as its panel --------------------------------------------------
+
+SQUARE = 100_000
+"""Width and height of a panel in its own units: finer than any screen."""
+
+
+def points(chart: Chart, line: Line, low: float, high: float) -> list[tuple[int, int]]:
+    """A line's points in the square of a panel from ``low`` to ``high``, without those that change nothing.
+
+    The last point goes where the line is level before and after it.
+    """
+    (begin, end), (times, values) = chart.ends, drawable(line)
+    scale, span, held = SQUARE / ((end - begin) or 1.0), high - low, line.role in HELD_ROLES
+    xs = [round((time - begin) * scale) for time in times]
+    ys = [round((high - value) / span * SQUARE) for value in values]
+    corners = list(zip(xs[:1], ys[:1], strict=True))
+    level = False
+    for (before, height), (x, y) in pairwise(zip(xs, ys, strict=True)):
+        if y == height:
+            if level:
+                corners[-1] = (x, y)
+            elif x != before:
+                corners.append((x, y))
+                level = True
+        else:
+            if held and x != before:
+                corners[-1 if level else len(corners) :] = [(x, height)]
+            corners.append((x, y))
+            level = False
+    return corners
+
+
+def surface(chart: Chart, band: Band, low: float, high: float) -> list[tuple[int, int]]:
+    """The corners of a band, in the same square."""
+    sides = (points(chart, Line("", band.role, band.times, side), low, high) for side in (band.high, band.low))
+    return next(sides) + next(sides)[::-1]
 
 
 # --- What a chart shows, in words: for those who hear a page instead of seeing it -------------------------------------
@@ -392,78 +332,6 @@ def _line(line: Line) -> str:
 def _some(texts: list[str]) -> str:
     more = f" and {len(texts) - MOST_DESCRIBED} more" if len(texts) > MOST_DESCRIBED else ""
     return "; ".join(texts[:MOST_DESCRIBED]) + more
-
-
-# --- The rows of bars below the panels, and the marks that go through everything --------------------------------------
-
-CLOSE_MARKS = 0.32
-"""Marks that are closer than this, in inches, share one number above the panel."""
-EDGE = 0.01
-"""What a bar leaves free of its row above and below, in inches."""
-THINNEST = 0.012
-"""Width of the shortest bar in inches: an alarm of one sample is seen."""
-MARK_LINE: Look = {"color": GREY, "linewidth": 0.7, "linestyle": (0, (1, 2))}
-FAILURE_LINE: Look = {"color": VERMILION, "linewidth": 1.1, "linestyle": (0, (6, 2, 1, 2))}
-ABOVE_AXES: Look = {"xycoords": ("data", "axes fraction"), "ha": "center", "va": "bottom"}
-"""Where the number of a mark stands."""
-
-
-def label(
-    axes: Axes, text: str, point: tuple[float, float], offset: tuple[float, float], gid: str, **look: Any
-) -> None:
-    """Small letters beside a point of the axes, ``offset`` points away from it."""
-    text_look: Look = {"va": "center", "size": SIZES["small"], "color": INK, **look}
-    axes.annotate(text, point, xytext=offset, textcoords="offset points", gid=gid, **text_look)
-
-
-def draw_strips(axes: Axes, boxes: Sequence[Box], chart: Chart) -> None:
-    """All rows in one pair of axes, which count inches downwards."""
-    axes.set_ylim(boxes[-1].top + boxes[-1].height - boxes[0].top, 0)
-    axes.set_yticks([])
-    axes.spines["left"].set_visible(False)
-    for strip, box in zip(chart.strips, boxes, strict=True):
-        _draw_strip(axes, strip, box, box.top - boxes[0].top, chart)
-
-
-def _draw_strip(axes: Axes, strip: Strip, box: Box, top: float, chart: Chart) -> None:
-    """One row of bars; a name stands in its bar, or beside it where it is too short and nothing follows."""
-    from matplotlib.patches import Rectangle
-
-    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
-    scale, middle = box.width / ((end - begin) or 1.0), top + box.height / 2
-    axes.axhspan(top, top + box.height, color=FIELD, linewidth=0, zorder=0)
-    title = shortened(strip.title, letters_in(box.left - 0.1, SIZES["small"]))
-    at_left: Look = {"xycoords": ("axes fraction", "data"), "ha": "right"}
-    label(axes, title, (0, middle), (-5, 0), gid=f"strip {strip.kind}", **at_left)
-    fills = fills_of(strip)
-    for i, bar in enumerate(strip.bars):
-        fill, edge = fills[bar.label]
-        width = max(bar.end - bar.begin, THINNEST / scale)
-        corner, height = (bar.begin / size, top + EDGE), box.height - 2 * EDGE
-        look: Look = {"facecolor": fill, "edgecolor": edge, "linewidth": 0.9}
-        axes.add_patch(Rectangle(corner, width / size, height, gid=f"bar {strip.kind}", **look))
-        following = strip.bars[i + 1].begin if i + 1 < len(strip.bars) else end
-        inside, beside = ((stop - start) * scale - 0.08 for start, stop in ((bar.begin, bar.end), (bar.end, following)))
-        if bar.label == strip.title:
-            continue
-        place = bar.begin if len(bar.label) <= letters_in(inside, SIZES["small"]) else bar.end
-        if place == bar.begin or len(bar.label) <= letters_in(beside, SIZES["small"]):
-            label(axes, plain(bar.label), (place / size, middle), (3, -0.5), gid=f"label {strip.kind}", color=BLACK)
-
-
-def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart, width: float) -> None:
-    """A line through everything at each mark, and numbers above the first panel; ``width``: of the axes in inches."""
-    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
-    marks = number_marks(chart)
-    for _, mark in marks:
-        look = FAILURE_LINE if mark.kind == "failure" else MARK_LINE
-        for axes in (*panels, *below):
-            axes.axvline(mark.at / size, zorder=2, gid=f"mark {mark.kind}", **look)
-    numbers = [(mark.at, number, mark.kind == "failure") for number, mark in marks]
-    for at, text, failed in group_numbers(numbers, CLOSE_MARKS / width * (end - begin)):
-        if panels:
-            look = {"color": WARNING, "weight": "bold"} if failed else {}
-            label(panels[0], text, (at / size, 1.0), (0, ABOVE * 12), gid="number", **ABOVE_AXES, **look)
 
 
 def group_numbers(marks: Sequence[tuple[float, str, bool]], close: float) -> list[tuple[float, str, bool]]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import base64
 import hashlib
 from html import escape
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pidcfg.pictures.figure import locus_svg, salt_of
 from pidcfg.pictures.layout import (
-    HELD_ROLES,
+    SQUARE,
+    VALUES,
     describe_charts,
-    drawable,
     explain_marks,
     group_numbers,
     layer_of,
@@ -20,9 +20,12 @@ from pidcfg.pictures.layout import (
     limits,
     number_marks,
     plain,
+    points,
     spread,
+    surface,
     tick_text,
     ticks,
+    time_ticks,
     unit_of_time,
     with_unit,
 )
@@ -37,12 +40,8 @@ if TYPE_CHECKING:
 # Lines are polylines in a square of `SQUARE` by `SQUARE`, which the browser stretches to the width that there is;
 # letters are HTML and keep their size. Without the script the page shows the whole run.
 
-SQUARE = 100_000
-"""Width and height of a panel in its own units: finer than any screen."""
 CLOSE_MARKS = 0.03
 """Marks that are closer than this share of the time axis share one number."""
-TIMES, VALUES = 8, 5
-"""Most ticks of the axes."""
 NAME_DISTANCE = 9_000.0
 """What is between the names of two lines."""
 MODES = {"manual", "auto", "cascade"}
@@ -73,6 +72,7 @@ def figure(chart: Chart) -> str:
     return (
         f'<figure class="chart">\n<figcaption dir="auto">{escape(plain(chart.title))}</figcaption>\n{_key(chart)}'
         f'<p class="said">{escape(describe_charts([chart]))}</p>\n'
+        f"{locus_svg(chart.locus, salt_of(chart.title)) if chart.locus else ''}"
         f'<div class="area" data-begin="{begin!r}" data-end="{end!r}" data-unit="{unit}" data-size="{size!r}">\n'
         f'<div class="over">{_numbers(chart)}</div>\n<div class="stack">\n'
         + "".join(_panel(chart, panel) for panel in chart.panels)
@@ -115,10 +115,14 @@ def _panel(chart: Chart, panel: Panel) -> str:
     rows = [(tick, height(tick)) for tick in ticks(low, high, VALUES)]
     columns = [share(chart, tick * unit_of_time(chart)[1]) for tick in time_ticks(chart)]
     grid = "".join([*(f"M0 {y}H{SQUARE}" for _, y in rows), *(f"M{x} 0V{SQUARE}" for x in columns)])
+    bands = "".join(
+        f'<polygon class="band {band.role}" points="{_corners(surface(chart, band, low, high))}"/>\n'
+        for band in panel.bands
+    )
     shown = [(line, points(chart, line, low, high)) for line in sorted(panel.lines, key=layer_of)]
     lines = "".join(
         f'<polyline class="line {line.role} {line.side or "only"}" data-name="{escape(plain(line.name))}" '
-        f'points="{" ".join([f"{x},{y}" for x, y in corners])}"/>\n'
+        f'points="{_corners(corners)}"/>\n'
         for line, corners in shown
         if corners
     )
@@ -128,34 +132,12 @@ def _panel(chart: Chart, panel: Panel) -> str:
         f'<div class="panel" data-low="{low!r}" data-high="{high!r}" data-unit="{unit}">'
         f'<span class="axis" dir="auto">{title}</span>'
         f'<svg viewBox="0 0 {SQUARE} {SQUARE}" preserveAspectRatio="none" aria-hidden="true">\n'
-        f'<path class="grid" d="{grid}"/>\n{lines}</svg>{numbers}{names}</div>\n'
+        f'<path class="grid" d="{grid}"/>\n{bands}{lines}</svg>{numbers}{names}</div>\n'
     )
 
 
-def points(chart: Chart, line: Line, low: float, high: float) -> list[tuple[int, int]]:
-    """A line's points in the square of a panel from ``low`` to ``high``, without those that change nothing.
-
-    The last point goes where the line is level before and after it.
-    """
-    (begin, end), (times, values) = chart.ends, drawable(line)
-    scale, span, held = SQUARE / ((end - begin) or 1.0), high - low, line.role in HELD_ROLES
-    xs = [round((time - begin) * scale) for time in times]
-    ys = [round((high - value) / span * SQUARE) for value in values]
-    corners = list(zip(xs[:1], ys[:1], strict=True))
-    level = False
-    for (before, height), (x, y) in pairwise(zip(xs, ys, strict=True)):
-        if y == height:
-            if level:
-                corners[-1] = (x, y)
-            elif x != before:
-                corners.append((x, y))
-                level = True
-        else:
-            if held and x != before:
-                corners[-1 if level else len(corners) :] = [(x, height)]
-            corners.append((x, y))
-            level = False
-    return corners
+def _corners(corners: Iterable[tuple[int, int]]) -> str:
+    return " ".join([f"{x},{y}" for x, y in corners])
 
 
 def _names(
@@ -206,12 +188,6 @@ def _numbers(chart: Chart) -> str:
         f'<b class="{"failure" if failed else "event"}" data-at="{at:.0f}" style="left:{percent(at)}">{text}</b>'
         for at, text, failed in group_numbers(numbers, CLOSE_MARKS * SQUARE)
     )
-
-
-def time_ticks(chart: Chart) -> list[float]:
-    """Where the time axis has numbers, in its unit."""
-    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
-    return ticks(begin / size, (end if end > begin else begin + 1.0) / size, TIMES)
 
 
 def _times(chart: Chart) -> str:

@@ -6,14 +6,16 @@ const enliven = (chart) => {
   const area = chart.querySelector(".area"), through = area.querySelector(".through");
   const begin = Number(area.dataset.begin), size = Number(area.dataset.size);
   const length = Number(area.dataset.end) - begin || 1;
+  const pointsOf = (shape) => shape.getAttribute("points").split(" ").map((point) => point.split(",").map(Number));
   const panels = [...area.querySelectorAll(".panel")].map((box) => ({
     box, svg: box.querySelector("svg"), grid: box.querySelector(".grid"),
     low: Number(box.dataset.low), high: Number(box.dataset.high), unit: box.dataset.unit,
     lines: [...box.querySelectorAll("polyline")].map((line) => ({
       name: line.dataset.name, level: line.classList.contains("level"),
       side: ["before", "after"].find((side) => line.classList.contains(side)) || "",
-      points: line.getAttribute("points").split(" ").map((point) => point.split(",").map(Number)),
+      points: pointsOf(line),
     })),
+    bands: [...box.querySelectorAll("polygon")].flatMap(pointsOf),
   }));
   let first = 0, last = SQUARE, at = null, pressed = null;
 
@@ -40,9 +42,9 @@ const enliven = (chart) => {
     const [x0, y0] = points[low], [x1, y1] = points[high] || points[low];
     return x1 > x0 ? y0 + (y1 - y0) * (x - x0) / (x1 - x0) : y0;
   };
-  const ticks = (low, high, most) => {
+  const ticks = (low, high, most, steps = [1, 2, 2.5, 5, 10]) => {
     const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 2.5, 5, 10].map((n) => n * power).find((n) => n >= rough * (1 - 1e-9));
+    const step = steps.map((n) => n * power).find((n) => n >= rough * (1 - 1e-9));
     const found = [];
     for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1) found.push(Number((i * step).toPrecision(12)));
     return found;
@@ -56,6 +58,7 @@ const enliven = (chart) => {
       for (const x of [first, last]) { const y = heightOf(line.points, x); if (y !== null) heights.push(y); }
       for (const [x, y] of line.points) if (x >= first && x <= last) heights.push(y);
     }
+    for (const [x, y] of panel.bands) if (x >= first && x <= last) heights.push(y);
     if (!heights.length) return [0, SQUARE];
     const top = heights.reduce((a, b) => Math.min(a, b)), bottom = heights.reduce((a, b) => Math.max(a, b));
     const room = Math.max(0.06 * (bottom - top), SQUARE / 400);
@@ -65,7 +68,7 @@ const enliven = (chart) => {
   const draw = () => {
     chart.dataset.from = first;
     chart.dataset.to = last;
-    const columns = ticks(seconds(first) / size, seconds(last) / size, 8);
+    const columns = ticks(seconds(first) / size, seconds(last) / size, 8, [1, 2, 3, 5, 6, 10]);
     const xs = columns.map((tick) => (tick * size - begin) / length * SQUARE);
     for (const panel of panels) {
       const [top, bottom] = seen(panel), value = (y) => panel.high - y / SQUARE * (panel.high - panel.low);
