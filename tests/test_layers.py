@@ -74,7 +74,7 @@ MAY_IMPORT = {
     "output.sheet_reader": "text.signs text.reader text.writer text.diagnostics text.document text.source schemas "
                         "vendors validate output.sheets",
     "output.notebook":  "text.signs text.diagnostics pictures study.outcome",
-    "output.drawing":   "text.diagnostics pictures study.outcome study.certification output.arguments "
+    "output.drawing":   "text.references text.diagnostics pictures study.outcome study.certification output.arguments "
                         "output.findings output.notebook output.runs",
     "live":             "text.references text.reader text.diagnostics text.document schemas vendors encoders "
                         "conversion validate sim study.scenario study.outcome output",

@@ -9,6 +9,7 @@ from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.findings import Data, short_repr
 from pidcfg.output.runs import CertifyResult, SimulateResult
 from pidcfg.text.frozen import frozen
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -16,6 +17,14 @@ if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
     from pidcfg.text.diagnostics import Diagnostic
 
+D1030 = Decision(
+    1030,
+    "a picture is drawn once, as shapes",
+    "`pictures.figure` makes lines, surfaces and texts of a chart. An SVG prints them, and a PNG paints them by "
+    "matplotlib, which is the extra `png` and needed for nothing else.",
+    "One drawer has one set of looks. A smaller painter of SVG (resvg_py, 3 MB for 180) takes the letters of the "
+    "computer: other ones on each, and in a container without fonts none.",
+)
 PictureFormat = Literal["svg", "png", "html"]
 """How a picture is written."""
 Result = Any

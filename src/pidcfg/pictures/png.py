@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.pictures.figure import LOWER, WIDTH, Text, drawn
 from pidcfg.pictures.layout import describe_charts
-from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -23,14 +22,6 @@ if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
     from pidcfg.pictures.figure import Path, Point
 
-D1030 = Decision(
-    1030,
-    "a picture is drawn once, as shapes",
-    "`pictures.figure` makes lines, surfaces and texts of a chart. An SVG prints them, and a PNG paints them by "
-    "matplotlib, which is the extra `png` and needed for nothing else.",
-    "One drawer has one set of looks. A smaller painter of SVG (resvg_py, 3 MB for 180) takes the letters of the "
-    "computer: other ones on each, and in a container without fonts none.",
-)
 DRAWING_SETTINGS: dict[RcKeyType, Any] = {"font.family": ["DejaVu Sans"], "text.parse_math": False}
 """What differs from matplotlib's defaults; a user's own matplotlibrc has no say."""
 POINTS, DPI = 72, 144
