@@ -427,6 +427,8 @@ def test_a_notebook_shows_verdicts_words_and_differences():
     shown = pidcfg.simulate(TANK_SCENARIO, engine="python", record=True)._repr_html_()
     assert "<b>Heating up, cold make-up water, a broken sensor</b> passed" in shown
     assert "<td>TANK1</td><td>proven</td>" in shown
+    assert "<td>passed</td><td>138.4 to 140.3</td>" in shown
+    assert shown.count("text-align:left") == shown.count("<table>"), "notebooks put cells of tables to the right"
     assert '<iframe sandbox="allow-scripts"' in shown
     assert "&lt;polyline" in shown
     assert "<td>DF106</td>" in pidcfg.encode(TANK)._repr_html_()

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 200
 """Of a table, before the rest is counted."""
+LEFT = "<style>.pidcfg td,.pidcfg th{text-align:left!important;vertical-align:top}</style>"
+"""Notebooks put everything in a cell of a table to its right end, sentences too."""
 FRAME = "width:100%;border:0"
 HEAD, PICTURE, PANEL, STRIP, NOTE = 90, 225, 125, 22, 18
 """Heights in pixels: of a heading, of a picture beside its panels, of a panel, of a strip and of a note."""
@@ -34,7 +36,8 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     head = "".join(f"<th>{cell(column)}</th>" for column in columns)
     lines = "".join(f"<tr>{''.join(f'<td>{value}</td>' for value in row)}</tr>" for row in listed[:MOST_ROWS])
     more = f"<p>{len(listed) - MOST_ROWS} more rows</p>" if len(listed) > MOST_ROWS else ""
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>{more}" if listed else ""
+    rows_html = f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>{more}"
+    return f'<div class="pidcfg">{LEFT}{rows_html}</div>' if listed else ""
 
 
 def said(title: str, text: str) -> str:
@@ -103,7 +106,9 @@ def run_html(result: Any) -> str:
 
 
 def _four_digits(value: object) -> object:
-    """A measured number as a person reads it."""
+    """A measured number, or the least and the greatest, as a person reads it."""
+    if isinstance(value, list | tuple):
+        return " to ".join(str(_four_digits(one)) for one in value)
     return f"{value:.4g}" if isinstance(value, float) else value
 
 
