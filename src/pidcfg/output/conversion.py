@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from importlib.resources import files
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
@@ -240,6 +241,7 @@ def text_of(outcome: Converted, document: Document) -> str:
     return with_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.source_places])
 
 
+@cache
 def _starter_comments() -> frozenset[str]:
     """Those of the starter files: they explain keys that another vendor does not have, or has for something else."""
     texts = (files("pidcfg").joinpath(vendor.starter).read_text("utf-8") for vendor in VENDORS.values())
