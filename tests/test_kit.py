@@ -226,7 +226,7 @@ def test_a_packed_kit_is_the_same_bytes_and_its_command_may_be_run(kit, tmp_path
     packed = [tmp_path / "one.zip", tmp_path / "two.zip"]
     for path in packed:
         make.pack(kit.iterdir(), kit, path)
-        (kit / "start.py").touch()
+        os.utime(kit / "start.py", (10**9, 10**9))
     assert packed[0].read_bytes() == packed[1].read_bytes()
     with zipfile.ZipFile(packed[0]) as archive:
         rights = {Path(entry.filename).name: entry.external_attr >> 16 & 0o777 for entry in archive.infolist()}
