@@ -49,6 +49,9 @@ def refuse_errors(result: SimulateResult) -> None:
         raise UnusableError(f"{first.file}:{first.span.line}:{first.span.column}: {first.message} ({first.code})")
 
 
+NO_SCENARIO = "the file is no scenario; 'pidcfg init --scenario' writes one for a configuration"
+
+
 class Session:
     """One scenario as filed, and as it is with other values."""
 
@@ -63,7 +66,7 @@ class Session:
         loaded: Any = pidcfg.load(self.files[scenario], name=scenario)
         if loaded.model is None or loaded.kind != "scenario":
             found = next(iter(loaded.findings), None) if loaded.kind in {"scenario", None} else None
-            raise UnusableError(f"{scenario}: {found.message if found else 'the file is no scenario'}")
+            raise UnusableError(f"{scenario}: {found.message if found else NO_SCENARIO}")
         self.model: Any = loaded.model
         self.scenario = loaded.document
         self.config = posixpath.normpath(posixpath.join(posixpath.dirname(scenario), self.model.config))

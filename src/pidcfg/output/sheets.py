@@ -15,7 +15,7 @@ from pidcfg.schemas.base import SECONDS, UNIT_WORDS
 from pidcfg.schemas.document import models_in
 from pidcfg.schemas.limits import scaled_sides
 from pidcfg.schemas.numbers import NUMBER
-from pidcfg.schemas.terms import ENDS, WORDS, leaves, types_of
+from pidcfg.schemas.terms import BANDS, ENDS, WORDS, leaves, types_of
 from pidcfg.text.document import Plain
 from pidcfg.text.paths import value_at
 from pidcfg.text.signs import FORMULA, UNPRINTABLE
@@ -73,6 +73,8 @@ def _cure(header: str, vendor: Vendor) -> str:
         if pattern.search(text):
             key = next((one for one in known if one in keys), None)
             return f"{topic} {place.format(key)}" if key else f"loops of {vendor.key} have no key for {topic}"
+    if BETWEEN_WORDS.sub("_", text.lower()) in BANDS:
+        return "a proportional band is no gain: 100 / band is the gain in % of the output per % of the PV"
     near = get_close_matches(text.lower(), [*folded, *_words(vendor)], 1, LEAST_LIKENESS)
     if near:
         return f"did you mean {folded.get(near[0], near[0])}?"

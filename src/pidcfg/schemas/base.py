@@ -46,8 +46,7 @@ SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Dec
 UNIT_WORDS = {"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"}
 TIME_UNITS = "|".join((*SECONDS, *UNIT_WORDS))
 DURATION = re.compile(rf"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?({TIME_UNITS})")
-LIKE_DURATION = re.compile(r"[0-9].* .*[^\W\d_]|[0-9.,]+(?![OoIl]+$)[^\W\d_]+")
-"""What was meant as a time: a number with some unit behind it."""
+LIKE_DURATION = re.compile(r"[0-9].* .*[^\W\d_]|[0-9.,]+(?![OoIl]+$)[^\W\d_]+")  # a number with some unit
 DURATION_FORM = f"{SIGNED} ?(?:{TIME_UNITS})"
 DURATION_TEXT = text_schema(DURATION_FORM, "250 ms", "2 min")
 DURATION_SCHEMA = number_schema(DURATION_TEXT)
@@ -160,9 +159,10 @@ def parse_duration(value: object) -> Duration:
             return Duration(number_text(match.group(1)), UNIT_WORDS.get(unit, unit))
         if LIKE_DURATION.fullmatch(value.strip()):
             unit = re.split(r"[0-9., ]", value.strip())[-1]
-            help_text = help_of(value) if unit in {*SECONDS, *UNIT_WORDS} else None
-            help_text = help_text or "units are ms, s, min and h, as in 250 ms"
-            refuse("duration_form", f"{value!r} is not a time", help=help_text)
+            known = unit in {*SECONDS, *UNIT_WORDS} and help_of(value)
+            refuse(
+                "duration_form", f"{value!r} is not a time", help=known or "units are ms, s, min and h, as in 250 ms"
+            )
     return Duration(parse_number(value))
 
 

@@ -208,7 +208,8 @@ def parse_milliseconds(value: object) -> int:
     duration = parse_duration(value)
     number = duration.seconds("ms") * 1000
     if number != number.to_integral_value():
-        refuse("number_type", f"{value} is not a whole number of ms")
+        cure = f"write {value} s if seconds are meant, else whole ms"
+        refuse("number_type", f"{value} is not a whole number of ms", help=cure)
     return int(number)
 
 

@@ -29,7 +29,7 @@ BEHIND = re.compile(r"(?P<number>[-+]?[0-9]+(?:\.[0-9]+)?) *(?P<sign>//|\(\*|--|
 """A number with a comment of another language, or the end of a line of one, behind it."""
 LIKE_DIGITS = str.maketrans("OoIl", "0011")
 """Letters that are typed for digits, in a text that has digits."""
-ROMAN = {"I": 1, "II": 2, "III": 3, "IV": 4}
+ROMAN = {"I": "1", "II": "2", "III": "3", "IV": "4"}
 IN_SECONDS = {"ms": Decimal("0.001"), "min": Decimal(60), "h": Decimal(3600)}
 WRITTEN_NUMBER = re.compile(r"[-+]?[0-9]+(?:\.[0-9]+)?")
 BETWEEN = re.compile(r"(?P<low>[-+]?[0-9.]+) *(?:-|\.\.+|…|:|to|bis|;|~) *(?P<high>[-+]?[0-9.]+)")
@@ -61,11 +61,9 @@ def cure(text: str) -> str | None:
 
 def _of_letters(text: str) -> str | None:
     """The cure of letters for digits: one for the digit that it is like, or a Roman numeral."""
-    if text in ROMAN:
-        return f"write {ROMAN[text]}: the number is in digits here"
-    digits = text.translate(LIKE_DIGITS)
-    like = WRITTEN_NUMBER.fullmatch(digits) and any(c.isdecimal() for c in text)
-    return f"write {digits}: a letter stands where a digit belongs" if like else None
+    digits = ROMAN.get(text) or text.translate(LIKE_DIGITS)
+    meant = text in ROMAN or (WRITTEN_NUMBER.fullmatch(digits) and any(map(str.isdecimal, text)))
+    return f"write {digits}: a letter stands where a digit belongs" if meant else None
 
 
 def _without_rest(text: str) -> str | None:
@@ -87,9 +85,8 @@ def alone(text: str) -> str:
     match = WITH_UNIT.fullmatch(bare)
     if match and WRITTEN_NUMBER.fullmatch(match["number"]):
         number, factor = match["number"], IN_SECONDS.get(match["unit"])
-        if factor is not None:
-            return f"write {Decimal(number) * factor:f} alone: times are in s"
-        return f"write {number} alone, without {match['unit']}"
+        time = factor and f"write {Decimal(number) * factor:f} alone: times are in s"
+        return time or f"write {number} alone, without {match['unit']}"
     return cure(text) or ANY
 
 
@@ -290,5 +287,5 @@ def parse_integer(value: object) -> int:
     """A whole number."""
     number = parse_number(value)
     if number != number.to_integral_value():
-        refuse("number_type", f"{value} is not a whole number")
+        refuse("number_type", f"{value} is not a whole number", help="write a number without decimals")
     return int(number)

@@ -13,33 +13,35 @@ if TYPE_CHECKING:
 
 ENDS = (" low", " high")
 """Behind the key of a pair: its two ends, each a column of a sheet."""
+DIRECTION = ("action", "Direct", "PID_DIR", "output_raises_pv")
+BANDS = {"proportional_band", "prop_band", "p_band", "pb", "xp", "proportionalbereich", "proportionalband", "p_bereich"}
 WORDS: dict[str, tuple[str, ...]] = {
     "name tag loop regler kreis messstelle": ("name",),
     "description text service beschreibung bezeichnung": ("description",),
     "mode betriebsart": ("mode",),
-    "range_low range_min low pv_low pv_min lrv min von messbereich_von messbereich_anfang anfang": (
+    "range_low range_min low pv_low pv_min lrv min von messbereich_von messbereich_anfang messanfang anfang": (
         "pv.range low",
         "MinPV",
     ),
-    "range_high range_max high pv_high pv_max urv max bis messbereich_bis messbereich_ende ende": (
+    "range_high range_max high pv_high pv_max urv max bis messbereich_bis messbereich_ende messende ende": (
         "pv.range high",
         "MaxPV",
     ),
     "unit pv_unit einheit": ("pv.unit",),
     "gain kp p kr proportional_gain verstärkung": ("tuning.gain", "tuning.proportional_gain", "Kp", "Kc_Kp"),
-    "reset ti integral integral_time nachstellzeit": (
+    "reset ti tn integral integral_time nachstellzeit": (
         "tuning.reset",
         "tuning.reset_time",
         "tuning.integral_time",
         "Ti_Ki",
     ),
-    "rate td derivative derivative_time vorhaltezeit": (
+    "rate td tv derivative derivative_time vorhaltezeit vorhaltzeit vorhalt": (
         "tuning.rate",
         "tuning.derivative_time",
         "tuning.derivative_gain",
         "Td_Kd",
     ),
-    "action direction wirkrichtung wirksinn regelsinn": ("action", "Direct", "PID_DIR", "output_raises_pv"),
+    "action direction richtung wirkrichtung wirksinn wirkungssinn regelsinn": DIRECTION,
     "setpoint set_point sp sollwert": ("setpoint.value", "SP", "SV"),
     "sp_low setpoint_low sollwert_min": ("setpoint.limits low", "setpoint.lower_limit"),
     "sp_high setpoint_high sollwert_max": ("setpoint.limits high", "setpoint.upper_limit"),

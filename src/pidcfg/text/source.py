@@ -245,8 +245,9 @@ def _build(text: str, file: str, limits: Limits) -> tuple[dict[str, Any], Node, 
         raise _RefusedError("PID005", message, START, "'pidcfg init' writes a starter file")
     data, node = builder.result
     if not isinstance(data, dict):
-        is_xml = text.lstrip().startswith("<")
-        cure = "XML of PLCopen is read by 'pidcfg decode'" if is_xml else "begin with the line 'pidcfg: 1'"
+        other = "a memory listing" if re.match(r"# \w+ (?:memory listing|parameters):|V[0-7]+\s", text) else ""
+        other = "XML of PLCopen" if text.lstrip().startswith("<") else other
+        cure = f"{other} is read by 'pidcfg decode'" if other else "begin with the line 'pidcfg: 1'"
         raise _RefusedError("PID006", "the file must be a mapping of keys to values", node.span, cure)
     return data, node, builder.duplicates
 

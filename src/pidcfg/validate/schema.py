@@ -351,6 +351,8 @@ def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str |
         return f"{_below(path)}{key} is missing", f"add {key}" + (f": {text}" if text else "") + dash
     message = _plain_wording(kind, context, key, value) or f"{key}: {error['msg'].lower()}"
     cure = context.get("help") or _shape(kind, key, value, model_at(model, error["loc"]))
+    if text and cure and ("without decimals" in cure or (cure == numbers.ANY and re.match(r"[0-9] \w+, [0-9] ", text))):
+        cure = f"{cure}: {text}"
     return message, f"{cure}; {text}" if kind == "boolean_form" and text and cure == EITHER else cure
 
 

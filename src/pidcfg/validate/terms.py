@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.contract import tables_of
 from pidcfg.schemas.document import models_in
-from pidcfg.schemas.terms import ENDS, WORDS, leaves
+from pidcfg.schemas.terms import BANDS, DIRECTION, ENDS, WORDS, leaves
 from pidcfg.text.signs import fold_word
 from pidcfg.validate.purpose import action_key, action_word
 from pidcfg.vendors import VENDORS
@@ -22,10 +22,8 @@ if TYPE_CHECKING:
 
 # --- What the families have different keys for, beside the table of words that sheets use as well ---------------------
 
-DIRECTION = ("action", "Direct", "PID_DIR", "output_raises_pv")
 ANTI_WINDUP = ("bias_freeze", "freeze_bias", "anti_windup")
 MORE_WORDS: dict[str, tuple[str, ...]] = {
-    "action direction richtung wirkrichtung wirksinn regelsinn": DIRECTION,
     "bias offset": ("output.offset", "output.bias", "BIAS"),
     "windup integral_stop": ANTI_WINDUP,
     "rate_limit output_rate max_output_rate slew_rate ramp_rate rampe": ("output.max_rate",),
@@ -34,10 +32,12 @@ MORE_WORDS: dict[str, tuple[str, ...]] = {
     "stellgrösse stellgröße stellwert ausgang": ("output", "MV"),
     "grenzwerte alarme": ("alarms",),
     "regelparameter parameter": ("tuning",),
+    "ki": ("Ti_Ki",),
+    "kd": ("Td_Kd",),
 }
 """Words that stand for no column of a sheet."""
 GAIN = WORDS["gain kp p kr proportional_gain verstärkung"]
-RESET = WORDS["reset ti integral integral_time nachstellzeit"]
+RESET = WORDS["reset ti tn integral integral_time nachstellzeit"]
 SAMPLE = WORDS["sample sample_time sample_rate abtastzeit"]
 ROWS = {word: keys for table in (WORDS, MORE_WORDS) for words, keys in table.items() for word in words.split()}
 GAIN_UNITS = {
@@ -51,7 +51,6 @@ GAIN_UNITS = {
 """What a gain is in a file of each family."""
 SAMPLE_UNITS = {"dl06": "s", "ezlogix": "s", "nextopid": "s", "dpide": "ms"}
 """What a bare sample time is in; the others want a unit."""
-BANDS = {"proportional_band", "prop_band", "p_band", "pb", "xp", "proportionalbereich", "p_bereich"}
 REPEATS = {"repeats_per_minute", "repeats_per_min", "repeats", "reset_rate"}
 PAIRS = {
     ("limits", "lower_limit"): "lower_limit and upper_limit",

@@ -91,6 +91,9 @@ def command(
     for name, found in zip(scenario, documents, strict=True):
         if len(found) != 1:
             raise click.ClickException(f"{name} stands for {len(found)} files; name one scenario")
+        if found[0].data is not None and "vendor" in found[0].data:
+            message = f"{name} is a configuration, and serve runs scenarios; 'pidcfg init --scenario {name}' writes one"
+            raise click.UsageError(message)
     units = _units(unit, scenario, stated)
     LINE.silence()
 

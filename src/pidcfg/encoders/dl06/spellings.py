@@ -96,7 +96,8 @@ class Digits(NamedTuple):
         text = self.text if marked is None else marked[1] or marked[2]
         if base == HEXADECIMAL:
             if not DIGITS.fullmatch(text) or int(text, base) > WORD.highest:
-                raise self.error(f"{self.shown!r} is not word content of up to 4 hexadecimal digits")
+                slip = ", where O is a letter" if "O" in text.upper() else ""
+                raise self.error(f"{self.shown!r} is not word content of up to 4 hexadecimal digits{slip}")
             return int(text, base)
         if self.has_length and text.startswith("0"):
             raise self.error(_unlikely(self))
@@ -128,10 +129,15 @@ def _note(listing: Listing, text: str) -> None:
     listing.notes = (*listing.notes, f"{text} (D991)")
 
 
+def _no_address(text: str) -> str:
+    octal = "; its digits are octal, 0 to 7" if re.fullmatch(r"[Vv][0-9]+", text) else ""
+    return f"{text[:40]!r} is not an address of this vendor{octal}"
+
+
 def _address(word: Digits) -> int:
     number = SPACE.parse(word.place.upper())
     if number is None:
-        raise ListingError(f"{word.place[:40]!r} is not an address of this vendor", word.line, 1)
+        raise ListingError(_no_address(word.place), word.line, 1)
     return number
 
 
@@ -221,7 +227,7 @@ def read_rows(text: str) -> Listing:
         start = len(line) - len(line.lstrip()) + 1
         row = ROW.fullmatch(line.strip())
         if row is None:
-            raise ListingError(f"{line.split()[0][:40]!r} is not an address of this vendor", number, start)
+            raise ListingError(_no_address(line.split()[0]), number, start)
         words += _row(row, number, start)
     return _listing(listing, words)
 

@@ -56,9 +56,11 @@ D205 = Decision(
 
 DIRECTIONS = {
     **dict.fromkeys(("reverse", "heating"), "write false: MV falls when the PV rises, which is heating"),
+    **dict.fromkeys(("wahr", "ja"), "write true"),
+    **dict.fromkeys(("falsch", "nein"), "write false"),
     **dict.fromkeys(("direct", "cooling"), "write true: MV rises with the PV, which is cooling; false is heating"),
 }
-"""What to write for the words that other families have for a direction."""
+"""What to write for the words that other families have for a direction, and for German ones."""
 NAMED = re.compile(r"[A-Za-z_][\w.]*")
 PASSES = frozenset(("ControlSelectMax", "ControlSelectMin", "ControlSplitRange", "ControlLeadLag"))
 """Blocks whose output answers to their input within the same call."""

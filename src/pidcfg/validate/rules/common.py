@@ -224,7 +224,7 @@ def fractional_counts(context: AnyContext) -> Findings:
 
     Why: a register holds whole counts only, and a raw value is meant exactly.
 
-    Fix: round it, or give a range so that the value is in engineering units.
+    Fix: round it. Where a loop may have a range (`pv.range`, `output.range`), values are in engineering units with it.
     """
     for path, misfit in _misfits(context, "form"):
         yield finding(*path, field=misfit.word.name, value=_text(misfit.value))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -194,16 +195,18 @@ LONG_STROKE = Decimal(600)
 
 
 @per_pid
-@error("NX624", ERRORS, "a sample time of {time} s is above the 60 s that the block allows")
+@error("NX624", ERRORS, "sample_time is {time} s, above the 60 s that the block allows")
 def sample_time_above_60_s(view: BlockView) -> Findings:
     """A PID controller is called less often than once in 60 s.
 
     Why: the block measures the time between its calls, and stops with an error bit above 60 s.
 
-    Fix: call it more often; a slow process is served by small gains, not by long intervals.
+    Fix: a bare number is in s: write `200 ms` or 0.2. Else call it more often; a slow process is served by small gains,
+    not by long intervals.
     """
     if view.sample_time > LONGEST_SAMPLE:
-        yield view.at("sample_time", "ErrBits.SampleTime", time=number_text(view.sample_time))
+        finding = view.at("sample_time", "ErrBits.SampleTime", time=number_text(view.sample_time))
+        yield finding if view.item.sample_time is not None else replace(finding, path=("plc", "sample_time"))
 
 
 @error("NX625", ERRORS, "sample_time is {time} s; it must be above 0")

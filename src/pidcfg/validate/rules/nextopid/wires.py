@@ -85,13 +85,21 @@ def wire_without_meaning(context: NextopidContext) -> Findings:
             yield Finding(path, {"key": misfit.word.name, "problem": str(error)}, fix=cure, offset=error.offset)
 
 
+OTHER_NAMES = {"out": "MV", "output": "MV", "co": "MV", "cv": "MV", "sv": "SP", "setpoint": "SP"}
+"""What other families call the signals of a block."""
+
+
 def _cure_of_wire(context: NextopidContext, text: str, error: WireError) -> str:
     """The cure; for ``NAME.Parameter`` the nearest parameter of the block, if there is such a block."""
+    if re.match(r"(?:T|TIME)#", text, re.IGNORECASE):
+        return "write the seconds, or a number with its unit, as in 40 s"
     word = re.match(r"(\w+)\.(\w[\w.]*)", text[error.offset :])
     kinds = {placed.item.name: placed.kind for placed in context.encoding.items}
     if word is None or word.group(1) not in kinds or word.group() in context.encoding.layout.types:
         return error.cure
-    near = closest_name(word.group(2), [row.name for row in kinds[word.group(1)].table.rows])
+    rows = [row.name for row in kinds[word.group(1)].table.rows]
+    same = OTHER_NAMES.get(word.group(2).casefold())
+    near = same if same in rows else closest_name(word.group(2), rows)
     return f"did you mean '{word.group(1)}.{near}'?" if near else error.cure
 
 
