@@ -1,9 +1,9 @@
 """Modbus maps that users state: templates with their registers filled in, and what a PLC then holds."""
 
 from itertools import count
+from pathlib import Path
 
 import pidcfg
-from live_rig import ROOT
 from pidcfg.live.serving import VirtualPlc
 from pidcfg.output.sources import document_of
 from pidcfg.study.scenario import load
@@ -11,6 +11,7 @@ from pidcfg.text.reader import DEFAULT, reader_of
 from pidcfg.validate.map_files import MapFile, numbering_of
 from pidcfg.vendors import VENDORS
 
+ROOT = Path(__file__).parents[1]
 EXAMPLES = {"ezlogix": "oven", "dpide": "oven", "nextopid": "cascade"}
 BANKS = ("R1,", "S1,", "IR1,", "OR1,", "D0,", "M0,")
 """Rows that count for the registers behind them, too."""

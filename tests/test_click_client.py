@@ -8,6 +8,8 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("pyclickplc")
 from hypothesis import HealthCheck, Phase, given, settings
 from pyclickplc import BANKS, ClickClient, ClickServer, MemoryDataProvider
 from pymodbus.client import AsyncModbusTcpClient

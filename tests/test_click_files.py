@@ -1,28 +1,42 @@
-"""CLICK's own files: nickname CSV, DataView and data dump; what pyclickplc would drop or bend is refused."""
+"""CLICK's own files: nickname CSV, DataView and data dump; pyclickplc writes the same bytes, and reads the same."""
 
 from __future__ import annotations
 
 import json
 import random
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("pyclickplc")
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from pyclickplc.dataview import _DATA_TYPE_TO_CDV_CODE, DataViewFile, check_cdv_file, read_cdv
-from pyclickplc.nicknames import CSV_COLUMNS, read_csv
+from pyclickplc import modbus_to_plc, plc_to_modbus
+from pyclickplc.addresses import make_address_record, normalize_address, parse_address
+from pyclickplc.banks import MEMORY_TYPE_TO_DATA_TYPE
+from pyclickplc.dataview import (
+    _DATA_TYPE_TO_CDV_CODE,
+    DataViewFile,
+    check_cdv_file,
+    datatype_to_storage,
+    make_dataview_record,
+    read_cdv,
+)
+from pyclickplc.modbus import modbus_to_plc_register
+from pyclickplc.nicknames import CSV_COLUMNS, DATA_TYPE_CODE_TO_STR, read_csv, write_csv
 from pyclickplc.plcdata import read_plc_data, write_plc_data
 from pyclickplc.validation import validate_comment, validate_nickname
 
 from click_exports import export
 from click_strategies import configurations
 from command import run
-from pidcfg.encoders.click.files import CODES, FORMATS, ROWS, Numbering, checklist, write_dataviews
+from pidcfg.encoders.click.files import CODES, FORMATS, ROWS, Numbering, _view_row, checklist, write_dataviews
 from pidcfg.encoders.click.image import encode
-from pidcfg.encoders.click.nicknames import HEADER, LONGEST_LOOP, NAMED, nicknames, read_with
+from pidcfg.encoders.click.nicknames import HEADER, LONGEST_LOOP, NAMED, nicknames
 from pidcfg.encoders.listing import Listing, ListingError, UnwritableError, kind_of
-from pidcfg.encoders.maps.click import SPACE
+from pidcfg.encoders.maps.click import ALL_BANKS, SPACE, address_of
 from pidcfg.schemas.click import ClickFile
 from pidcfg.text.source import read_document
 
@@ -647,12 +661,16 @@ def test_new_values_are_read_back(image):
 
 
 def test_the_type_codes_are_those_of_the_package():
-    assert {kind.name: code for kind, code in _DATA_TYPE_TO_CDV_CODE.items()} == CODES
+    assert {DATA_TYPE_CODE_TO_STR[kind]: code for kind, code in _DATA_TYPE_TO_CDV_CODE.items()} == CODES
     assert list(HEADER) == CSV_COLUMNS
 
 
-def test_negative_integers_have_their_sign_in_32_bits():
-    assert DATAVIEW.read("-1,0,0\r\nDS1,0,4294967295\r\n").words == {SPACE.parse("DS1"): 0xFFFF}
+@pytest.mark.parametrize("raw", [0, 1, 0x7FFF, 0x8000, 0xFFFF])
+def test_negative_integers_have_their_sign_in_32_bits(raw, image):
+    cell = replace(next(cell for cell in image.cells if cell.address == "DS106"), raw=raw)
+    record = make_dataview_record("DS106", new_value=cell.value)
+    assert _view_row(cell) == f"DS106,0,{datatype_to_storage(record.new_value, record.data_type)}"
+    assert DATAVIEW.read(f"-1,0,0\r\n{_view_row(cell)}\r\n").words == {cell.number: raw}
 
 
 HOSTILE_VIEWS = {
@@ -847,63 +865,95 @@ def test_mutilated_dumps_are_read_or_refused_but_never_crash(dump):
             DUMP.read(dump[:at] + rubbish + dump[at + length :])
 
 
-# --- pyclickplc is not taken at its word ------------------------------------------------------------------------------
+# --- pyclickplc, another reader and writer of these files, has the same addresses, bytes and values -------------------
 
 
-def test_a_package_that_reads_otherwise_is_noticed(image, dump, monkeypatch):
-    view, names = DATAVIEW.write(image, ())["TANK1"], NICKNAMES.write(image, ())
-    load, numbers, table = DataViewFile.load, read_plc_data, read_csv
-
-    def other_value(path):
-        found = load(path)
-        found.rows[36].new_value = 1.0
-        return found
-
-    monkeypatch.setattr(DataViewFile, "load", other_value)
-    with pytest.raises(ListingError, match=r"DF106: pyclickplc reads 1\.0 from"):
-        DATAVIEW.read(view)
-    monkeypatch.setattr("pyclickplc.plcdata.read_plc_data", lambda path: {**numbers(path), "DF1": 1.25})
-    with pytest.raises(ListingError, match="pyclickplc does not read DF1 as it is written"):
-        DUMP.read(dump)
-    monkeypatch.setattr("pyclickplc.plcdata.read_plc_data", lambda path: {**numbers(path), "DF501": 1.25})
-    with pytest.raises(ListingError, match="pyclickplc reads DF501, which no row has"):
-        DUMP.read(dump)
-    monkeypatch.setattr("pyclickplc.nicknames.read_csv", lambda path: dict(list(table(path).items())[1:]))
-    with pytest.raises(ListingError, match="pyclickplc does not read the row of C101"):
-        NICKNAMES.read(names)
+def test_every_address_of_a_click_is_known_by_its_name_and_type():
+    assert list(ALL_BANKS) == list(MEMORY_TYPE_TO_DATA_TYPE)
+    for bank, code in MEMORY_TYPE_TO_DATA_TYPE.items():
+        found = {n: address_of(f"{bank}{n}") for n in range(4600)}
+        assert {n: address.name for n, address in found.items() if address} == {
+            n: name for n in range(4600) if (name := normalize_address(f"{bank}{n}"))
+        }
+        assert {(one.bank, one.type) for one in found.values() if one} == {(bank, DATA_TYPE_CODE_TO_STR[code])}
 
 
-def test_a_package_that_writes_otherwise_is_noticed(image, dump, monkeypatch):
-    from pyclickplc.nicknames import write_csv
-
-    monkeypatch.setattr("pyclickplc.nicknames.write_csv", lambda path, records: write_csv(path, records[1:]))
-    with pytest.raises(UnwritableError, match="did not write what it was given"):
-        NICKNAMES.write(image, ())
-    save = DataViewFile.save
-
-    def dropped(view, path):
-        view.rows[3].new_value = None
-        save(view, path)
-
-    monkeypatch.setattr(DataViewFile, "save", dropped)
-    with pytest.raises(UnwritableError, match="a DataView of TANK1 does not hold what it was given"):
-        DATAVIEW.write(image, ())
-    monkeypatch.setattr(
-        "pyclickplc.plcdata.write_plc_data",
-        lambda path, data, banks: write_plc_data(path, {a: v for a, v in data.items() if a != "DF106"}, banks=banks),
-    )
-    with pytest.raises(UnwritableError, match=r"DF106 = 2.4 does not fit"):
-        DUMP.merge(image, dump)
+@given(st.from_regex(r"[A-Za-z]{0,4}[0-9]{0,8}", fullmatch=True) | st.text(max_size=8))
+def test_what_is_no_address_to_one_is_none_to_the_other(text):
+    ours, theirs = address_of(text), normalize_address(text) if text.isascii() and text == text.strip() else None
+    assert (ours and (ours.bank, ours.name)) == (theirs and (parse_address(theirs)[0], theirs))
 
 
-def test_no_temporary_file_is_no_crash(image, monkeypatch):
-    def full(*args, **kwargs):
-        raise OSError(28, "No space left on device")
+@pytest.mark.parametrize(
+    "text", ["C1u", "X001U", "XD1u", "YD8U", "D\u017f1", "DS\u0661", " C1", "C1\n", "C999999999", ""]
+)
+def test_halves_that_there_are_not_and_other_letters_are_no_address(text):
+    assert address_of(text) is None
+    assert [address_of(half).name for half in ("xd0U", "YD00u")] == ["XD0u", "YD0u"]
 
-    monkeypatch.setattr("tempfile.TemporaryDirectory", full)
-    for kind in (NICKNAMES, DATAVIEW):
-        with pytest.raises(ListingError, match="no temporary file can be used: No space left"):
-            kind.write(image, ())
+
+def test_modbus_numbers_are_those_of_pyclickplc():
+    for bank in SPACE.banks:
+        for n in range(bank.first, bank.last + 1):
+            place = NUMBERING.place(SPACE.number(bank.prefix, n))
+            assert (place.register, place.width) == plc_to_modbus(bank.prefix, n)
+            assert (place.table == "coil") == (bank.prefix == "C")
+    banks = {bank.prefix for bank in SPACE.banks}
+    for register in range(0x10000):
+        coil, holding = modbus_to_plc(register, is_coil=True), modbus_to_plc_register(register)
+        wanted = (SPACE.number(*coil), 0) if coil and coil[0] in banks else None
+        assert NUMBERING.find("coil", register) == wanted
+        wanted = (SPACE.number(*holding[:2]), holding[2]) if holding and holding[0] in banks else None
+        assert NUMBERING.find("holding", register) == wanted
+        assert NUMBERING.find("input", register) is None
+
+
+def written(save, path) -> bytes:
+    """What pyclickplc writes, with the line ends of ours."""
+    save(path)
+    return path.read_bytes().replace(b"\r\n", b"\n")
+
+
+@SLOW
+@given(configurations())
+def test_pyclickplc_writes_the_same_bytes(tmp_path_factory, config):
+    image, path = encode(config).image, tmp_path_factory.mktemp("files") / "file"
+    records = [
+        make_address_record(r.address, nickname=r.nickname, initial_value=r.value, comment=r.comment)
+        for r in nicknames(image)
+    ]
+    assert NICKNAMES.write(image, ()).encode() == written(lambda at: write_csv(at, records), path)
+    by_loop = {}
+    for cell in image.cells:
+        if cell.access != "reserved":
+            value = cell.value if cell.access == "setting" else None
+            by_loop.setdefault(cell.loop, []).append(make_dataview_record(cell.address, new_value=value))
+    for text, rows in zip(DATAVIEW.write(image, ()).values(), by_loop.values(), strict=True):
+        saved = written(DataViewFile(rows=rows).save, path).decode("utf-16-le")
+        assert text.replace("\r\n", "\n") == saved.replace("\r\n", "\n")
+
+
+@SLOW
+@given(configurations())
+def test_pyclickplc_reads_the_same_values(tmp_path_factory, config):
+    image, path = encode(config).image, tmp_path_factory.mktemp("files") / "file"
+    path.write_text(NICKNAMES.write(image, ()), "utf-8")
+    names = {r.display_address: (r.nickname, r.initial_value or "0", r.comment) for r in read_csv(path).values()}
+    assert names == {r.address: (r.nickname, r.value or "0", r.comment) for r in nicknames(image)}
+    values = {}
+    for text in DATAVIEW.write(image, ()).values():
+        path.write_bytes(text.encode("utf-16-le"))
+        values |= {row.address: row.new_value for row in DataViewFile.load(path).rows if row.new_value is not None}
+    assert raw_of(values) == setting_words(image)
+    write_plc_data(path, {}, banks=["C", "DS", "DF"])
+    with suppress(UnwritableError):  # a float of more decimals than a dump has
+        path.write_text(DUMP.merge(image, path.read_text("ascii"))[0], "ascii")
+        assert setting_words(image).items() <= raw_of(read_plc_data(path)).items()
+
+
+def raw_of(values) -> dict[int, int]:
+    """Values of pyclickplc as raw contents."""
+    return {(number := SPACE.parse(address)): SPACE.kind(number).read(value) for address, value in values.items()}
 
 
 # --- all of them ------------------------------------------------------------------------------------------------------
@@ -972,15 +1022,6 @@ def test_a_name_that_does_not_fit_writes_nothing(folder):
         "plant.yaml: loop REACTOR: the nickname 'REACTOR_SEL_AutotunePIDPI' has 25 characters" in result.stderr.decode()
     )
     assert not (folder / "n.csv").exists()
-
-
-@pytest.mark.parametrize("kind", [ValueError, KeyError, OverflowError])
-def test_what_pyclickplc_refuses_is_a_listing_that_cannot_be_read(kind):
-    def read(path):
-        raise kind(path.read_text("utf-8"))
-
-    with pytest.raises(ListingError, match=r"pyclickplc refuses the file: .*as it stands"):
-        read_with(read, b"as it stands")
 
 
 def test_the_checklist_names_the_loops_whose_action_nobody_has_verified():

@@ -8,6 +8,8 @@ from itertools import permutations
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("pyclickplc")
 from hypothesis import example, given
 from hypothesis import strategies as st
 from pyclickplc.validation import FORBIDDEN_CHARS, NICKNAME_MAX_LENGTH, validate_nickname

@@ -97,7 +97,6 @@ ONLY_IN = {
     "lsprotocol":    "lsp",
     "ruamel":        "text.source text.writer",
     "openpyxl":      "output.sheet_reader",
-    "pyclickplc":    "encoders.click.files encoders.click.nicknames",
     "pymodbus":      "live",
     "serial":        "live",
     "numpy":         "sim.engine.compile",
@@ -149,8 +148,7 @@ LOADS = {
     "simulate examples/dpide/oven.scenario.yaml":     "pydantic ruamel dpide",
     "validate src/pidcfg/cli/starters/click.yaml":        "pydantic ruamel click",
     "encode src/pidcfg/cli/starters/click.yaml":          "pydantic ruamel click",
-    "encode src/pidcfg/cli/starters/click.yaml --format nickname-csv":
-                                                      "pydantic ruamel pyclickplc pymodbus serial click",
+    "encode src/pidcfg/cli/starters/click.yaml --format nickname-csv": "pydantic ruamel click",
     "rule":                                           "",
     "rule NX6":                                       "",
     "rule DL222":                                     "",
@@ -322,7 +320,7 @@ TOP = re.compile(
 )
 """Imports above the functions of a module, where ruff wants them, and skips. To parse all tests would take longer."""
 
-BROUGHT = {"numba": {"numpy"}, "pygls": {"lsprotocol"}}
+BROUGHT = {"numba": {"numpy"}, "pyclickplc": {"pymodbus"}, "pygls": {"lsprotocol"}}
 """Packages that another one cannot be without."""
 
 

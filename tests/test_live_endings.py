@@ -16,8 +16,10 @@ import warnings
 from itertools import count
 from pathlib import Path
 
-import pymodbus
 import pytest
+
+pytest.importorskip("pyclickplc")
+import pymodbus
 from pyclickplc import ClickClient
 from pyclickplc.server import ClickServer, MemoryDataProvider
 from pymodbus.client import AsyncModbusTcpClient, ModbusSerialClient

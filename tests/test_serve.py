@@ -15,6 +15,8 @@ from time import sleep
 from types import SimpleNamespace
 
 import pytest
+
+pytest.importorskip("pymodbus", reason="the extra `live` is not installed")
 from pymodbus.client import AsyncModbusTcpClient
 
 import pidcfg

@@ -10,9 +10,7 @@ from pidcfg.encoders.click.nicknames import (
     HEADER,
     merge_nicknames,
     read_nicknames,
-    read_with,
     write_nicknames,
-    written_by,
 )
 from pidcfg.encoders.listing import (
     FileKind,
@@ -25,7 +23,7 @@ from pidcfg.encoders.listing import (
     first_line,
     listings,
 )
-from pidcfg.encoders.maps.click import SPACE
+from pidcfg.encoders.maps.click import ALL_BANKS, SPACE, address_of, modbus_place
 from pidcfg.encoders.regmap import BIT, INT16, SINGLE, NoRegisterError
 from pidcfg.text.references import Decision
 
@@ -37,9 +35,6 @@ if TYPE_CHECKING:
     from pidcfg.schemas.click import ClickFile
 
 # --- CLICK DataViews (CDV): one a loop, with new values for the settings; UTF-16 and CRLF as CLICK writes them --------
-#
-# pyclickplc writes and reads them; it ends lines with LF, cuts at 100 rows and wraps numbers, so everything is
-# checked.
 
 D108 = Decision(
     108,
@@ -54,10 +49,10 @@ MARK = "\ufeff"
 CDV_HEADER = re.compile(r"(-1|0)(,[0-9]{1,6}){2}")
 ROW = re.compile(r"([A-Z]{1,3}[0-9]{1,4}u?),([0-9]{1,4})(?:,([0-9]{1,10})?)?")
 EMPTY = re.compile(r"(,0?,?)?")
-BIT_MAX, SIGNED = 1, 0xFFFF8000
+BIT_MAX, INT16_MAX, SIGNED = 1, 0x7FFF, 0xFFFF8000
 """Integers are kept as 32 bits with their sign: -1 is 4294967295."""
-CODES = {"BIT": 768, "INT": 0, "INT2": 256, "FLOAT": 257, "HEX": 3, "TXT": 1024}
-"""The second cell of a row; pyclickplc takes the address's own type for a code that it does not know."""
+CODES = {"BIT": 768, "INT": 0, "INT2": 256, "FLOAT": 257, "HEX": 3, "TEXT": 1024}
+"""The second cell of a row, by the type of the address."""
 PLAIN = re.compile(r"[^A-Za-z0-9_-]")
 
 
@@ -89,15 +84,18 @@ def _views(cells: list[Cell]) -> list[list[Cell]]:
 
 
 def _text(cells: list[Cell]) -> str:
-    """One DataView, written by pyclickplc and read again."""
-    from pyclickplc.dataview import DataViewFile, make_dataview_record
+    """One DataView: as many rows as the window has, the rest of them empty."""
+    head = f"{-any(cell.access == 'setting' for cell in cells)},0,0"
+    rows = [*map(_view_row, cells), *[",0"] * (ROWS - len(cells))]
+    return "".join(f"{row}\r\n" for row in (head, *rows))
 
-    rows = [make_dataview_record(c.address, new_value=c.value if c.access == "setting" else None) for c in cells]
-    content = written_by(DataViewFile(rows=rows).save)
-    text = content.decode("utf-16").replace("\r\n", "\n").replace("\n", "\r\n")
-    if read_dataview(text).words != {c.number: c.raw for c in cells if c.access == "setting"}:
-        raise UnwritableError(f"a DataView of {cells[0].loop} does not hold what it was given")
-    return text
+
+def _view_row(cell: Cell) -> str:
+    """Address and type of a cell, and its new value if it is a setting."""
+    bank, _ = SPACE.place(cell.number)
+    stored = cell.raw + (SIGNED - 0x8000 if bank.kind is INT16 and cell.raw > INT16_MAX else 0)
+    value = f",{stored}" if cell.access == "setting" else ""
+    return f"{cell.address},{CODES[ALL_BANKS[bank.prefix][1]]}{value}"
 
 
 def read_dataview(text: str) -> Listing:
@@ -114,7 +112,6 @@ def read_dataview(text: str) -> Listing:
         number = SPACE.parse(address)
         if number is not None and value:
             listing.add(number, _content(line, address, SPACE.kind(number), int(value)), address, line)
-    _compare(listing, rows, lines)
     return listing
 
 
@@ -140,21 +137,18 @@ def _rows(lines: list[str]) -> Iterator[tuple[int, str, str, str]]:
 
 
 def _typed(line: int, address: str, code: str) -> None:
-    from pyclickplc.addresses import normalize_address
-    from pyclickplc.dataview import get_data_type_for_address
-
-    kind = get_data_type_for_address(address)
-    if kind is None or normalize_address(address) != address:
+    found = address_of(address)
+    if found is None or found.name != address:
         raise ListingError(f"{address} is not an address of CLICK", line)
-    if int(code) != CODES[kind.name]:
-        raise ListingError(f"{address} has the type {CODES[kind.name]}, but the row says {code}", line)
+    if int(code) != CODES[found.type]:
+        raise ListingError(f"{address} has the type {CODES[found.type]}, but the row says {code}", line)
 
 
 def _content(line: int, address: str, kind: Kind, stored: int) -> int:
     """A stored number as raw content: a switch, 16 bits with their sign spread over 32, the bits of a float."""
     fits = {
         BIT: stored <= BIT_MAX,
-        INT16: stored <= 0x7FFF or SIGNED <= stored <= 0xFFFFFFFF,
+        INT16: stored <= INT16_MAX or SIGNED <= stored <= 0xFFFFFFFF,
         SINGLE: stored <= 0xFFFFFFFF and kind.read(kind.show(min(stored, 0xFFFFFFFF))) == stored,
     }
     if not fits[kind]:
@@ -162,35 +156,9 @@ def _content(line: int, address: str, kind: Kind, stored: int) -> int:
     return stored & kind.highest
 
 
-def _compare(listing: Listing, rows: list[tuple[int, str, str, str]], lines: list[str]) -> None:
-    """What pyclickplc reads must be the same."""
-    from pyclickplc.dataview import DataViewFile
-
-    try:
-        content = (MARK + "\r\n".join(lines) + "\r\n").encode("utf-16-le")
-    except UnicodeEncodeError:
-        raise ListingError("a character that is not Unicode") from None
-    view = read_with(DataViewFile.load, content)
-    read = {line: row for line, row in enumerate(view.rows, start=2) if row.address}
-    for line, address, _, value in rows:
-        row = read.pop(line, None)
-        if row is None or row.address != address or (row.new_value is None) != (not value):
-            raise ListingError(f"pyclickplc does not read the row of {address} as it is written", line)
-        number = SPACE.parse(address)
-        if (
-            number is not None
-            and number in listing.words
-            and SPACE.kind(number).read(row.new_value) != listing.words[number]
-        ):
-            raise ListingError(f"{address}: pyclickplc reads {row.new_value} from {value}", line)
-    if read:
-        raise ListingError(f"pyclickplc reads a row that is not there: {next(iter(read.values())).address}")
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # CLICK's data dump, which "Write Data into PLC" loads: whole banks, so that ours only go into one of the user's.
-# Everything that is not a cell of ours stays byte for byte. pyclickplc writes our cells and reads the result; what it
-# would skip, round or take for a number is refused before.
+# Everything that is not a cell of ours stays byte for byte.
 
 D109 = Decision(
     109,
@@ -215,11 +183,10 @@ class DumpCell(NamedTuple):
 
 @dataclass(slots=True)
 class Dump:
-    """The C, DS and DF cells of a dump by address, and the lines of those three sections."""
+    """The C, DS and DF cells of a dump by address."""
 
     cells: dict[int, DumpCell] = field(default_factory=dict)
     sections: set[str] = field(default_factory=set)
-    lines: list[str] = field(default_factory=list)
 
 
 def write_dump(image: Image, checklist: tuple[str, ...] = ()) -> str:
@@ -237,7 +204,7 @@ def read_dump(text: str) -> Listing:
 
 
 def parse(text: str) -> Dump:
-    """The cells of the three banks, each checked; what pyclickplc would read must be the same."""
+    """The cells of the three banks, each checked."""
     dump = Dump()
     columns: list[int] = []
     bank, line, position = "", 0, 0
@@ -254,13 +221,10 @@ def parse(text: str) -> Dump:
             columns = _columns(words, line)
         elif words and bank in BANKS:
             _row(dump, BANKS[bank], columns, raw, line, at)
-        if bank in BANKS or closed:
-            dump.lines.append(words)
     if bank:
         raise ListingError(f"the section {bank} does not end: the file is cut off", line)
     if not dump.sections:
         raise ListingError("this is no data dump: it has no section that begins like <DS=START>")
-    _compare_dump(dump)
     return dump
 
 
@@ -319,19 +283,6 @@ def _raw(number: int, text: str, line: int) -> int:
     return raw
 
 
-def _compare_dump(dump: Dump) -> None:
-    """What pyclickplc reads from the three sections must be the same."""
-    from pyclickplc.plcdata import read_plc_data
-
-    values = read_with(read_plc_data, "\n".join(dump.lines).encode("ascii", "replace"))
-    for number, cell in dump.cells.items():
-        name = SPACE.name(number)
-        if name not in values or SPACE.kind(number).read(values.pop(name)) != cell.raw:
-            raise ListingError(f"pyclickplc does not read {name} as it is written", cell.line)
-    if values:
-        raise ListingError(f"pyclickplc reads {next(iter(values))}, which no row has")
-
-
 def merge_dump(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     """The user's dump with the loops' settings in their places, and all requests off (D109)."""
     dump = parse(text)
@@ -339,12 +290,11 @@ def merge_dump(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     missing = next((number for number in settings if number not in dump.cells), None)
     if missing is not None:
         raise ListingError(f"the dump does not hold {SPACE.name(missing)}; read all data from the PLC, and save that")
-    written = _formatted(settings)
     pieces, position, changed = [], 0, 0
     for number in sorted(settings, key=lambda n: dump.cells[n].start):
         cell = dump.cells[number]
         if cell.raw != settings[number]:
-            pieces += [text[position : cell.start], written[number]]
+            pieces += [text[position : cell.start], _formatted(number, settings[number])]
             position, changed = cell.end, changed + 1
     merged = "".join([*pieces, text[position:]])
     expected = {number: cell.raw for number, cell in dump.cells.items()} | settings
@@ -353,55 +303,39 @@ def merge_dump(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     return merged, (f"{len(settings)} values are in the dump, {changed} of them changed",)
 
 
-def _formatted(values: Mapping[int, int]) -> dict[int, str]:
-    """Each value as pyclickplc writes it; one that its decimals do not hold is refused."""
-    from pyclickplc.plcdata import write_plc_data
-
-    data = {SPACE.name(number): SPACE.kind(number).show(raw) for number, raw in values.items()}
-    text = written_by(lambda path: write_plc_data(path, data, banks=list(BANKS))).decode("ascii")
-    text = text.replace("\r\n", "\n")
-    cells = parse(text).cells
-    for number, raw in values.items():
-        if cells[number].raw != raw:
-            decimals = " (eight decimals)" if SPACE.kind(number) is SINGLE else ""
-            value = SPACE.kind(number).text(raw)
-            raise UnwritableError(f"{SPACE.name(number)} = {value} does not fit into a data dump{decimals}")
-    return {number: text[cells[number].start : cells[number].end] for number in values}
+def _formatted(number: int, raw: int) -> str:
+    """A value as CLICK writes it; one that its decimals do not hold is refused."""
+    kind = SPACE.kind(number)
+    text = f"{kind.show(raw):.8f}" if kind is SINGLE else kind.text(raw)
+    if decimal_content(text, kind) != raw:
+        decimals = " (eight decimals)" if kind is SINGLE else ""
+        raise UnwritableError(f"{SPACE.name(number)} = {kind.text(raw)} does not fit into a data dump{decimals}")
+    return text
 
 
 # --- The files that a CLICK image is written to and read from ---------------------------------------------------------
 
-COIL_BANK = "C"
-
 
 class Numbering:
-    """C bits are coils; DS and DF are holding registers, a DF two of them, as pyclickplc knows them."""
+    """C bits are coils; DS and DF are holding registers, a DF two of them (D1031)."""
 
     @staticmethod
     def place(number: int) -> Place:
         """Where an address is; raises `NoRegisterError` behind the end of its bank."""
-        from pyclickplc import plc_to_modbus
-
         bank, n = SPACE.place(number)
         if not bank.first <= n <= bank.last:
             raise NoRegisterError(f"there is no {bank.name(n)}: the last one is {bank.name(bank.last)}")
-        register, width = plc_to_modbus(bank.prefix, n)
-        return Place("coil" if bank.prefix == COIL_BANK else "holding", register, width)
+        return Place(*modbus_place(number))
 
     @staticmethod
     def find(table: str, register: int) -> tuple[int, int] | None:
         """The address of a coil or holding register."""
-        from pyclickplc import modbus_to_plc
-        from pyclickplc.modbus import modbus_to_plc_register
-
-        if table == "coil":
-            coil = modbus_to_plc(register, is_coil=True)
-            address = None if coil is None else (*coil, 0)
-        else:
-            address = modbus_to_plc_register(register) if table == "holding" else None
-        if address is None or address[0] not in {bank.prefix for bank in SPACE.banks}:
-            return None
-        return SPACE.number(address[0], address[1]), address[2]
+        for bank in SPACE.banks:
+            of, first, width = modbus_place(SPACE.number(bank.prefix, bank.first))
+            n, part = divmod(register - first, width)
+            if of == table and 0 <= n <= bank.last - bank.first:
+                return SPACE.number(bank.prefix, bank.first + n), part
+        return None
 
 
 NUMBERING = Numbering()

@@ -5,57 +5,21 @@ from __future__ import annotations
 import csv
 import io
 import re
-import tempfile
 from collections import Counter
-from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import FLAG, Choice
 from pidcfg.encoders.listing import CONFLICT, Listing, ListingError, UnwritableError, cells_stand, decimal_content, few
-from pidcfg.encoders.maps.click import BLOCKS, SPACE, SUFFIXES
+from pidcfg.encoders.maps.click import ALL_BANKS, BLOCKS, SPACE, SUFFIXES, address_of, modbus_place
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.image import Cell, Image
     from pidcfg.encoders.regmap import Word
-
-# ----------------------------------------------------------------------------------------------------------------------
-# How pyclickplc is asked: it works on paths and trusts what it reads, so it gets a file of its own and is checked.
-
-T = TypeVar("T")
-
-
-@contextmanager
-def scratch() -> Iterator[Path]:
-    """A path of a file that is gone afterwards; never one of the user's."""
-    try:
-        with tempfile.TemporaryDirectory(prefix="pidcfg-") as folder:
-            yield Path(folder) / "file"
-    except OSError as error:
-        raise ListingError(f"no temporary file can be used: {error.strerror or error}") from None
-
-
-def read_with(read: Callable[[Path], T], content: bytes) -> T:
-    """What pyclickplc reads from this content; whatever it raises is a listing that cannot be read."""
-    with scratch() as path:
-        path.write_bytes(content)
-        try:
-            return read(path)
-        except (ValueError, LookupError, OverflowError) as error:
-            raise ListingError(f"pyclickplc refuses the file: {error}") from None
-
-
-def written_by(write: Callable[[Path], object]) -> bytes:
-    """The bytes that pyclickplc writes."""
-    with scratch() as path:
-        write(path)
-        return path.read_bytes()
-
 
 # --- The nicknames of a loop's registers: a name each, its initial value, and a comment that says what it is ----------
 
@@ -210,7 +174,7 @@ def _unit(unit: str, entry: Mapping[str, object]) -> str:
     return UNITS.get(unit, "")
 
 
-# --- CLICK's nickname CSV: written and checked by pyclickplc, and read strictly ---------------------------------------
+# --- CLICK's nickname CSV, read strictly (D1031) ----------------------------------------------------------------------
 #
 # Newer versions of CLICK's software export two more columns, the Modbus address and its function codes, behind the
 # type.
@@ -218,6 +182,10 @@ def _unit(unit: str, entry: Mapping[str, object]) -> str:
 HEADER = ("Address", "Data Type", "Nickname", "Initial Value", "Retentive", "Address Comment")
 MODBUS, FUNCTION_CODE = "Modbus Address", "Function Code"
 HEADERS = (HEADER, (*HEADER[:2], MODBUS, FUNCTION_CODE, *HEADER[2:]))
+ALIASES = {"TXT": "TEXT"}
+"""Types by other names."""
+RETENTIVE = frozenset({"DS", "DF"})
+"""Banks of a loop that keep their content while the PLC is off."""
 MARK = "\ufeff"
 LOOP_BANKS = frozenset(prefix for prefix, _ in BLOCKS.values())
 SYSTEM = frozenset({"SC", "SD"})
@@ -320,24 +288,23 @@ class Table:
 
 def write_nicknames(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """The nicknames of all loops; raises `UnwritableError` for one that CLICK would refuse."""
-    from pyclickplc.addresses import make_address_record
-    from pyclickplc.nicknames import write_csv
-
     del checklist
-    rows = nicknames(image)
-    records = [
-        make_address_record(row.address, nickname=row.nickname, initial_value=row.value, comment=row.comment)
-        for row in rows
-    ]
-    text = written_by(lambda path: write_csv(path, records)).decode().replace("\r\n", "\n")
-    back = [(row.address, row.nickname, row.value, row.comment) for row in parse(text).rows]
-    if back != [(row.address, row.nickname, row.value or "0", row.comment) for row in rows]:
-        raise UnwritableError("pyclickplc did not write what it was given")
-    return text
+    return "".join((",".join(HEADER), "\n", *map(_line, sorted(nicknames(image), key=_place))))
+
+
+def _place(row: Nickname) -> int:
+    return SPACE.parse(row.address) or 0
+
+
+def _line(row: Nickname) -> str:
+    bank, _ = SPACE.place(_place(row))
+    comment = row.comment.replace('"', '""')
+    cells = (f'"{row.nickname}"', row.value or "0", "Yes" if bank.prefix in RETENTIVE else "No", f'"{comment}"')
+    return ",".join((row.address, ALL_BANKS[bank.prefix][1], *cells)) + "\n"
 
 
 def parse(text: str) -> Table:
-    """The rows of a nickname CSV, each checked; what pyclickplc would read from it must be the same."""
+    """The rows of a nickname CSV, each checked."""
     table = Table()
     for line, raw, cells in _records(text.removeprefix(MARK)):
         stripped = [cell.strip() for cell in cells]
@@ -349,7 +316,6 @@ def parse(text: str) -> Table:
             table.rows.append(Row(line, raw, "", "", "", "", "", "", ""))
     if not table.head:
         raise ListingError("the file is empty")
-    _compare(table)
     return table
 
 
@@ -357,6 +323,10 @@ def _records(text: str) -> Iterator[tuple[int, str, list[str]]]:
     """Each record with its first line and its raw text; a quoted comment may run over several lines."""
     if "\0" in text:
         raise ListingError("a NUL character", text[: text.index("\0")].count("\n") + 1)
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise ListingError("a character that is not Unicode", text[: error.start].count("\n") + 1) from None
     lines = io.StringIO(text, newline="").readlines()
     reader = csv.reader(iter(lines), strict=True)
     done = 0
@@ -384,37 +354,31 @@ def _header(cells: list[str], line: int) -> tuple[str, ...]:
 
 
 def _row(line: int, raw: str, cells: list[str], columns: tuple[str, ...]) -> Row:
-    from pyclickplc.addresses import normalize_address, parse_address
-
     if len(cells) != len(columns):
         raise ListingError(f"{cells_stand(cells)} under a header of {len(columns)} columns", line)
     named = dict(zip(columns, cells, strict=True))
     written, kind, nickname, value, retentive, comment = (named[name] for name in HEADER)
     if not written and not nickname:
         return Row(line, raw, "", "", kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
-    address = normalize_address(written) if written.isascii() and len(written) < len("CTD1000000") else None
+    address = address_of(written)
     if address is None:
         raise ListingError(f"{written[:40]!r} is not an address of CLICK", line)
-    bank, _ = parse_address(address)
-    row = Row(line, raw, address, bank, kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
+    row = Row(line, raw, address.name, address.bank, kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
     if not row.is_foreign:
         if retentive.lower() not in {"yes", "no", ""}:
-            raise ListingError(f"{address}: {retentive[:40]!r} stands where Yes or No is wanted", line)
+            raise ListingError(f"{row.address}: {retentive[:40]!r} stands where Yes or No is wanted", line)
         if wrong := _oddity(row):
-            raise ListingError(f"{address} {wrong}", line)
+            raise ListingError(f"{row.address} {wrong}", line)
         initial(row)
     return row
 
 
 def _oddity(row: Row) -> str:
     """What CLICK would not write of a row: another data type than that of the bank."""
-    from pyclickplc.banks import MEMORY_TYPE_TO_DATA_TYPE
-    from pyclickplc.nicknames import DATA_TYPE_CODE_TO_STR, DATA_TYPE_STR_TO_CODE
-
-    code = MEMORY_TYPE_TO_DATA_TYPE[row.bank]
-    if not row.kind or DATA_TYPE_STR_TO_CODE.get(row.kind.upper()) == code:
+    kind = ALL_BANKS[row.bank][1]
+    if not row.kind or ALIASES.get(row.kind.upper(), row.kind.upper()) == kind:
         return ""
-    return f"is of type {DATA_TYPE_CODE_TO_STR[code]}, but the file says {row.kind[:40]!r}"
+    return f"is of type {kind}, but the file says {row.kind[:40]!r}"
 
 
 def initial(row: Row) -> int | None:
@@ -427,28 +391,6 @@ def initial(row: Row) -> int | None:
     if raw is None:
         raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.holds}", row.line)
     return raw
-
-
-def _compare(table: Table) -> None:
-    """What pyclickplc reads of the loops' banks must be what stands there: it drops what it does not understand."""
-    from pyclickplc.nicknames import read_csv
-
-    ours = [row for row in table.rows if not row.is_foreign]
-    text = "".join((",".join(table.columns), "\n", *(row.raw for row in ours)))
-
-    def read(path: Path) -> dict[str, tuple[str, str, str]]:
-        return {r.display_address: (r.nickname, r.initial_value, r.comment) for r in read_csv(path).values()}
-
-    try:
-        content = text.encode()
-    except UnicodeEncodeError as error:
-        raise ListingError("a character that is not Unicode", text[: error.start].count("\n") + 1) from None
-    rows = read_with(read, content)
-    for row in ours:
-        if rows.pop(row.address, None) != (row.nickname, row.value, row.comment):
-            raise ListingError(f"pyclickplc does not read the row of {row.address} as it is written", row.line)
-    if rows:
-        raise ListingError(f"pyclickplc reads {', '.join(sorted(rows)[:3])}, which no row has")
 
 
 # --- A nickname CSV read back: its initial values, and the loops and blocks that the nicknames tell -------------------
@@ -603,12 +545,7 @@ def _modbus_style(table: Table) -> bool:
 
 def _modbus(address: str, *, hexadecimal: bool) -> tuple[str, str]:
     """The Modbus address of a C, DS or DF register as CLICK's exports write it, and its function codes."""
-    from pyclickplc import plc_to_modbus
-    from pyclickplc.addresses import parse_address
-
-    bank, n = parse_address(address)
-    register, _ = plc_to_modbus(bank, n)
-    table = "coil" if bank == "C" else "holding"
+    table, register, _ = modbus_place(SPACE.parse(address) or 0)
     first = 1 if table == "coil" else FIRST_HOLDING
     return f"{register:04X}h" if hexadecimal else str(first + register), FUNCTION_CODES[table]
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from decimal import Decimal
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pidcfg.encoders.codecs import FLAG, Choice, Implied, Single
 from pidcfg.encoders.regmap import (
@@ -20,7 +21,7 @@ from pidcfg.encoders.regmap import (
     Written,
 )
 from pidcfg.schemas import click as limits
-from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS
+from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS, OUTPUTS
 from pidcfg.schemas.click import ERRORS as ERROR_LIST
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import CLICK, CLICK_ADDRESSES, Decision
@@ -69,6 +70,82 @@ SPACE = Space(
         Bank(*FLOATS[:3], kind=SINGLE),
     )
 )
+
+# fmt: off
+ALL_BANKS = {
+    # bank    numbers                data type
+    "X":   (OUTPUTS,                 "BIT"),
+    "Y":   (OUTPUTS,                 "BIT"),
+    "C":   ((BITS[1:3],),            "BIT"),
+    "T":   (((1, 500),),             "BIT"),
+    "CT":  (((1, 250),),             "BIT"),
+    "SC":  (((1, 1000),),            "BIT"),
+    "DS":  ((INTEGERS[1:3],),        "INT"),
+    "DD":  (((1, 1000),),            "INT2"),
+    "DH":  (((1, 500),),             "HEX"),
+    "DF":  ((FLOATS[1:3],),          "FLOAT"),
+    "XD":  (((0, 8),),               "HEX"),
+    "YD":  (((0, 8),),               "HEX"),
+    "TD":  (((1, 500),),             "INT"),
+    "CTD": (((1, 250),),             "INT2"),
+    "SD":  (((1, 1000),),            "INT"),
+    "TXT": (((1, 1000),),            "TEXT"),
+}
+"""Every address of a CLICK and what it holds, in the order of CLICK's own lists (D1031)."""
+# fmt: on
+D1031 = Decision(
+    1031,
+    "CLICK's files are read and written here",
+    "Nickname CSV, DataView and data dump are written byte for byte as the package pyclickplc writes them. What it "
+    "would pass over, cut or round is refused. Banks, types and Modbus addresses are those of CLICK's export of all "
+    "addresses. The tests hold each of them to pyclickplc.",
+    "Every cell was checked before and after pyclickplc in any case, through a temporary file; without it that is less "
+    "code, and who installs pidcfg gets no pymodbus of an older version with it.",
+)
+ADDRESS = re.compile(r"([A-Za-z]{1,3})([0-9]{1,7})([Uu]?)")
+HALVES = frozenset({"XD0U", "YD0U"})
+"""The upper eight switches of a slot."""
+
+
+class Address(NamedTuple):
+    """An address of any bank, spelled as CLICK spells it."""
+
+    bank: str
+    name: str
+
+    @property
+    def type(self) -> str:
+        """What it holds."""
+        return ALL_BANKS[self.bank][1]
+
+
+def address_of(text: str) -> Address | None:
+    """The address that a text is, whatever its letters and leading zeros; None where CLICK has none."""
+    match = ADDRESS.fullmatch(text)
+    bank, digits, half = (part.upper() for part in match.groups()) if match else ("", "0", "")
+    n = int(digits)
+    if bank not in ALL_BANKS or not any(first <= n <= last for first, last in ALL_BANKS[bank][0]):
+        return None
+    if half and f"{bank}{n}{half}" not in HALVES:
+        return None
+    return Address(bank, f"{bank}{n:03d}" if bank in {"X", "Y"} else f"{bank}{n}{half.lower()}")
+
+
+MODBUS: dict[str, tuple[Literal["coil", "holding"], int]] = {
+    "C": ("coil", 0x4000),
+    "DS": ("holding", 0),
+    "DF": ("holding", 0x7000),
+}
+"""Modbus table and first register of the banks of a loop, as CLICK's exports have them (D1031)."""
+
+
+def modbus_place(number: int) -> tuple[Literal["coil", "holding"], int, int]:
+    """Modbus table and first register of an address of a loop's bank, and how many registers it has."""
+    bank, n = SPACE.place(number)
+    table, first = MODBUS[bank.prefix]
+    width = 2 if bank.kind is SINGLE else 1
+    return table, first + width * (n - bank.first), width
+
 
 WHOLE = Implied(least=-0x8000, most=0x7FFF)
 MILLISECONDS = Implied(3, least=-0x8000, most=0x7FFF)

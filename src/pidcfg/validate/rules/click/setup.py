@@ -95,7 +95,7 @@ D131 = Decision(
     "At most 24 characters, no underscore at the beginning, none of % \" < > ! # $ & ' ( ) * + - . / : ; = ? @ [ \\ ] "
     "^ ` { | } ~ and nothing but ASCII anywhere; capital and small letters are one. A name that breaks "
     "this is a warning.",
-    "The topic is silent; these are the limits of the programming software as pyclickplc, which writes its files, "
+    "The topic is silent; these are the limits of the programming software as pyclickplc, another writer of its files, "
     "knows them. Registers need no nickname, so the loop itself works.",
 )
 
