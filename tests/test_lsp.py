@@ -25,7 +25,7 @@ from lsp_client import Client
 from pidcfg.lsp import answers
 from pidcfg.lsp.completion import completions, cursor_in
 from pidcfg.lsp.files import Buffer, Files, difference, path_of, uri_of
-from pidcfg.text.diagnostics import Span
+from pidcfg.text.diagnostics import Severity, Span
 from pidcfg.text.reader import DISK, Overlay
 from pidcfg.text.source import read_document
 
@@ -339,6 +339,47 @@ def test_a_correction_is_that_of_fix_for_one_for_a_kind_and_for_all():
     assert applied(analysis, "Correct everything") == pidcfg.fix(WRONG).text != WRONG
     with_mark = analysed(Path("/x/y.yaml"), f"\ufeff{WRONG}")
     assert applied(with_mark, "Correct: write V2000") == f"\ufeff{WRONG}".replace("v2000", "V2000")
+
+
+SPOILED = [
+    # example                      what stands there      spoiled                   the action that mends it
+    ("dl06/oven.yaml", "gain:", "gian:", "Write gain"),
+    ("dl06/reactor.yaml", "action: direct", "action: dierct", "Write direct"),
+    ("dl06/kettle.yaml", "sample_rate: 1.0", "sample_rate: 1,0", "Write 1.0"),
+    ("ezlogix/dosing.yaml", "name: Dosing", "naem: Dosing", "Write name"),
+    ("ezlogix/oven.yaml", "setpoint:", "setpiont:", "Correct: did you mean setpoint?"),
+    ("click/tank.yaml", "bits: C101", "bits: c0101", "Correct: "),
+    ("nextopid/pump.yaml", "vendor: nextopid", "vendor: nextpid", "Write nextopid"),
+    ("dpide/dryer.yaml", "vendor: dpide", "vendor: dpdie", "Write dpide"),
+    ("dpide/chiller.scenario.yaml", "signal: TIC-21.PV", "signal: TIC-12.PV", "Write TIC-21.PV"),
+    ("generic/boiler.yaml", "vendor: generic", "vendor: genric", "Write generic"),
+]
+
+
+@pytest.mark.parametrize(("file", "good", "bad", "title"), SPOILED, ids=[row[2] for row in SPOILED])
+def test_what_a_cure_asks_for_is_written_by_its_action(file, good, bad, title):
+    path = ROOT / "examples" / file
+    text = path.read_text("utf-8")
+    analysis = analysed(path, text.replace(good, bad, 1))
+    assert good in text
+    assert any(d.severity is Severity.ERROR for d in analysis.findings)
+    assert applied(analysis, title) == text
+
+
+@pytest.mark.parametrize(
+    ("file", "good", "bad"),
+    [
+        ("dpide/dryer.yaml", "Kc_Kp:", "gain:"),  # another unit
+        ("dl06/oven.yaml", "loop_table: V", "loop_table: W"),  # no word is asked for
+        ("nextopid/cascade.yaml", "Kp:", "P:"),
+    ],
+)
+def test_a_cure_that_says_more_than_a_word_is_for_a_person(file, good, bad):
+    path = ROOT / "examples" / file
+    analysis = analysed(path, path.read_text("utf-8").replace(good, bad, 1))
+    everywhere = types.Range(types.Position(0, 0), types.Position(10_000, 0))
+    assert any(d.severity is Severity.ERROR for d in analysis.findings)
+    assert not [one for one in answers.actions(analysis, Files(), everywhere, lazy=False) if one.title[:6] == "Write "]
 
 
 def test_an_action_ignores_a_finding_and_asks_for_the_reason():

@@ -15,11 +15,11 @@ from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.document import span_of
 from pidcfg.text.paths import value_at
 from pidcfg.text.reader import Overlay, data_of, read_other
-from pidcfg.text.source import comments_in
+from pidcfg.text.source import comments_in, read_document
 from pidcfg.validate.baseline import DIRECTIVE, ignore_edit
 from pidcfg.validate.catalog import url_of
 from pidcfg.validate.engine import is_scenario
-from pidcfg.validate.fixes import splice
+from pidcfg.validate.fixes import splice, suggested
 from pidcfg.validate.texts import page, text_by_code
 
 if TYPE_CHECKING:
@@ -239,6 +239,8 @@ def actions(analysis: Analysis, files: Files, wanted: types.Range, *, lazy: bool
             found.append(_action(f"Correct: {d.help or d.message}", {"code": d.code, "at": _at(d)}, d, analysis))
             if sum(bool(one.edits) for one in analysis.findings if one.code == d.code) > 1:
                 found.append(_action(f"Correct every {d.code} of this file", {"code": d.code}, d, analysis))
+        elif (meant := suggested(d, doc)) is not None:
+            found.append(_action(f"Write {meant.text}", {"code": d.code, "at": _at(d), "write": True}, d, analysis))
     if any(d.edits for d in analysis.findings):
         kind = types.CodeActionKind.SourceFixAll
         found.append(_action("Correct everything that has one reading", {}, None, analysis, kind))
@@ -279,6 +281,8 @@ def with_edit(action: types.CodeAction, analysis: Analysis, files: Files) -> typ
     if "ignore" in data:
         edit = ignore_edit(doc, wanted[0], "") if wanted else None
         after = before if edit is None else before.removesuffix(doc.text) + splice(doc.text, [edit])
+    elif "write" in data:
+        after = _written(doc, before, wanted, files)
     else:
         known = {(d.code, *_at(d)) if rest["at"] else d.code for d in wanted}
         fixed = correct(data_of(before), doc, files.reader, lambda d: not known.isdisjoint({d.code, (d.code, *_at(d))}))
@@ -286,6 +290,16 @@ def with_edit(action: types.CodeAction, analysis: Analysis, files: Files) -> typ
     if after != before:
         action.edit = edit_of(analysis.uri, analysis.version, analysis.buffer, after)
     return action
+
+
+def _written(doc: Document, before: str, wanted: list[Diagnostic], files: Files) -> str:
+    """A text with the word that its finding asks for, if the finding then has gone."""
+    edit = suggested(wanted[0], doc) if wanted else None
+    if edit is None:
+        return before
+    after = before.removesuffix(doc.text) + splice(doc.text, [edit])
+    left = check_any(read_document(data_of(after), doc.file), files.reader)
+    return before if any((d.code, _at(d)) == (wanted[0].code, _at(wanted[0])) for d in left) else after
 
 
 def edit_of(uri: str, version: int | None, buffer: Buffer, after: str) -> types.WorkspaceEdit:

@@ -83,6 +83,36 @@ def _range(starts: Sequence[int], span: Span) -> tuple[int, int]:
     return starts[span.line - 1] + span.column - 1, starts[span.end_line - 1] + span.end_column - 1
 
 
+# --- What an editor offers besides: a person looks at it and takes it -------------------------------------------------
+
+D1032 = Decision(
+    1032,
+    "an editor offers the word that a cure asks for",
+    "Where a cure is one word (`did you mean gain?`) or one number (`write 1.5: …`), a quick fix writes it in place of "
+    "the one that the message quotes, if the finding then has gone. `--fix` leaves such findings alone (D316). A cure "
+    "that says more, as of another unit, is not offered.",
+    "A person who reads the message and picks its cure has decided; typing the word again decides nothing.",
+)
+MEANT = re.compile(r"did you mean '?([^'?]+)'?\?|write (-?[0-9.]+(?: [^\s:,]+)?): .*", re.DOTALL)
+"""A cure that is one word or number, with nothing behind it that would have to be thought of."""
+WRONG = re.compile(r"'([^']+)'")
+
+
+def suggested(d: Diagnostic, doc: Document) -> Edit | None:
+    """The word that a finding asks for in place of the one that it quotes (D1032)."""
+    match, wrong = MEANT.fullmatch(d.help or ""), WRONG.search(d.message)
+    if match is None or wrong is None or d.span.line != d.span.end_line or d.file != doc.file:
+        return None
+    written = doc.lines[d.span.line - 1][d.span.column - 1 : d.span.end_column - 1]
+    if written.count(wrong[1]) != 1:
+        return None
+    column = d.span.column + written.index(wrong[1])
+    return Edit(Span(d.span.line, column, d.span.line, column + len(wrong[1])), match[1] or match[2])
+
+
+# --- Round by round ---------------------------------------------------------------------------------------------------
+
+
 @frozen
 class _State:
     """A file at some point: its bytes, the document in them, and its findings."""
