@@ -349,6 +349,7 @@ SPOILED = [
     ("ezlogix/dosing.yaml", "name: Dosing", "naem: Dosing", "Write name"),
     ("ezlogix/oven.yaml", "setpoint:", "setpiont:", "Correct: did you mean setpoint?"),
     ("click/tank.yaml", "bits: C101", "bits: c0101", "Correct: "),
+    ("click/tank.yaml", "sample_rate: 500 ms", "sample_rate: 500", "Write 500 ms"),
     ("nextopid/pump.yaml", "vendor: nextopid", "vendor: nextpid", "Write nextopid"),
     ("dpide/dryer.yaml", "vendor: dpide", "vendor: dpdie", "Write dpide"),
     ("dpide/chiller.scenario.yaml", "signal: TIC-21.PV", "signal: TIC-12.PV", "Write TIC-21.PV"),
@@ -433,6 +434,13 @@ def offered(text, path=REACTOR):
     for item in found:
         assert opened.buffer.offset(item.text_edit.range.end) == len(before)
     return {item.label: item.text_edit.new_text for item in found}
+
+
+def test_a_scenario_is_offered_the_configurations_beside_it():
+    path = ROOT / "examples/dl06/reactor.scenario.yaml"
+    text = path.read_text("utf-8").replace("config: reactor.yaml", "config: ┃")
+    assert {"reactor.yaml", "oven.yaml"} <= {*offered(text, path)}
+    assert not [name for name in offered(text, path) if "scenario" in name]
 
 
 def test_keys_are_offered_that_the_mapping_may_have_and_has_not():

@@ -239,8 +239,10 @@ def actions(analysis: Analysis, files: Files, wanted: types.Range, *, lazy: bool
             found.append(_action(f"Correct: {d.help or d.message}", {"code": d.code, "at": _at(d)}, d, analysis))
             if sum(bool(one.edits) for one in analysis.findings if one.code == d.code) > 1:
                 found.append(_action(f"Correct every {d.code} of this file", {"code": d.code}, d, analysis))
-        elif (meant := suggested(d, doc)) is not None:
-            found.append(_action(f"Write {meant.text}", {"code": d.code, "at": _at(d), "write": True}, d, analysis))
+        else:
+            words = [edit.text for edit in suggested(d, doc)]
+            told = {"code": d.code, "at": _at(d)}
+            found += [_action(f"Write {word}", {**told, "write": word}, d, analysis) for word in words]
     if any(d.edits for d in analysis.findings):
         kind = types.CodeActionKind.SourceFixAll
         found.append(_action("Correct everything that has one reading", {}, None, analysis, kind))
@@ -282,7 +284,7 @@ def with_edit(action: types.CodeAction, analysis: Analysis, files: Files) -> typ
         edit = ignore_edit(doc, wanted[0], "") if wanted else None
         after = before if edit is None else before.removesuffix(doc.text) + splice(doc.text, [edit])
     elif "write" in data:
-        after = _written(doc, before, wanted, files)
+        after = _written(doc, before, wanted, files, data["write"])
     else:
         known = {(d.code, *_at(d)) if rest["at"] else d.code for d in wanted}
         fixed = correct(data_of(before), doc, files.reader, lambda d: not known.isdisjoint({d.code, (d.code, *_at(d))}))
@@ -292,9 +294,9 @@ def with_edit(action: types.CodeAction, analysis: Analysis, files: Files) -> typ
     return action
 
 
-def _written(doc: Document, before: str, wanted: list[Diagnostic], files: Files) -> str:
-    """A text with the word that its finding asks for, if the finding then has gone."""
-    edit = suggested(wanted[0], doc) if wanted else None
+def _written(doc: Document, before: str, wanted: list[Diagnostic], files: Files, word: object) -> str:
+    """A text with a word that its finding asks for, if the finding then has gone."""
+    edit = next((one for d in wanted for one in suggested(d, doc) if one.text == word), None)
     if edit is None:
         return before
     after = before.removesuffix(doc.text) + splice(doc.text, [edit])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import islice
+from pathlib import Path as Place
 from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
@@ -342,11 +344,22 @@ def _offered(
     items = [*_keys(root, cursor, data)] if cursor.key else [*_values(root, cursor, data)]
     if not cursor.path and cursor.key and not root and there <= {*HEADS}:
         items = [_item_of(word, types.CompletionItemKind.Property, f"{word}: ") for word in HEADS]
+    if cursor.path == ("config",) and not cursor.key and good is not None:
+        items = [_item_of(name, types.CompletionItemKind.File, name) for name in _beside(good.file)]
     if cursor.path == ("vendor",) and not cursor.key:
         items = [
             _item_of(key, types.CompletionItemKind.EnumMember, key, vendor.title) for key, vendor in VENDORS.items()
         ]
     return [*names, *items]
+
+
+MOST_FILES = 200
+
+
+def _beside(file: str) -> list[str]:
+    """The YAML files in the folder of a scenario, as far as one wants to look through; no scenario runs another."""
+    found = Place(file).parent.glob("*.y*ml") if Place(file).is_absolute() else ()
+    return sorted(path.name for path in islice(found, MOST_FILES) if ".scenario." not in path.name)
 
 
 def _head(text: str) -> Mapping[str, Any]:

@@ -88,26 +88,31 @@ def _range(starts: Sequence[int], span: Span) -> tuple[int, int]:
 D1032 = Decision(
     1032,
     "an editor offers the word that a cure asks for",
-    "Where a cure is one word (`did you mean gain?`) or one number (`write 1.5: …`), a quick fix writes it in place of "
-    "the one that the message quotes, if the finding then has gone. `--fix` leaves such findings alone (D316). A cure "
-    "that says more, as of another unit, is not offered.",
+    "Where a cure is one word (`did you mean gain?`), one number (`write 1.5: …`) or two (`write 500 ms or 500 s`), a "
+    "quick fix writes it in place of the one that the message names, if the finding then has gone. `--fix` leaves such "
+    "findings alone (D316). A cure that says more, as of another unit, is not offered.",
     "A person who reads the message and picks its cure has decided; typing the word again decides nothing.",
 )
-MEANT = re.compile(r"did you mean '?([^'?]+)'?\?|write (-?[0-9.]+(?: [^\s:,]+)?): .*", re.DOTALL)
-"""A cure that is one word or number, with nothing behind it that would have to be thought of."""
-WRONG = re.compile(r"'([^']+)'")
+NUMBER = r"(-?[0-9][^\s:,]*(?: [^\s:,]+)?)"
+"""A number, or one with its unit."""
+MEANT = re.compile(rf"did you mean '?([^'?]+)'?\?|write {NUMBER}(?: or {NUMBER})?(?:: .*)?", re.DOTALL)
+"""A cure that is one word, or one or two numbers."""
+QUOTED = re.compile(r"'([^']+)'")
 
 
-def suggested(d: Diagnostic, doc: Document) -> Edit | None:
-    """The word that a finding asks for in place of the one that it quotes (D1032)."""
-    match, wrong = MEANT.fullmatch(d.help or ""), WRONG.search(d.message)
-    if match is None or wrong is None or d.span.line != d.span.end_line or d.file != doc.file:
-        return None
+def suggested(d: Diagnostic, doc: Document) -> list[Edit]:
+    """The words that a finding asks for in place of the one that its message names (D1032)."""
+    match = MEANT.fullmatch(d.help or "")
+    if match is None or d.span.line != d.span.end_line or d.file != doc.file:
+        return []
     written = doc.lines[d.span.line - 1][d.span.column - 1 : d.span.end_column - 1]
-    if written.count(wrong[1]) != 1:
-        return None
-    column = d.span.column + written.index(wrong[1])
-    return Edit(Span(d.span.line, column, d.span.line, column + len(wrong[1])), match[1] or match[2])
+    quoted = QUOTED.search(d.message)
+    wrong = quoted[1] if quoted else written
+    if not wrong or written.count(wrong) != 1 or wrong not in d.message:
+        return []
+    column = d.span.column + written.index(wrong)
+    span = Span(d.span.line, column, d.span.line, column + len(wrong))
+    return [Edit(span, word) for word in match.groups() if word]
 
 
 # --- Round by round ---------------------------------------------------------------------------------------------------
