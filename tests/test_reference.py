@@ -19,3 +19,16 @@ def test_engine_and_reference_agree(vendor):
     assert outcome.cases == SAMPLE
     assert outcome.loop_samples > 0
     assert not outcome.differences
+
+
+@pytest.mark.parametrize(
+    ("vendor", "seed", "numbers"),
+    [
+        pytest.param("dl06", 0, (4, 8, 74, 140), id="the end of a DL06 auto-tune, and its gains with noise"),
+        pytest.param("rates", 0, (6, 10), id="a CYCLE below the scan, the share of a filter"),
+    ],
+)
+def test_cases_that_once_differed_agree(vendor, seed, numbers):
+    outcome = compare(vendor, numbers, seed)
+    assert outcome.cases == len(numbers)
+    assert not outcome.differences

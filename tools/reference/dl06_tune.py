@@ -36,7 +36,15 @@ class Tuning:
         """The loop has left Auto (D64)."""
         if self.phase not in {"", "requested"}:
             self.loop.reached["tuning stopped"] += 1
+            if self.phase == "relay":
+                self.give_back()
             self.end(error=True)
+
+    def give_back(self):
+        """The output of before the relay, and the bias; the next calculation has no past (D60, D64)."""
+        loop = self.loop
+        loop.out = loop.m = self.out
+        loop.bias, loop.past = self.bias, None
 
     def sample(self):
         """One sample; whether the relay owns the output."""
@@ -78,7 +86,7 @@ class Tuning:
         self.phase, self.side, self.switches, self.samples = "relay", 0, [], 0
         self.cycle, self.swings = [], []
         loop = self.loop
-        self.kept = float(loop.out) if loop.words.mode(5) else loop.bias
+        self.out, self.bias = loop.out, loop.bias
         low, high = loop.words.out_ends()
         if loop.out_high >= high or loop.out_low <= low:
             loop.reached["tuning at the ends"] += 1
@@ -100,20 +108,21 @@ class Tuning:
             return
         self.side = side
         self.switches.append(self.samples)
-        loop.out = loop.out_high if (side > 0) != bool(loop.words.mode(4)) else loop.out_low
         if len(self.switches) % 2 == 0:
             if len(self.switches) > FIRST:
                 self.swings.append(max(self.cycle) - min(self.cycle))
             self.cycle = []
         if len(self.switches) == LAST:
             self.finish()
+        else:
+            loop.out = loop.out_high if (side > 0) != bool(loop.words.mode(4)) else loop.out_low
 
     def finish(self):
         """The gains of the cycle go to their words; the loop goes on from its old bias."""
         loop, w = self.loop, self.loop.words
         _, scale = self.measured()
         low, high = w.out_ends()
-        swing = sum(self.swings) / len(self.swings) - self.band
+        swing = sum(self.swings) / len(self.swings)
         kpc = 4 * (loop.out_high - loop.out_low) / (high - low) / (math.pi * max(swing, 1) / scale)
         tpc = Fraction((self.switches[-1] - self.switches[FIRST - 1]) * loop.period(), 200)
         gain, *times = GAINS["PI" if w.mode2(6) else "PID"]
@@ -126,9 +135,6 @@ class Tuning:
             (0o07, seconds * tpc * 100, 5 if len(loop.plc.loops) < 5 else 10, 9999),
         ):
             loop.plc.memory[w.table + offset] = int(str(min(max(round(value), least), most)), 16)
-        if not w.mode(5):
-            loop.bias = self.kept
-        loop.m = self.kept
-        loop.past = None
+        self.give_back()
         loop.reached["tuned"] += 1
         self.end(error=False)
