@@ -504,9 +504,7 @@ def _octal_cure(words: Mapping[int, int], table: range) -> str:
     if words.get(TABLE_POINTER) != table.start or set("89ABCDEF") & set(digits) or int(digits, 8) not in words:
         return ""
     meant = v_name(int(digits, 8))
-    return (
-        f": {v_name(TABLE_POINTER)} is {digits}, hexadecimal; {meant} is {int(digits, 8):04X} (or --loop-table {meant})"
-    )
+    return f": V7640 is {digits}, hexadecimal; {meant} is {int(digits, 8):04X} (or --loop-table {meant})"
 
 
 def _reader(

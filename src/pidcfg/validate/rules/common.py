@@ -377,8 +377,6 @@ def action_against_words(context: AnyContext) -> Findings:
         )
 
 
-# --- Outputs of pulses that share a supply ----------------------------------------------------------------------------
-
 PULSES = {
     "click": ("loops", "output.pwm.period", "s"),
     "ezlogix": ("loops", "output.pulse.cycle_time", "s"),
@@ -392,8 +390,8 @@ PULSES = {
 def pulses_of_one_period(context: AnyContext) -> Findings:
     """Several outputs make pulses of the same period.
 
-    Why: pulses come first in a period. Outputs that begin their periods together switch all heaters on at once, however
-    little each of them gets: the supply, its fuse and its neutral carry the sum.
+    Why: pulses come first in a period. Outputs that begin their periods together switch all heaters on at once: the
+    supply, its fuse and its neutral carry the sum, however little each of them gets.
 
     Fix: begin the periods apart, of four outputs by a quarter of the period; where the program cannot, size the supply
     for all outputs at once, or take periods that differ.
