@@ -525,6 +525,15 @@ def test_just_enough_samples_are_run():
     assert certify(scenario(), samples=29).certification.samples == 29
 
 
+def test_a_certificate_of_the_noise_alone_says_so(folder):
+    text = scenario().replace(f"vary:\n{GAIN}\n", "").replace("gain: 2}", "gain: 2, noise: 0.01}")
+    text = text.replace(", share: 90 %", "")
+    assert "noise: 0.01" in text
+    (folder / "run.scenario.yaml").write_text(text, "utf-8")
+    result = command("--samples", "10", "--jobs", "1")
+    assert "Only the noise varies: the plants are those of the file" in result.stdout
+
+
 def test_a_scenario_in_which_nothing_varies_is_refused():
     text = scenario().replace(f"vary:\n{GAIN}\n", "")
     result = certify(text)

@@ -181,6 +181,39 @@ def test_a_question_needs_no_quotes(question):
     assert api.explain(*question.split()).pages == api.explain(question).pages
 
 
+def test_a_message_cut_short_leads_to_every_rule_that_begins_so():
+    codes = {page.name for page in api.explain("the loop table starts at V7350, outside V1200-V7340").pages}
+    assert codes == {"DL201", "DL202"}
+    assert {page.name for page in api.explain("error: reset 4 s is stored as 0040").pages} == {"DL211"}
+
+
+@pytest.mark.parametrize(
+    ("question", "vendor", "key"),
+    [
+        ("P gain", "ezlogix", "tuning.proportional_gain"),
+        ("P gain", "click", "tuning.proportional_gain"),
+        ("I time", "ezlogix", "tuning.integral_time"),
+        ("D time", "ezlogix", "tuning.derivative_time"),
+    ],
+)
+def test_the_three_terms_are_known_by_their_letters(question, vendor, key):
+    assert [page.key for page in api.explain(question, vendor=vendor).pages] == [key]
+
+
+def test_a_member_of_errbits_is_known_by_its_number():
+    assert api.explain("ErrBits.3").pages == api.explain("ErrBits=0x0008").pages
+
+
+def test_an_output_of_a_configured_loop_is_explained():
+    cascade = EXAMPLES / "nextopid" / "cascade.yaml"
+    (page,) = api.explain("TIC_1.TRK_OUT", config=cascade).pages
+    assert page.name == "TRK_OUT"
+
+
+def test_a_vendor_in_the_question_keeps_the_others_out():
+    assert {page.vendor for page in api.explain("ezlogix error 5").pages} == {"ezlogix"}
+
+
 def test_several_things_stay_several():
     assert [page.name for page in api.explain("CK27", "V7642").pages] == ["PID error 27", "V7642"]
     with pytest.raises(QuestionError, match="nothing is known of 'gian'"):
