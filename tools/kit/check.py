@@ -99,10 +99,9 @@ def follow_tutorial(stranger: Stranger) -> int:
             if step.command == "echo $?":
                 shown = f"{code}\n"
             else:
-                line = ["sh", "-c", f'{step.command}\necho " $? $(pwd)"']
-                shown, _, end = stranger.run(*line, folder=here).rstrip("\n").rpartition(" ")[0:3]
-                shown, _, status = shown.rpartition(" ")
-                here, code = Path(end), int(status)
+                printed = stranger.run("sh", "-c", f'{step.command}\nprintf "\\n%s %s\\n" "$?" "$PWD"', folder=here)
+                shown, _, last = printed.rstrip("\n").rpartition("\n")
+                code, here = int(last.partition(" ")[0]), Path(last.partition(" ")[2])
             count += 1
             if step.shown and (wrong := unlike(step.shown, shown)):
                 sys.exit(f"{PAGE.name}, line {step.begin}: $ {step.command}\n{wrong}\n\n{shown}")
