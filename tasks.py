@@ -53,7 +53,6 @@ NEEDED_BY = {
     "demo": ("build", "run"),
     "test": ("build", "run", "report", "png", "live", "lsp", "dev", "docs"),
     "release": ("build", "run", "release"),
-    "onedir": ("build", "run", "report", "live", "lsp", "onedir"),
 }
 """Files of requirements/ by what they are installed for."""
 
@@ -313,9 +312,8 @@ def kit(*arguments: str) -> None:
 
 
 def onedir() -> None:
-    """Make the folder that runs without Python."""
-    prepare("onedir")
-    must(PYTHON, "tools/release/onedir.py")
+    """Make the folder that runs without Python, in an environment of its own."""
+    must(sys.executable, "tools/release/onedir.py")
 
 
 LOCKS = ("run", "build", "fast", "report", "png", "live", "lsp", "dev", "docs", "onedir", "release")

@@ -1,7 +1,7 @@
 """Makes build/onedir/pidcfg, a folder that runs without Python, tries it and packs it: ``python tasks.py onedir``.
 
-It is for the system that it is made on. PyInstaller finds what modules import; those that pidcfg loads by name are
-collected whole.
+It is for the system that it is made on, and made in an environment of its own, so that no test tool lies in it. Needs
+nothing but Python itself. PyInstaller finds what modules import; those that pidcfg loads by name are collected whole.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import venv
 from pathlib import Path
 
-import pidcfg
-
 ROOT = Path(__file__).resolve().parents[2]
+LOCKS = ("build", "run", "report", "live", "lsp", "onedir")
 FOLDER = ROOT / "build" / "onedir"
 WITHOUT = ("distributed", "matplotlib", "numba", "numpy", "PIL", "tkinter", "unittest", "pydoc", "setuptools", "pip")
 """What only the extras `fast` and `cluster` and pictures as PNG need, and what nobody needs to run pidcfg."""
@@ -47,12 +47,23 @@ TRIED = (
 """Commands that load what is loaded by name; ``{}`` is a folder to write to."""
 
 
-def freeze(work: Path) -> None:
+def environment(folder: Path) -> Path:
+    """The Python of an environment with what goes into the folder, PyInstaller, and nothing else."""
+    venv.create(folder, with_pip=True)
+    python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    pip = (python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet")
+    locks = [word for name in LOCKS for word in ("-r", str(ROOT / "requirements" / f"{name}.txt"))]
+    subprocess.run([*pip, "--require-hashes", *locks], check=True)
+    subprocess.run([*pip, "--no-deps", "--no-build-isolation", ROOT], check=True)
+    return python
+
+
+def freeze(python: Path, work: Path) -> None:
     """Lets PyInstaller make the folder."""
     script = work / "command.py"
     script.write_text(ENTRY, "utf-8")
     (work / "hook-pidcfg.py").write_text(HOOK, "utf-8")
-    command = [sys.executable, "-m", "PyInstaller", "--onedir", "--name", "pidcfg", "--noconfirm", "--clean"]
+    command = [str(python), "-m", "PyInstaller", "--onedir", "--name", "pidcfg", "--noconfirm", "--clean"]
     command += ["--log-level", "WARN", "--console", "--noupx"]
     command += ["--distpath", str(FOLDER), "--workpath", str(work / "work"), "--specpath", str(work)]
     command += ["--additional-hooks-dir", str(work), "--copy-metadata", "pidcfg"]
@@ -80,12 +91,14 @@ def main() -> None:
     """Makes, tries and packs the folder."""
     shutil.rmtree(FOLDER, ignore_errors=True)
     with tempfile.TemporaryDirectory() as work:
-        freeze(Path(work))
+        freeze(environment(Path(work) / "venv"), Path(work))
     folder = FOLDER / "pidcfg"
     shutil.copy(ROOT / "LICENSE", folder)
     shutil.copy(ROOT / "requirements" / "pidcfg.cdx.json", folder)
-    try_it(folder / ("pidcfg.exe" if os.name == "nt" else "pidcfg"))
-    name = f"pidcfg-{pidcfg.__version__}-{platform.system().lower()}-{platform.machine().lower()}"
+    program = folder / ("pidcfg.exe" if os.name == "nt" else "pidcfg")
+    try_it(program)
+    version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout.split()[-1]
+    name = f"pidcfg-{version}-{platform.system().lower()}-{platform.machine().lower()}"
     packed = Path(shutil.make_archive(str(FOLDER / name), "zip", FOLDER, "pidcfg"))
     size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
     print(f"{folder}: {size / 1e6:.0f} MB, tried with {len(TRIED)} commands")
