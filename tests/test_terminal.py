@@ -110,6 +110,8 @@ def test_a_finding_wears_the_colour_of_its_severity(severity, code):
         ("3 files checked: 2 errors, 0 warnings, 1 infos", {"2 errors"}),
         ("3 files checked: 0 errors, 2 warnings, 1 infos", {"2 warnings"}),
         ("  passed  TIC-101 overshoot: 4", {"passed"}),
+        ("      FAILED      0 %       0 %     all  TIC-21.PV at most 6.6", {"FAILED"}),
+        ("  NOT PROVEN  96.66 %   89.87 %    90 %  TIC-21.PV at most 7.9", {"NOT PROVEN"}),
         ("FAILED: 1 of 2 expectations", {"FAILED:"}),
         ("  120 s  TIC-101  alarm pv_high, until 206 s", {"alarm pv_high"}),
         ("  high      tuning.gain: 1 -> 4", {"high"}),

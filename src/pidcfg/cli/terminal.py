@@ -151,7 +151,7 @@ def patterns() -> tuple[re.Pattern[str], ...]:
             rf"^\d+ files? checked: {_counted('bad', 'error')}, {_counted('doubtful', 'warning')}",
             # a simulation
             r"^(?P<head>What happened|Metrics|Signals|Flags|Expectations)$",
-            r"^  (?:(?P<good>passed)|(?P<bad>FAILED)|(?P<doubtful>NOT PROVEN))  ",
+            r"^ {2,}(?:(?P<good>passed)|(?P<bad>FAILED)|(?P<doubtful>NOT PROVEN))  ",
             r"^(?:(?P<good>passed:)|(?P<bad>FAILED:)|(?P<doubtful>NOT PROVEN:)|\S+: (?P<bad_end>cannot run)$)",
             r"^ +[\d.e+]+ s  .*?  (?:(?P<bad>error:)|(?P<doubtful>alarm \S+),)",
             # a comparison and a conversion
