@@ -28,14 +28,24 @@ datas = collect_data_files("pidcfg")
 module_collection_mode = "pyz+py"
 """
 """What PyInstaller is told of pidcfg: its sources go along, since schemas and what-if pages read them."""
-ENTRY = "from pidcfg.__main__ import main\n\nmain()\n"
+ENTRY = """\
+from multiprocessing import freeze_support
+
+freeze_support()
+
+from pidcfg.__main__ import main
+
+main()
+"""
+"""Begins as a command, or as one of the processes that a command of many files starts."""
 TRIED = (
     ("--version",),
     ("validate", "examples/dl06/reactor.yaml", "examples/click/tank.yaml", "--severity", "error"),
     ("encode", "examples/click/tank.yaml", "--format", "nickname-csv", "-o", "{}/tank.csv"),
     ("simulate", "examples/click/tank.scenario.yaml", "--quiet"),
     ("convert", "examples/dpide/dyeing.yaml", "--to", "nextopid", "-o", "{}/dyeing.yaml"),
-    ("report", "examples/dl06/reactor.yaml", "-o", "{}/report.html"),
+    ("report", "examples/click", "examples/dl06", "--jobs", "2", "-o", "{}/report.html"),
+    ("certify", "examples/dpide/chiller.scenario.yaml", "--samples", "29", "--jobs", "2", "--exit-zero"),
     ("export", "examples/dl06/reactor.yaml", "-o", "{}/loops.xlsx"),
     ("init", "--from", "{}/loops.xlsx", "--vendor", "dl06", "-o", "{}/loops.yaml"),
     ("explain", "V7642=0008"),
