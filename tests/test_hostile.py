@@ -261,12 +261,12 @@ OWN_FILES = {
     "cli.outputs": "temporary files of its own",
     "cli.main": "a closed stream that goes to nowhere",
     "cli.console": "a closed stream that goes to nowhere",
-    "encoders.click.nicknames": "a temporary file of its own",
     "pictures.page": "a style sheet of the package",
     "output.report.page": "a temporary file of its own",
     "output.explanation.messages": "a table of the package",
     "output.explanation.symptoms": "a table of the package",
     "output.sheet_reader": "a starter of the package",
+    "output.conversion": "starters of the package, whose comments stay behind",
 }
 """Who opens files, and which: those of the user and those that files name have one door."""
 
