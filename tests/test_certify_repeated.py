@@ -256,6 +256,7 @@ def test_a_run_is_not_begun_again_for_more_than_numbers(name):
     repeated.begin(known.scenario)
     with pytest.raises(IrregularError):
         repeated.begin(other.scenario)
+    repeated.begin(known.scenario)
 
 
 def test_a_plant_that_loses_its_gain_moves_nothing_any_more():

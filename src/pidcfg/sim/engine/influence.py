@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 # Every loop's PV moves its output and so does its set point.
 
 
+MOST_EVENTS = 1_000
+"""Events of which it is kept what they move."""
+
+
 @dataclass(slots=True)
 class Influence:
     """The graph, and the questions that verdicts ask of it."""
@@ -45,6 +49,9 @@ class Influence:
     _reached: dict[tuple[frozenset[int], frozenset[int]], frozenset[int]] = field(default_factory=dict)
     """Answers of `reach`: a run asks the same again and again, and the graph stays."""
     _rivals: dict[int, tuple[frozenset[int], frozenset[int]]] = field(default_factory=dict)
+    _between: dict[int, Sequence[str]] = field(default_factory=dict)
+    _of_events: dict[int, tuple[Event, frozenset[int]]] = field(default_factory=dict)
+    """What events move, by their identity."""
 
     @classmethod
     def of(cls, scenario: Scenario, net: Network, plc: Plc, idle: Collection[Event] = ()) -> Influence:
@@ -158,17 +165,22 @@ class Influence:
         """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
         if any(event is one for one in self.idle):
             return False
+        seen, moved = self._of_events.get(id(event), (None, frozenset()))
+        if seen is not event:
+            moved = self.of_event(event)
+            if len(self._of_events) >= MOST_EVENTS:  # a batch has new ones in each sample
+                self._of_events.clear()
+            self._of_events[id(event)] = event, moved
         config = self.plc.configs[loop]
-        moved = self.of_event(event)
         return config.pv_slot in moved or config.sp_slot in moved
 
-    def plants_between(self, loop: int) -> Iterator[str]:
+    def plants_between(self, loop: int) -> Sequence[str]:
         """The plants by which a loop's output moves its PV."""
-        after, pv = self.of_output(loop), self.plc.configs[loop].pv_slot
-        for name, at in self.net.plant_of.items():
-            slot = self.net.plants[at].slot
-            if slot in after and pv in self.reach([slot]):
-                yield name
+        if loop not in self._between:
+            after, pv = self.of_output(loop), self.plc.configs[loop].pv_slot
+            slots = ((name, self.net.plants[at].slot) for name, at in self.net.plant_of.items())
+            self._between[loop] = [name for name, slot in slots if slot in after and pv in self.reach([slot])]
+        return self._between[loop]
 
 
 def followed_signals(net: Network, reader: Plant | Channel) -> Collection[int]:

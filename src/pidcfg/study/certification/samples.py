@@ -364,14 +364,14 @@ def _result(sample: int, numbers: Sequence[float], scenario: Scenario, shown: Sh
         held=tuple(v.passed for v in expectations),
         margin=least,
         tightest=tightest if tightest < len(scenario.expect) else -1,
-        standing="".join(_sign(v) for v in standing),
+        standing="".join(SIGNS[v.word] for v in standing),
         metrics=tuple(tuple(loop.get(name) for name in METRICS) for loop in metrics),
         reason="; ".join(errors),
     )
 
 
-def _sign(verdict: Any) -> str:
-    return {"passed": "+", "FAILED": "-", "NOT PROVEN": "!", "allowed": "a", "not judged": "?"}[verdict.word]
+SIGNS = {"passed": "+", "FAILED": "-", "NOT PROVEN": "!", "allowed": "a", "not judged": "?"}
+"""What a batch keeps of a verdict, by its `Standing.word`."""
 
 
 def margin(wanted: Expectation, verdict: Verdict) -> float:
