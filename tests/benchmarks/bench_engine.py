@@ -66,10 +66,10 @@ class Bits:
         """As `Recording.end`."""
 
 
-def outcome(case: Loaded, name: EngineName) -> tuple[dict[str, Any], str]:
+def outcome(case: Loaded, name: EngineName, *, judged: bool = True) -> tuple[dict[str, Any], str]:
     """The report without its engine, and the hash of all signals."""
     bits = Bits()
-    report = asdict(production.ours(case, name, recording=cast("Recording", bits)))
+    report = asdict(production.ours(case, name, recording=cast("Recording", bits), judged=judged))
     del report["engine"]
     return report, bits.digest.hexdigest()
 
@@ -86,9 +86,9 @@ def case_of(vendor: str, loops: int, loop_steps: int, *, noise: bool) -> Loaded:
     return production.loaded(production.configuration(vendor, loops), text)
 
 
-def work_of(case: Loaded, name: EngineName, *, trend: bool = False) -> Callable[[], Any]:
+def work_of(case: Loaded, name: EngineName, *, trend: bool = False, judged: bool = True) -> Callable[[], Any]:
     """A run of it."""
-    return lambda: production.ours(case, name, trend=Nowhere() if trend else None)
+    return lambda: production.ours(case, name, trend=Nowhere() if trend else None, judged=judged)
 
 
 # --- CPython and compiled, all vendors -------------------------------------------------------------------------------
@@ -163,9 +163,9 @@ def race_c(twin: Twin, loops: int, rounds: int, *, noise: bool) -> str:
     """One row of it; C must have left the same bits over the whole run."""
     case = case_of("dl06", loops, LONG, noise=noise)
     hand: list[Any] = []
-    twin.run(lambda: hand.append(outcome(case, "numba")))
-    must_agree(f"C, {loops} loops", outcome(case, "numba"), hand[0])
-    work = work_of(case, "numba")
+    twin.run(lambda: hand.append(outcome(case, "numba", judged=False)))
+    must_agree(f"C, {loops} loops", outcome(case, "numba", judged=False), hand[0])
+    work = work_of(case, "numba", judged=False)
     times = race(
         {"whole": cpu(work), "kernels": lambda: twin.kernel_seconds(work), "C": lambda: twin.run(work)}, rounds
     )

@@ -205,8 +205,6 @@ static void watch_end(Meter *m, double pv, double sp, int64_t k) {
 }
 
 static void follow_step(Meter *m, double pv, double sp, int64_t k) {
-    if (pv > m->peak_high) m->peak_high = pv;
-    else if (pv < m->peak_low) m->peak_low = pv;
     if ((m->stepped == 0 || k <= m->locked) && sp != m->before) {
         m->stepped = 1;
         m->after = sp;
@@ -214,6 +212,7 @@ static void follow_step(Meter *m, double pv, double sp, int64_t k) {
     if (m->stepped == 1 && m->rise_to < 0) {
         double share = (pv - m->before) / (m->after - m->before);
         if (share >= 0.1 && m->rise_from < 0) m->rise_from = k;
+        if (share >= 0.632 && m->reached < 0) m->reached = k;
         if (share >= 0.9) m->rise_to = k;
     }
 }
@@ -226,8 +225,14 @@ static void measure(Meter *m, const double *signals, int64_t k) {
             m->iae += e;
             m->ise += e * e;
             m->itae += e * (double)k;
+            if (e > m->band) m->outside = k;
         }
-        if (m->event >= 0) follow_step(m, pv, sp, k);
+        if (m->event >= 0 && k < m->until) {
+            if (pv > m->peak_high) m->peak_high = pv;
+            else if (pv < m->peak_low) m->peak_low = pv;
+            if (m->rise_to < 0 || k <= m->locked) follow_step(m, pv, sp, k);
+            if (m->stepped == 1 && fabs(m->after - pv) > m->band) m->step_error += fabs(m->after - pv);
+        }
     }
     if (out != m->last_out) {
         m->variation += fabs(out - m->last_out);
@@ -239,6 +244,10 @@ static void measure(Meter *m, const double *signals, int64_t k) {
     else if (pv < m->pv_low) m->pv_low = pv;
     if (sp != m->last_sp) {
         m->last_sp = sp;
+        if (fabs(sp - m->anchor) > m->band) {
+            m->anchor = sp;
+            m->moved = k;
+        }
         if (sp > m->sp_high) m->sp_high = sp;
         else if (sp < m->sp_low) m->sp_low = sp;
     }
@@ -275,7 +284,7 @@ int64_t advance(int64_t k, int64_t last, int64_t zero, const Run *run) {
             for (int64_t i = 0; i < r.n_bands; i++) {
                 Meter *m = &r.meters[r.bands[i].loop];
                 double away = fabs(r.signals[m->pv] - m->after);
-                if (m->event >= 0 && m->control == 1 && (m->stepped == 0 || away > r.bands[i].share * fabs(m->after - m->before)))
+                if (m->event >= 0 && m->control == 1 && now < m->until && (m->stepped == 0 || away > r.bands[i].share * fabs(m->after - m->before)))
                     r.bands[i].outside = now;
             }
         for (int64_t i = 0; i < r.n_gauges; i++) {

@@ -187,10 +187,18 @@ def loaded(config: str, text: str) -> Loaded:
     return done
 
 
-def ours(case: Loaded, engine: EngineName, *, trend: Sink | None = None, recording: Recording | None = None) -> Report:
-    """The run of `pidcfg simulate`."""
+def ours(
+    case: Loaded,
+    engine: EngineName,
+    *,
+    trend: Sink | None = None,
+    recording: Recording | None = None,
+    judged: bool = True,
+) -> Report:
+    """The run of `pidcfg simulate`; what C does stands alone, without verdicts and the run without control for them."""
     assert case.scenario is not None
-    return simulate(case.scenario, case.plc, case.controller, Settings(engine, trend=trend, recording=recording))
+    settings = Settings(engine, trend=trend, recording=recording, judged=judged, reference=judged)
+    return simulate(case.scenario, case.plc, case.controller, settings)
 
 
 def simple_pid(loops: int, steps: int, *, noise: bool) -> Callable[[], Any]:
