@@ -494,9 +494,12 @@ class LoopWatch:
         self._aim(i)
 
     def _judge(self, i: int, look: Look) -> None:
-        found = look_at(replace(self.evidence, last=look.end), i, look)
+        e = self.evidence
+        last, e.last = e.last, look.end
+        found = look_at(e, i, look)
+        e.last = last
         if found is not None:
-            self.evidence.looks[i].append(found)
+            e.looks[i].append(found)
 
     def finish(self) -> None:
         """Looks at how the run ends."""
