@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("numba")
 import numpy as np
 
-from pidcfg.sim.engine.compile import records, write_back
+from pidcfg.sim.engine.compile import Rows
 
 
 def vector(values):
@@ -30,14 +30,10 @@ def advance(drive, fast, head, lists, noise):
     ``head``: the numbers that both are called with first; ``lists``: configurations, states, registers and signals.
     """
     configs, states, aux, signals = lists
-    kinds = type(configs[0]), type(states[0])
-    arrays = records(configs, kinds[0]), records(states, kinds[1]), vector(aux), vector(signals)
-    fast(*head, *arrays, vector(noise))
+    twins, numbers = (Rows.of(configs), Rows.of(states)), (vector(aux), vector(signals))
+    fast(*head, *(rows.array for rows in twins), *numbers, vector(noise))
     drive(*head, *lists, noise)
-    twins = [kinds[0]() for _ in configs], [kinds[1]() for _ in states]
-    for array, twin in zip(arrays, twins, strict=False):
-        write_back(array, twin)
-    assert words(*twins, arrays[2].tolist(), arrays[3].tolist()) == words(*lists)
+    assert words(*twins, *(values.tolist() for values in numbers)) == words(*lists)
 
 
 def check_types(items):

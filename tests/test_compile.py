@@ -7,8 +7,9 @@ import runpy
 import struct
 import subprocess
 import sys
+from array import array
 from collections.abc import MutableSequence, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Generic, NamedTuple, TypeVar
@@ -30,15 +31,15 @@ from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.engine.compile import OPTIONS as COMPILE_OPTIONS
 from pidcfg.sim.engine.compile import (
     NotKeptWarning,
+    Rows,
     compile_functions,
     fingerprint,
     is_kept,
-    on_lists,
+    on_arrays,
     reachable,
     record_type,
     records,
     say_not_kept,
-    write_back,
 )
 
 CONFIGURATIONS = 320
@@ -184,13 +185,11 @@ class Point:
 
 
 def test_records_carry_every_field_there_and_back():
-    points = [Point(0.1, 3), Point(-2.5, -(2**60))]
-    array = records(points, Point)
-    array["x"] += 1.0
-    write_back(array, points)
+    points = Rows.of([Point(0.1, 3), Point(-2.5, -(2**60))])
+    points.array["x"] += 1.0
 
     assert record_type(Point) == np.dtype([("x", np.float64), ("n", np.int64)])
-    assert points == [Point(1.1, 3), Point(-1.5, -(2**60))]
+    assert list(map(astuple, points)) == [(1.1, 3), (-1.5, -(2**60))]
     assert len(records([], Point)) == 0
 
 
@@ -211,18 +210,19 @@ def moves(start: int, group: Group[Item], more: MutableSequence[float]) -> int:
     by, points, only_read, written, whole, none = group
     for i in range(len(points)):
         points[i].n += by
-    only_read[0] = written[0] = more[0] = 7.5
+    written[0] = more[0] = 7.5 * only_read[0]
     whole[0] += 1
     return start + len(none)
 
 
-def test_a_compiled_kernel_is_called_with_lists_and_groups_of_them_and_writes_what_may_be_written():
-    group = Group(2, [Point(0.5, 1), Point(0.0, 2**60)], [1.0], [1.0], [3], [])
-    more = [0.0, 1.0]
+def test_a_compiled_kernel_is_called_with_what_lies_in_arrays_and_groups_of_it_and_writes_there():
+    points, numbers = Rows.of([Point(0.5, 1), Point(0.0, 2**60)]), array("d", [1.0])
+    group = Group(2, points, array("d", [1.0]), numbers, array("q", [3]), [])
+    more = array("d", [0.0, 1.0])
 
-    assert on_lists(compile_functions([moves])[moves], moves, {Item: Point})(5, group, more) == 5
-    assert group == Group(2, [Point(0.5, 3), Point(0.0, 2**60 + 2)], [1.0], [7.5], [4], [])
-    assert more == [7.5, 1.0]
+    assert on_arrays(compile_functions([moves])[moves], moves, {Item: Point})(5, group, more) == 5
+    assert [astuple(point) for point in points] == [(0.5, 3), (0.0, 2**60 + 2)]
+    assert (numbers.tolist(), group.whole.tolist(), group.none, more.tolist()) == ([7.5], [4], [], [7.5, 1.0])
 
 
 def one(x):

@@ -29,7 +29,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     Config,
     State,
 )
-from pidcfg.sim.engine.compile import compile_functions, records, write_back
+from pidcfg.sim.engine.compile import Rows, compile_functions, records
 from rig_plants import FirstOrder
 
 MOST = 3.4e38
@@ -763,11 +763,10 @@ def test_all_blocks_are_the_same_compiled_to_the_last_bit():
             signals += block.signal_values[7:-7]
         states, aux = [State() for _ in configs], [UNTOUCHED] * (100 * len(configs))
         more = [rng.uniform(-20, 120) for _ in range(997)], [signals[c.base + 1] for c in configs], outs
-        arrays = records(configs, Config), records(states, State), vector(aux), vector(signals)
+        other = Rows.of(states)
+        arrays = records(configs, Config), other.array, vector(aux), vector(signals)
         fast(*arrays, *map(vector, more), vector(moved))
         drive(configs, states, aux, signals, *more, moved)
-        other = [State() for _ in configs]
-        write_back(arrays[1], other)
         assert [astuple(s) for s in other] == [astuple(s) for s in states]
         for mine, theirs in ((aux, arrays[2]), (signals, arrays[3])):
             assert struct.pack(f"<{len(mine)}d", *mine) == struct.pack(f"<{len(mine)}d", *theirs.tolist())

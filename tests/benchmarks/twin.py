@@ -18,7 +18,7 @@ from pidcfg.sim.controllers.dl06 import scan as dl06
 from pidcfg.sim.controllers.dl06.equation import Config, State
 from pidcfg.sim.engine import choice as engine
 from pidcfg.sim.engine import compile as compilation
-from pidcfg.sim.engine.compile import from_arrays, to_arrays
+from pidcfg.sim.engine.compile import to_arrays
 from pidcfg.sim.engine.kernel import LOG_COLUMNS, Drawn, Log, Loops, Meters, Reference, World
 from pidcfg.sim.engine.kernel import Config as AnyConfig
 from pidcfg.sim.engine.kernel import State as AnyState
@@ -119,7 +119,7 @@ class Twin:
 
     def with_clocks(self) -> engine.Kernels:
         """The compiled kernels, built once more with a clock inside."""
-        plain = compilation.on_lists
+        plain = compilation.on_arrays
 
         def clocked(function: Kernel, original: Kernel, vendor: Any) -> Kernel:
             def timed(*arguments: Any) -> Any:
@@ -130,14 +130,14 @@ class Twin:
 
             return plain(timed, original, vendor)
 
-        compilation.on_lists = clocked
+        compilation.on_arrays = clocked
         try:
             engine.KEPT.clear()
             engine.fast_normals.cache_clear()
             drawn = engine.fast_normals()
             return engine.numba_kernels(controller())._replace(normals=lambda: drawn)
         finally:
-            compilation.on_lists = plain
+            compilation.on_arrays = plain
             engine.fast_normals.cache_clear()
 
     def advance(  # noqa: PLR0917 - as the kernel
@@ -164,7 +164,7 @@ class Twin:
             return self.compiled.advance(k, last, *rest)
         kinds = (World, Drawn, Loops, Meters, Log)
         groups = (world, drawn, loops, meters, log)
-        w, d, c, m, g = arrays = [to_arrays(kind, value, VENDOR) for kind, value in zip(kinds, groups, strict=True)]
+        w, d, c, m, g = [to_arrays(kind, value, VENDOR) for kind, value in zip(kinds, groups, strict=True)]
         room = len(g.rows) // LOG_COLUMNS - len(m.loops)
         sizes = [len(x) for x in (w.plants, c.configs, m.bands, m.gauges, g.shown)]
         data = (
@@ -185,8 +185,6 @@ class Twin:
         started = time.process_time()
         k = self.code.advance(*map(ctypes.c_int64, (k, last, zero)), ctypes.byref(run))
         self.seconds += time.process_time() - started
-        for kind, columns, value in zip(kinds, arrays, groups, strict=True):
-            from_arrays(kind, columns, value)
         return k
 
     def normals(  # noqa: PLR0917 - as the kernel

@@ -261,7 +261,7 @@ def numba_kernels(controller: Controller) -> Kernels:
 
     built = compiler.compile_functions(ENTRIES, {kernel.scan: controller.scan}, inlined_kernels(controller))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
-    advance, settle = (compiler.on_lists(built[f], f, vendor) for f in ENTRIES)
+    advance, settle = (compiler.on_arrays(built[f], f, vendor) for f in ENTRIES)
     KEPT[controller.scan] = Kernels(
         advance, settle, fast_normals, Storage(compiler.Rows.of, array, compiler.put_in_arrays)
     )
@@ -273,5 +273,5 @@ def fast_normals() -> Normals | None:
     """`pidcfg.sim.engine.plants.normals` compiled, where it draws what Python draws."""
     from pidcfg.sim.engine import compile as compiler
 
-    fast = compiler.on_lists(compiler.compile_functions([normals], inlined=DRAWN)[normals], normals, {})
+    fast = compiler.on_arrays(compiler.compile_functions([normals], inlined=DRAWN)[normals], normals, {})
     return fast if draws_alike(fast) else None

@@ -1,8 +1,8 @@
 """The same kernels, compiled: numba over NumPy records in place of CPython over slots dataclasses.
 
 `compile_functions` rebuilds functions and all that they call with globals in which every one of them is its compiled
-self, unedited otherwise, and a vendor's ``scan`` stands in the place of another function. `records` and `write_back`
-carry flat dataclasses to structured arrays and home again.
+self, unedited otherwise, and a vendor's ``scan`` stands in the place of another function. `Rows` are flat dataclasses
+in a structured array.
 
 Compiled code lies in the user's cache (`pidcfg.text.store`), which checks an entry before numba sees any of it.
 numba's own
@@ -20,7 +20,7 @@ import sys
 import warnings
 import zlib
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields
 from functools import cache
@@ -149,14 +149,6 @@ def records(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.vo
     return np.array([values(item) for item in objects], kind)
 
 
-def write_back(rows: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:
-    """The records' values into the objects that they were copied from."""
-    names = rows.dtype.names or ()
-    for row, item in zip(rows.tolist(), objects, strict=True):
-        for name, value in zip(names, row, strict=True):
-            setattr(item, name, value)
-
-
 @cache
 def record_view(cls: type) -> type[Any]:
     """A class with the fields of a flat dataclass whose objects lie in an array of its records."""
@@ -201,44 +193,26 @@ def put_in_arrays(into: Any, present: Any) -> None:
 # --- calls -----------------------------------------------------------------------------------------------------------
 
 
-def on_lists(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> Kernel:
-    """A compiled kernel that is called with lists of objects, as its original is.
+def on_arrays(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> Kernel:
+    """A compiled kernel that is called with `Rows` and with ``array`` of numbers, whose memory it reads and writes.
 
     The original's annotations say what becomes of each argument; ``vendor`` has the classes of its type variables.
+    What was an argument of the last call is not looked at again.
     """
     kinds = [kind for name, kind in get_type_hints(original).items() if name != "return"]
     kept: list[tuple[Any, Any]] = [(None, None)] * len(kinds)
 
     def call(*arguments: Any) -> int:
-        arrays, written = [], []
-        for at, (kind, value, last) in enumerate(zip(kinds, arguments, kept, strict=True)):
-            if kind is int or value is last[0]:
-                arrays.append(value if kind is int else last[1])
-                continue
-            arrays.append(to_arrays(kind, value, vendor))
-            if lies_in_arrays(kind, value):
-                kept[at] = value, arrays[at]
-            else:
-                written.append(at)
-        result = function(*arrays)
-        for at in written:
-            from_arrays(kinds[at], arrays[at], arguments[at])
-        return int(result)
+        for at, (kind, value) in enumerate(zip(kinds, arguments, strict=True)):
+            if kind is int or value is not kept[at][0]:
+                kept[at] = value, to_arrays(kind, value, vendor)
+        return int(function(*[arrays for _, arrays in kept]))
 
     return call
 
 
-def lies_in_arrays(kind: Any, value: Any) -> bool:
-    """Whether nothing of a group is copied to make arrays of it: the same group has the same arrays in another call."""
-    items = [item for part, item in zip(group_fields(kind), value, strict=False) if part is not int]
-    return bool(items) and all(isinstance(item, array | Rows) or not item for item in items)
-
-
 def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
-    """An argument for a compiled kernel: a sequence as an array, a group with each of its fields so.
-
-    An ``array`` and `Rows` are handed through: the kernel reads and writes their own memory.
-    """
+    """An argument for a compiled kernel: of a sequence the array in which it lies, of a group that of each field."""
     if type(value) is Rows:
         return value.array
     if parts := group_fields(kind):
@@ -246,36 +220,17 @@ def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
     if kind is int:
         return value
     item = item_of(kind)
-    if item not in {int, float}:
-        return records(value, vendor.get(item, item))
-    if isinstance(value, array) and value:
-        return np.frombuffer(value, TYPES[item.__name__])
-    return np.array(value, TYPES[item.__name__])
+    if not value:
+        return np.empty(0, TYPES[item.__name__] if item in {int, float} else record_type(vendor.get(item, item)))
+    if not isinstance(value, array):
+        raise TypeError(f"{value!r} lies in no array")
+    return np.frombuffer(value, TYPES[item.__name__])
 
 
 @cache
 def item_of(kind: Any) -> Any:
     """The type of a sequence's items."""
     return get_args(kind)[0]
-
-
-@cache
-def is_written(kind: Any) -> bool:
-    """Whether a kernel writes a sequence."""
-    return get_origin(kind) is MutableSequence
-
-
-def from_arrays(kind: Any, columns: Any, value: Any) -> None:
-    """What a compiled kernel has written into the arrays of an argument, back into its lists."""
-    if parts := group_fields(kind):
-        for part, column, item in zip(parts, columns, value, strict=True):
-            from_arrays(part, column, item)
-    elif isinstance(value, array | Rows) or not is_written(kind):
-        return
-    elif columns.dtype.names is not None:
-        write_back(columns, value)
-    else:
-        value[:] = columns.tolist()
 
 
 @cache
