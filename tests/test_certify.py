@@ -413,9 +413,8 @@ def test_sources_are_a_hash_of_the_package():
 
 
 def test_a_recording_has_the_signals_of_its_loop():
-    loaded = loaded_of(scenario())
-    batch = Batch(loaded.document, loaded.uncertainties(loaded.plc())[0], 3)
-    times, signals = workers._record(loaded, batch, 0, Settings("python"))
+    job = workers.Job("run.scenario.yaml", scenario(), "loop.yaml", CONFIG.encode(), 3, "python", DEFAULT)
+    ((times, signals),) = workers._recorder(job)(range(1))
     assert times == [float(i) for i in range(11)]
     assert {name: len(values) for name, values in signals.items()} == {"TIC-1.PV": 11, "TIC-1.SP": 11, "TIC-1.OUT": 11}
     assert {*signals["TIC-1.OUT"]} == {50.0}

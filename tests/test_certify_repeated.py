@@ -13,7 +13,7 @@ from pidcfg.sim.engine.choice import is_installed
 from pidcfg.sim.engine.repeat import IrregularError, Repeated
 from pidcfg.sim.engine.run import Settings, begin_run
 from pidcfg.study.certification import samples as workers
-from pidcfg.study.certification.samples import Job, Sampler, run_sample
+from pidcfg.study.certification.samples import Job, Sampler, Thinned, run_sample
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 
@@ -86,6 +86,10 @@ def assert_alike(job, monkeypatch, *, alone=(), order=(3, 0, 4, 3)):
         drawn = batch.numbers(i)
         again = records_after(sampler.repeated.begin(batch.like(first.scenario, i, drawn)))
         assert again == records_after(begin_run(batch.scenario(i, drawn), new_plc, loaded.controller, settings))
+    recorded, alone_recorded = Thinned(), Thinned()
+    assert sampler.record(order[0], recorded)
+    run_sample(loaded, batch, order[0], replace(job.settings, recording=alone_recorded))
+    assert recorded.taken == alone_recorded.taken
     assert_as_new(sampler.repeated, Repeated(first.scenario, new_plc, loaded.controller, settings).plc)
     return [wanted[i] for i in order]
 
@@ -224,6 +228,7 @@ def test_what_changes_more_than_numbers_runs_by_itself(name, monkeypatch):
     sampler = Sampler(loaded, batch, job.settings)
     assert [repr(sampler.run(i)) for i in range(4)] == [repr(one) for one in wanted]
     assert ran == sorted(alone)
+    assert [sampler.record(i, Thinned()) for i in range(4)] == [not one.reason for one in wanted]
 
 
 CHANGED = {

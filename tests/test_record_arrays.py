@@ -17,7 +17,7 @@ from pidcfg.sim.controllers.kernels import single
 from pidcfg.sim.engine.compile import Rows, native_single, on_arrays, records
 
 
-def test_what_compiled_code_has_written_is_seen():
+def test_what_compiled_code_has_written_comes_back():
     states = Rows.of([State(sp=1.5, status=2), State(sp=-3.0, due=1 << 40)])
     assert states.array["sp"].tolist() == [1.5, -3.0]
     assert states.array["due"].tolist() == [0, 1 << 40]
@@ -92,7 +92,7 @@ def raised(k: int, pair: Pair) -> int:
     return k
 
 
-def test_a_group_has_the_same_arrays_in_each_call():
+def test_a_group_that_lies_in_arrays_has_the_same_ones_in_each_call():
     pair, call = Pair(array("d", [1.0]), Rows.of([State(sp=1.0)])), on_arrays(raised, raised, {})
     call(0, pair)
     pair.values[0] = 3.0

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Bound, Expectation, Scenario
     from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.engine.expressions import Problem
+    from pidcfg.sim.engine.run import Run
     from pidcfg.sim.judgement.report import Note, Report, Standing, Verdict
     from pidcfg.study.uncertainty import NumberSpread, Uncertainty
     from pidcfg.text.document import Document
@@ -320,6 +321,27 @@ class Sampler:
             return run_sample(self.loaded, self.batch, sample, self.settings)[0]
 
     def _repeat(self, sample: int) -> SampleResult:
+        numbers, run = self._begin(sample)
+        for _ in run.course():
+            pass
+        judged = run.judge()
+        shown = Shown(judged.evidence.verdicts, judged.standing, judged.metrics, judged.faults, run.problems)
+        return _result(sample, numbers, run.scenario, shown)
+
+    def record(self, sample: int, thinned: Thinned) -> bool:
+        """Takes down the signals of a sample; whether it could run."""
+        try:
+            _, run = self._begin(sample)
+            run.settings = replace(run.settings, recording=thinned)
+            for _ in run.course():
+                pass
+        except (UnusableSampleError, UnusableError, IrregularError):
+            settings = replace(self.settings, recording=thinned)
+            return run_sample(self.loaded, self.batch, sample, settings)[1] is not None
+        return True
+
+    def _begin(self, sample: int) -> tuple[Sequence[float], Run]:
+        """The drawn numbers of a sample, and its run at time 0."""
         batch, numbers = self.batch, self.batch.numbers(sample)
         if self.repeated is None:
             scenario = batch.scenario(sample, numbers)
@@ -327,12 +349,7 @@ class Sampler:
             self.repeated = Repeated(scenario, new_plc, self.loaded.controller, settings)
         else:
             scenario = batch.like(self.repeated.run.scenario, sample, numbers)
-        run = self.repeated.begin(scenario)
-        for _ in run.course():
-            pass
-        judged = run.judge()
-        shown = Shown(judged.evidence.verdicts, judged.standing, judged.metrics, judged.faults, run.problems)
-        return _result(sample, numbers, scenario, shown)
+        return numbers, self.repeated.begin(scenario)
 
 
 class Shown(NamedTuple):
@@ -553,19 +570,18 @@ Recorded = tuple[list[float], dict[str, "array[float]"]]
 """Times in s, and the values of each signal."""
 
 
-def _record(loaded: Loaded, batch: Batch, sample: int, settings: Settings) -> Recorded | None:
-    """One sample's signals."""
-    thinned = Thinned(signals_of(axes_of(loaded.plc(), loaded.image.settings)))
-    _, report = run_sample(loaded, batch, sample, replace(settings, recording=thinned))
-    if report is None:
-        return None
-    return [ten_digits(step * thinned.dt) for step in thinned.wanted_steps], thinned.taken
-
-
 def _recorder(job: Job) -> Callable[[range], list[Recorded | None]]:
     """What records samples one after the other."""
-    loaded, batch = job.loaded()
-    return lambda samples: [_record(loaded, batch, i, job.settings) for i in samples]
+    sampler = job.sampler()
+    wanted = signals_of(axes_of(sampler.loaded.plc(), sampler.loaded.image.settings))
+
+    def record(sample: int) -> Recorded | None:
+        thinned = Thinned(wanted)
+        if not sampler.record(sample, thinned):
+            return None
+        return [ten_digits(step * thinned.dt) for step in thinned.wanted_steps], thinned.taken
+
+    return lambda samples: list(map(record, samples))
 
 
 # --- Which pidcfg runs ------------------------------------------------------------------------------------------------
