@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_below, refuse_unknown, vendor_named
 from pidcfg.text.reader import DEFAULT, Files, Limits, data_of, read_file, reader_of, source_data
 from pidcfg.vendors import VENDORS, format_names
@@ -56,6 +55,8 @@ def decode_words(vendor: str, words: Mapping[int, int], **options: Any) -> Decod
 
     Raises `KeyError` for a vendor that is not known and `DecodeError` for words that are missing or impossible.
     """
+    from pidcfg.encoders.contract import encoder_of
+
     decoded: Decoded = encoder_of(VENDORS[vendor]).decode(words, options=options)
     return decoded
 
@@ -376,6 +377,7 @@ def decode(
     ``annotate``: the listing with a meaning beside every word instead. ``pou``: the program of a project with several.
     ``options``: the vendor's of ``pidcfg decode``.
     """
+    from pidcfg.encoders.contract import formats_of
     from pidcfg.output.sources import checked_of, files_of
     from pidcfg.output.words import DecodeOptions, decode_files
 

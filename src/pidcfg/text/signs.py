@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import unicodedata
 from itertools import takewhile
@@ -243,8 +242,10 @@ def key_of_term(key: str, known: Collection[str]) -> str | None:
 
 def closest_name(word: str, names: Iterable[str]) -> str | None:
     """The name that was probably meant: the most alike, of equals the one that begins alike."""
-    near = difflib.get_close_matches(word, names, 4, 0.5)
-    likeness = difflib.SequenceMatcher(b=word)
+    from difflib import SequenceMatcher, get_close_matches
+
+    near = get_close_matches(word, names, 4, 0.5)
+    likeness = SequenceMatcher(b=word)
 
     def rank(name: str) -> tuple[float, int]:
         likeness.set_seq1(name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.output.explanation.answer import SYMPTOM
@@ -21,10 +20,13 @@ def as_text(pages: Sequence[Page]) -> str:
     """All explanations, with a line between two."""
     texts = []
     for i, one in enumerate(pages):
+        if one.markdown:
+            texts.append(one.markdown)
+            continue
         lines = [*_lines(one)]
         if i and one.kind == SYMPTOM and pages[i - 1].title == one.title:  # what is true of every PLC is said once
             lines = [one.vendor_title, *lines[2 + len([*row("", one.meaning.effect if one.meaning else "")]) :]]
-        texts.append(one.markdown or "\n".join(lines) + "\n")
+        texts.append("\n".join(lines) + "\n")
     return "\n".join(texts)
 
 
@@ -93,6 +95,8 @@ def row(label: str, text: str) -> Iterator[str]:
     """A label and a text beside it, wrapped; nothing for an empty text."""
     if not text:
         return
+    from textwrap import wrap
+
     first, *rest = wrap(text, WIDTH - LABEL - 2, break_on_hyphens=False)
     yield f"  {label:<{LABEL - 1}} {first}" if len(label) < LABEL else f"  {label}  {first}"
     yield from (f"  {'':<{LABEL - 1}} {line}" for line in rest)
