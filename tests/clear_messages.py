@@ -166,6 +166,7 @@ SCENARIOS = (
     ("dpide/chiller.scenario", "share: 90 %", "share: 0.9", "0.9 can be 90 % or 0.9 %", "write 90 %"),
     ("dl06/flow.scenario", "band: 5 %", "band: 0.05", "0.05 can be 5 % or 0.05 %", "write 5 %"),
     ("dpide/oven.scenario", "duration: 90 min", "tolerance: {OVEN: 200 %}\nduration: 90 min", "200 %", "than 100 %"),
+    ("dpide/chiller.scenario", "share: 90 %", "share: 1", "1 can be 100 % or 1 %", "write 1 %, or what"),
 )
 COMMANDS = (
     # command                                                must have

@@ -797,6 +797,8 @@ def test_a_dump_without_our_cells_is_refused(image, dump):
 
 HOSTILE_DUMPS = {
     # replaced                    by                        what the message says
+    "\nDS41,": ("\n\x85DS41,", "'DS41' is not an address of DS"),
+    "\nDS51,": ("\nDS51\xa0,", "'DS51' is not an address of DS"),
     "DF1,1.50000000": ("DF1,nan", "DF1: 'nan' is not a finite"),
     "DF1,1.5": ("DF1,1e9990", "DF1: '1e99900000000' is not a finite"),
     "DF11,0.00000000": ("DF11,inf", "DF11: 'inf' is not a finite"),

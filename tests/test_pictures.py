@@ -292,6 +292,13 @@ def test_of_many_events_the_first_are_explained_and_all_failures():
     assert "and 18 more events" in lines(chart(marks=tuple(marks)), 80, 8, ascii_only=True)
 
 
+def test_places_far_down_a_long_picture_are_as_fine_as_those_at_its_top():
+    found = [float(y) for y in re.findall(r'class="loop" x="\S+" y="(\S+)"', draw.svg([chart()] * 400, title="many"))]
+    distances = [below - above for above, below in pairwise(found)]
+    assert found[-1] > 100_000
+    assert max(distances) - min(distances) < 0.03
+
+
 def test_long_texts_end_with_dots():
     assert shortened("temperature", 6) == "tempe…"
     assert shortened("level", 6) == "level"

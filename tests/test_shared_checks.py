@@ -355,6 +355,8 @@ def test_the_cure_of_a_text_that_is_no_number(text, says):
         ("sample_rate: 2", "sample_rate: 2,5", (6, 18), "sample_rate: '2,5' is not a number", "write 2.5"),
         ("sample_rate: 2", "sample_rate: 2,5 s", (6, 18), "sample_rate: '2,5 s' is not a time", "write 2.5"),
         ("sample_rate: 2", "sample_rate: 2 parsec", (6, 18), "'2 parsec' is not a time", "units are ms, s, min and h"),
+        ("sample_rate: 2", f"sample_rate: 1{' 1' * 2000}", (6, 18), "1' is not a number", "write one number in digits"),
+        ("sample_rate: 2", f"sample_rate: {'1' * 4000}!", (6, 18), "1!' is not a number", "write one number in digits"),
         ("400]", "400,5]", (9, 17), "a list of two values, not of 3", "that is a point"),
         ("400]", "1e-320]", (9, 17), "range: 1e-320 is too small; the limit is 1e-300", "write 0 where that is meant"),
         ("400]", "1e301]", (9, 17), "range: 1e301 is too large; the limit is 1e300", "write a smaller number"),

@@ -841,6 +841,8 @@ def test_an_entry_that_allows_nothing_is_a_warning():
         ("allow: [{kind: saturation, loop: TANK, reason: x}]", "PID027", "saturation"),
         ("tolerance: {TANKS: 3}", "PID050", "'TANKS' is no loop"),
         ("tolerance: {TANK: 0}", "PID053", "is 0; it must be above 0"),
+        ("tolerance: {TANK: 100 %}", "PID053", "a tolerance of 100 % passes whatever the PV of TANK does"),
+        ("tolerance: {TANK: 1e9}", "PID053", "a tolerance of 1000000000 passes whatever the PV of TANK does"),
         ("loops: [TANKS]", "PID050", "'TANKS' is no loop"),
         ("loops: []", "PID053", "no loop is judged"),
         ("expect: [{loop: TANK, mode: {never: autom}}]", "PID050", "'autom' is no mode"),

@@ -497,7 +497,7 @@ def _clip(box: Box, clips: dict[Box, str], salt: str) -> str:
 
 def _short(number: float) -> str:
     """A place: a hundredth of a point is finer than any print."""
-    return f"{round(number, 2):g}"
+    return f"{round(number, 2):.12g}"
 
 
 def _line(places: Sequence[Point]) -> str:

@@ -46,7 +46,7 @@ SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Dec
 UNIT_WORDS = {"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"}
 TIME_UNITS = "|".join((*SECONDS, *UNIT_WORDS))
 DURATION = re.compile(rf"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?({TIME_UNITS})")
-LIKE_DURATION = re.compile(r"[0-9].* .*[^\W\d_]|[0-9.,]+(?![OoIl]+$)[^\W\d_]+")  # a number with some unit
+LIKE_DURATION = re.compile(r"[0-9](?=.* ).*[^\W\d_]|[0-9.,]+(?![OoIl]+$)[^\W\d_]+")  # a number with some unit
 DURATION_FORM = f"{SIGNED} ?(?:{TIME_UNITS})"
 DURATION_TEXT = text_schema(DURATION_FORM, "250 ms", "2 min")
 DURATION_SCHEMA = number_schema(DURATION_TEXT)

@@ -81,7 +81,8 @@ def parse_percent(value: object) -> Decimal:
     number = parse_number(value)
     if 0 < number <= 1:
         part, whole = decimal_text(number), decimal_text(number * 100)
-        refuse("percent_form", f"{part} can be {whole} % or {part} %", help=f"write {whole} % or {part} %")
+        cure = f"write {whole} % or {part} %" if number < 1 else "write 1 %, or what is meant below 100 %"
+        refuse("percent_form", f"{part} can be {whole} % or {part} %", help=cure)
     return number
 
 

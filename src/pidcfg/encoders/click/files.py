@@ -256,7 +256,7 @@ def _row(dump: Dump, bank: Bank, columns: list[int], raw: str, line: int, positi
     """The values of one row."""
     text = raw.rstrip(" \r\n")
     name, *cells = text.removesuffix(",").split(",")
-    first = SPACE.parse(name.strip())
+    first = SPACE.parse(name.strip()) if name.isascii() else None
     if first is None or SPACE.place(first)[0] != bank:
         raise ListingError(f"{name.strip()[:40]!r} is not an address of {bank.prefix}", line)
     if len(cells) > len(columns):

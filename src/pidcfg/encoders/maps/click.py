@@ -99,8 +99,8 @@ D1031 = Decision(
     "Nickname CSV, DataView and data dump are written byte for byte as the package pyclickplc writes them. What it "
     "would pass over, cut or round is refused. Banks, types and Modbus addresses are those of CLICK's export of all "
     "addresses. The tests hold each of them to pyclickplc.",
-    "Every cell was checked before and after pyclickplc in any case, through a temporary file; without it that is less "
-    "code, and who installs pidcfg gets no pymodbus of an older version with it.",
+    "pyclickplc passes over, cuts or rounds in silence what it does not take, and works on files alone: around it every "
+    "cell would be checked a second time. Who installs pidcfg gets no pymodbus of an older version with it.",
 )
 ADDRESS = re.compile(r"([A-Za-z]{1,3})([0-9]{1,7})([Uu]?)")
 HALVES = frozenset({"XD0U", "YD0U"})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from math import inf
 from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
@@ -201,6 +202,13 @@ def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     yield from _check_standing(scenario, plc)
 
 
+def _most_tolerance(tolerance: Bound, pv_range: tuple[float, float] | None) -> float:
+    """The span of a PV in the unit of a tolerance; without end where there is no range."""
+    if tolerance.unit == "%":
+        return 100.0
+    return inf if pv_range is None else abs(pv_range[1] - pv_range[0])
+
+
 def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """Loops that standing expectations name, reasons, and a run that is too short to be judged."""
     for i, entry in enumerate(scenario.allow):
@@ -215,9 +223,12 @@ def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
             cure = "write it in the PV's unit, or in % of its span"
             message = f"the tolerance of {name} is {tolerance.value:f}{tolerance.unit}; it must be above 0"
             yield Problem(("tolerance", name), message, "value", help=cure)
-        elif tolerance.unit == "%" and tolerance.value >= 100:
-            message = f"a tolerance of {tolerance.value:f} % of the span of {name} passes whatever its PV does"
-            yield Problem(("tolerance", name), message, "value", help="write less than 100 %")
+        elif tolerance.value >= (most := _most_tolerance(tolerance, plc.pv_range(plc.loops.index(name)))):
+            message = (
+                f"a tolerance of {tolerance.value:f}{tolerance.unit and ' %'} passes whatever the PV of {name} does"
+            )
+            cure = f"write less than {most:g}{tolerance.unit and ' %'}, the span"
+            yield Problem(("tolerance", name), message, "value", help=cure)
     for key in ("assumed_signs", "loops"):
         for i, name in enumerate(getattr(scenario, key) or ()):
             if name not in plc.loops:

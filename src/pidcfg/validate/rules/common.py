@@ -396,7 +396,9 @@ def pulses_of_one_period(context: AnyContext) -> Findings:
     Fix: begin the periods apart, of four outputs by a quarter of the period; where the program cannot, size the supply
     for all outputs at once, or take periods that differ.
     """
-    items, key, unit = PULSES.get(context.config.vendor, ("loops", "vendor", ""))
+    if context.config.vendor not in PULSES:
+        return
+    items, key, unit = PULSES[context.config.vendor]
     path = key.split(".")
     periods = [value_at(i, path) if hasattr(i, path[0]) else None for i in getattr(context.config, items)]
     counts = Counter(periods)
