@@ -130,9 +130,9 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
         for field in fields:
             path = path_in_file(i, field.path)
             of_file = field.path.startswith("/")
-            owner = model if of_file else value_at(model, ("loops", i))
+            owner: type[BaseModel] = type(model if of_file else value_at(model, ("loops", i)))
             number = number_of(clamped[path].value if path in clamped else value_at(model, path))
-            limits = None if number is None else limits_at(type(owner), field.path.lstrip("/"))
+            limits = None if number is None else limits_at(owner, field.path.lstrip("/"))
             if limits is None or number is None or limits.holds(number):
                 continue
             low, high = (None if end is None else Decimal(end) for end in (limits.low, limits.high))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import field, replace
 from decimal import Decimal
+from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 from pydantic import BaseModel
@@ -29,13 +30,13 @@ from pidcfg.schemas.limits import Limits, unit_text, units_of
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import dotted
+from pidcfg.text.paths import beginnings, dotted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from pidcfg.encoders.decoding import Reading
-    from pidcfg.encoders.regmap import Access, Written
+    from pidcfg.encoders.regmap import Access, Tuned, Written
     from pidcfg.text.paths import Path
     from pidcfg.vendors import Vendor
 
@@ -112,8 +113,7 @@ def unit_of(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> 
 
 def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
     """The unit of one of the three terms, where the vendor's tables leave it open."""
-    tuned = tables_of(vendor).TUNED
-    keys = [tuned.key(name) for name in tuned.names]
+    tuned, keys = _terms_at(vendor)
     if leaf.text == keys[0]:
         return GAINS.get(tuned.gain_unit, "")
     form = getattr(tuned, "dependent", None)
@@ -123,24 +123,26 @@ def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
     return "s" if form is None or chosen is form[1] else OF_GAINS[keys.index(leaf.text)]
 
 
+@cache
+def _terms_at(vendor: Vendor) -> tuple[Tuned, list[str]]:
+    tuned = tables_of(vendor).TUNED
+    return tuned, [tuned.key(name) for name in tuned.names]
+
+
 def _table_unit(leaf: Leaf, vendor: Vendor) -> str:
     """The unit by the vendor's tables, then by the limits of the field, then by its type."""
-    table, text = units_by_path(vendor), leaf.text
-    places = (text, f"{text}.0", text.rpartition("].")[2])
-    unit = _term_unit(leaf, vendor) or next((table[place] for place in places if place in table), "")
-    if unit:
-        return unit
-    field = type(leaf.model).model_fields[leaf.key]
-    limits = next((m for m in field.metadata if isinstance(m, Limits) and m.unit), None)
-    if limits is not None:
-        return limits.unit
-    if leaf.key in RANGES:
-        return str(leaf.path[-2])
-    return next((TIMES[m] for m in field.metadata if _is_time(m)), "")
+    return _term_unit(leaf, vendor) or _field_unit(leaf.path, type(leaf.model), leaf.key, vendor)
 
 
-def _is_time(mark: Any) -> bool:
-    return any(mark is time or mark == time for time in TIMES)
+@cache
+def _field_unit(path: Path, model: type[BaseModel], key: str, vendor: Vendor) -> str:
+    table, text = units_by_path(vendor), path_text(path)
+    unit = next((table[place] for place in (text, f"{text}.0", text.rpartition("].")[2]) if place in table), "")
+    marks = [] if unit else model.model_fields[key].metadata
+    unit = unit or next((m.unit for m in marks if isinstance(m, Limits) and m.unit), "")
+    if not unit and key in RANGES:
+        return str(path[-2])
+    return unit or next((TIMES[m] for m in marks if any(m is time or m == time for time in TIMES)), "")
 
 
 # --- What a wire means, however it is written: two expressions are compared by what they calculate, step by step ------
@@ -316,15 +318,14 @@ class Subject(NamedTuple):
         return self.reading is None or self.reading.listing.described
 
 
-def value_and_unit(leaf: Leaf, loop: Any, vendor: Vendor) -> tuple[Any, str]:
-    """A value as JSON has it, and its unit."""
+def value_and_unit(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> tuple[Any, str]:
+    """A value as JSON has it, and its unit; ``units``: the loop's `unit_names`."""
     value = leaf.value
     if isinstance(getattr(value, "duration", value), Duration):
         value = getattr(value, "duration", value)
     elif hasattr(value, "duration"):
         return str(value), ""
-    unit = unit_of(leaf, loop, vendor, unit_names(loop))
-    return number(value), trim_unit(unit)
+    return number(value), trim_unit(unit_of(leaf, loop, vendor, units))
 
 
 def number(value: Any) -> Any:
@@ -397,12 +398,13 @@ def other_keys(model: Any, subject: Subject, taken: Iterable[str], above: str = 
     """The keys of a file's section that nothing else is made of: no register holds them, nor does any listing."""
     if subject.reading is not None:
         return
-    ids = list(taken)
+    ids, units = set(taken), unit_names(model)
+    above_ids = {outer for name in ids for outer in beginnings(name)}
     for leaf in leaves(model):
         key = above + dotted(leaf.path)
-        if key in TOP or any(overlap(key, other) for other in ids):
+        if key in TOP or key in ids or key in above_ids or not ids.isdisjoint(beginnings(key)):
             continue
-        value, unit = value_and_unit(leaf, model, subject.vendor)
+        value, unit = value_and_unit(leaf, model, subject.vendor, units)
         yield key, Item(key, value, unit, value, default=is_default(leaf), file_only=True)
 
 
@@ -430,7 +432,7 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
         for leaf in leaves(plc):
             key = f"plc.{dotted(leaf.path)}"
             if not any(overlap(key, other) for other in registers):
-                value, unit = value_and_unit(leaf, plc, subject.vendor)
+                value, unit = value_and_unit(leaf, plc, subject.vendor, unit_names(plc))
                 items[key] = Item(key, value, unit, value, default=is_default(leaf))
     for name, value in flat(order_moves(entry)):
         key = name if name in TOP else f"plc.{name}"

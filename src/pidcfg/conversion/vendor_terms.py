@@ -228,7 +228,7 @@ class _Block:
             return key, spelled(raw, self.subject.encoding.space.name) if raw else None, ""
         leaf = None if isinstance(word.codec, Choice) or not self.is_own else self.leaf(key)
         if leaf is not None:
-            return key, *value_and_unit(leaf, self.model, self.subject.vendor)
+            return key, *value_and_unit(leaf, self.model, self.subject.vendor, self.units)
         value = self.value(word)
         is_given = bool(raw) or isinstance(word.codec, Choice)
         is_raw = isinstance(value, Quantity) and (value.counts or not self.block.scales[str(word.scale)].range)
@@ -274,7 +274,7 @@ def parameter_terms(subject: Subject) -> Terms:
     for name, entries in cells.items():
         model = models.get(name)
         values = {cell.field: cell.raw for cell in entries}
-        items, place = {}, str(getattr(model, "device", ""))
+        items, place, units = {}, str(getattr(model, "device", "")), unit_names(model)
         for cell in entries:
             key = cell.field or cell.address.removeprefix(f"{name}.")
             writer = writer_of(table, SIGNALS if model is None else key, values)
@@ -282,7 +282,7 @@ def parameter_terms(subject: Subject) -> Terms:
                 writer = Written(key, "live", "the block, whose output it is", D345)
             if outer := outputs.get(cell.device):
                 writer = Written(key, "live", f"{outer}, whose output it is", D345)
-            items[key] = _item(subject, cell, key, model, writer)
+            items[key] = _item(subject, cell, key, model, units, writer)
         if model is not None:
             items |= settings_beside(settings[places[name]], model, {}, subject.faults(name))
             items |= dict(other_keys(model, subject, [*items, *image.settings[places[name]]]))
@@ -323,14 +323,14 @@ def _content(cell: Entry, reading: Reading | None) -> tuple[Any, str, bool]:
     return raw if held is None else held, reading.unreadable.get(cell.address, ""), True
 
 
-def _item(subject: Subject, cell: Entry, key: str, model: Any, writer: Written | None) -> Item:
+def _item(subject: Subject, cell: Entry, key: str, model: Any, units: Mapping[str, str], who: Written | None) -> Item:
     """A parameter; one that is wired is a setting, whoever writes what it is wired to."""
     content, fault, known = _content(cell, subject.reading)
     unit = ""
     if model is not None and not isinstance(content, Wire):
         leaf = _leaf(model, key, content)
-        unit = "" if leaf is None else value_and_unit(leaf, model, subject.vendor)[1]
-    is_mine = isinstance(content, Wire) or writer is None or writer.kind == "compared"
+        unit = "" if leaf is None else value_and_unit(leaf, model, subject.vendor, units)[1]
+    is_mine = isinstance(content, Wire) or who is None or who.kind == "compared"
     return Item(
         key,
         None if fault else number(content),
@@ -338,8 +338,8 @@ def _item(subject: Subject, cell: Entry, key: str, model: Any, writer: Written |
         content_of(content),
         cell.device or cell.address,
         _word(cell, content, fault),
-        "setting" if is_mine else kind_by("setting", writer),
-        "" if writer is None or isinstance(content, Wire) else writer.by,
+        "setting" if is_mine else kind_by("setting", who),
+        "" if who is None or isinstance(content, Wire) else who.by,
         fault,
         known,
         number=cell.number,

@@ -61,6 +61,7 @@ def number_of(text: str) -> Decimal:
     return Decimal(text)
 
 
+@cache
 def limits_at(model: type[BaseModel], path: str) -> Limits | None:
     """The limits of a key, by its path through sections and lists; None where it has none."""
     key, _, rest = path.partition(".")
