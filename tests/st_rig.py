@@ -113,11 +113,11 @@ def _record_nextopid(vendor, name, samples):
     path = EXAMPLES / vendor / f"{name}.yaml"
     image = encode_nextopid(NextopidFile.model_validate(_read(path))).image
     unit = Unit(image)
-    plcs, steps, last = {}, [], {}
+    plcs, steps, last = [], [], {}
 
     def new_plc():
         plc = nextopid.load(image)
-        plcs[id(plc.configs)] = plc
+        plcs.append(plc)
         return plc
 
     plc = new_plc()
@@ -126,7 +126,7 @@ def _record_nextopid(vendor, name, samples):
     names_of = {slot: outside.get(slot) or names.get(slot) for slot in range(len(plc.signal_values))}
 
     def scan(tick, configs, states, aux, signals):
-        own = plcs[id(configs)]
+        own = next(plc for plc in plcs if plc.configs is configs)
         if last.get("plc") is not own:
             last.update(plc=own, values=list(new_plc().signal_values))
             steps.clear()
@@ -223,15 +223,15 @@ def _record_dpide(vendor, name, samples):
     image = encode_dpide(DpideFile.model_validate(_read(path))).image
     loops = [*instructions(image)]
     interrupt = image.plc.get("interrupt_task")
-    plcs, steps, last = {}, [], {}
+    plcs, steps, last = [], [], {}
 
     def new_plc():
         plc = Watched(image, dpide.Options())
-        plcs[id(plc.configs)] = plc
+        plcs.append(plc)
         return plc
 
     def scan(tick, configs, states, aux, signals):
-        own = plcs[id(configs)]
+        own = next(plc for plc in plcs if plc.configs is configs)
         if last.get("plc") is not own:
             last.update(plc=own)
             steps.clear()

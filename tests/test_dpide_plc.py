@@ -258,7 +258,7 @@ def test_every_operand_can_be_set():
         ("MV", 3, "MV cannot be set: the PLC writes it; MOUT does so in manual", None),
         ("PID_MODE", 3, "3 is none of 0, 1, 2", None),
         ("PID_MAN", 1, "a int stands where true or false is wanted", None),
-        ("CYCLE", 1.5, "1.5 is not a whole number of ms", None),
+        ("CYCLE", 1.5, "1.5 is not a whole number of ms", "write 1.5 s if seconds are meant, else whole ms"),
         ("SV", 1e39, TOO_LARGE, "write a value inside the limits"),
         ("output", Quantity(Decimal(3), counts=True), COUNTED, None),
     ],
@@ -492,7 +492,7 @@ def test_compiled_and_plain_make_the_same_report():
 
 
 def test_numbers_go_on_without_a_gap():
-    assert [decision.number for decision in ENGINE] == [*range(265, 280), *range(685, 690)]
+    assert [decision.number for decision in ENGINE] == [*range(265, 280), *range(685, 690), 1016]
 
 
 @pytest.mark.parametrize("decision", ENGINE, ids=lambda decision: f"D{decision.number}")

@@ -329,6 +329,7 @@ def test_a_swing_passes_counts_share_of_the_span_and_noise(monkeypatch, scale, n
 )
 def test_the_noise_of_a_pv_is_that_of_all_transmitters_at_its_largest(monkeypatch, sigmas, events, noise):
     monkeypatch.setattr(watch, "_passed_on", lambda *found: found[-1])
+    monkeypatch.setattr(watch, "_heard", lambda net, *_: net.noisy)
     names = [f"p{n}" for n, _ in enumerate(sigmas)]
     net = Facts(
         noisy=names,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 import re
+import threading
 import time
 from collections import Counter
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from functools import lru_cache
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,10 +27,21 @@ if TYPE_CHECKING:
 # --- What a worker of a cluster does: the samples of one block, counted -----------------------------------------------
 
 
-@lru_cache(maxsize=1)
+class Kept(threading.local):
+    """The job that a worker had last, and what runs its samples: one run, which no other thread may begin again."""
+
+    job: Job | None = None
+    sampler: Sampler | None = None
+
+
+KEPT = Kept()
+
+
 def _sampler(job: Job) -> Sampler:
-    """What runs the samples in this process."""
-    return job.sampler()
+    """What runs the samples in this thread."""
+    if KEPT.sampler is None or KEPT.job != job:
+        KEPT.job, KEPT.sampler = job, job.sampler()
+    return KEPT.sampler
 
 
 def run_block(job: Job, first: int, end: int, sizes: Sizes) -> Tally | list[SampleResult]:

@@ -96,7 +96,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
 
 
 def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
-    """The program at ``tick``: instructions that are due (D685), and those whose PID_RUN has become FALSE (D266)."""
+    """The program at ``tick``: instructions that are due (D685, D1016), and those whose PID_RUN is FALSE now (D266)."""
     for i in range(len(configs)):
         state = states[i]
         if state.pending & (HALTING | STOPPED) == HALTING:
