@@ -436,6 +436,9 @@ def explain_things(
     vendors = list(VENDORS) if (key := vendor or family) is None else [key]
     if not things:
         return ExplainResult(examples=tuple(forms(vendors)), document=document)
+    named = [key for key in vendors if any(thing.casefold() == key for thing in things)]
+    if named and any("=" in thing for thing in things):
+        things, vendors = [thing for thing in things if thing.casefold() not in named], named
     if blocks:
         check_starts(blocks, vendors)
 
