@@ -29,6 +29,8 @@ FORMAT = 1
 MANIFEST = "manifest.json"
 PYTHON = "python.gz"
 """Python, its library and the wheels, packed by `pack`."""
+STARTERS = "pidcfg/cli/starters/"
+"""What `convert` reads of a part that is left out."""
 READ = ("pidcfg/schemas/",)
 """Modules whose sources are read by pidcfg itself: what stands beside a key is its explanation."""
 MAKE = "in a clone of pidcfg, 'python tasks.py whatif-runtime' makes it (npm, PyPI and Node are needed for that once)"
@@ -94,7 +96,8 @@ def own_modules(runtime: Runtime, package: Path, left_out: tuple[str, ...]) -> d
     files = {}
     for path in sorted(package.rglob("*")):
         name = path.relative_to(package.parent).as_posix()
-        if not path.is_file() or "__pycache__" in path.parts or name.startswith(left_out):
+        is_left_out = name.startswith(left_out) and not name.startswith(STARTERS)
+        if not path.is_file() or "__pycache__" in path.parts or is_left_out:
             continue
         data = path.read_bytes()
         found = runtime.compiled.get(hashlib.sha256(data).hexdigest()) if path.suffix == ".py" else None
