@@ -374,6 +374,11 @@ def test_what_the_program_compares_is_in_the_counts_of_its_registers():
     assert "counts apart" in found["alarms.rate_of_change"]
     for key in ("alarms.pv.low", "alarms.pv.high"):  # below 0 and above 4095 counts there is nothing
         assert "never trips" in found[key]
+    always = dropped({"pv": {"range": [0, 200]}, "alarms": {"pv": {"low": 205, "high": 210}}})
+    assert "compare IR1 in the program: below 4197 counts" in always["alarms.pv.low"]  # and not: it never trips
+    rooted = dropped({"pv": {"range": [0, 200], "unit": "m3/h", "square_root": True}, "alarms": wanted})
+    assert "set point and PV in the program: 10 m3/h apart" in rooted["alarms.deviation.high"]
+    assert rooted["alarms.hysteresis"].endswith("back by 2 m3/h")
     beyond = {"alarms": {"pv": {"high": 250}}, "pv": {"range": [0, 200]}}
     assert "above 5119 counts" in dropped(beyond, pv_tag=["R900"])["alarms.pv.high"]
 

@@ -429,6 +429,26 @@ def test_a_record_in_other_units_is_refused(tmp_path, vendor, record, says):
     assert (tmp_path / "loop.yaml").read_text("utf-8") == text
 
 
+@pytest.mark.parametrize(
+    ("header", "says"),
+    [
+        ("time [s],output [mA],pv [°C]", "its header has mA for the output, which is in % there"),
+        ("time [s],output [%],pv [degF]", "its header has degF for the PV, which is in degC there"),
+        ("time [s],output [percent],pv [%]", "its header has % for the PV, which is in degC there"),
+        ("time [s],output [%],pv [Celsius]", ""),
+        ("time [s],output [%],pv [Grad]", ""),
+        ("time [s],output,pv", ""),
+    ],
+)
+def test_units_of_a_header_that_the_loop_contradicts_are_refused(oven, header, says):
+    (oven.parent / "step.csv").write_text(recorded().replace("time [s],output,pv", header), "utf-8")
+    command = "--method", "simc", "--from-csv", "step.csv", "--columns", "time=1,output=2,pv=3", "--write", "oven.yaml"
+    before = oven.read_text("utf-8")
+    result = run(*command, cwd=oven.parent)
+    assert (result.returncode, says in result.stderr) == (2 if says else 0, True), result.stderr
+    assert (oven.read_text("utf-8") == before) is bool(says)
+
+
 def test_diff_shows_a_patch_and_writes_nothing(oven):
     before = oven.read_bytes()
     result = run(*RULE, "--write", "oven.yaml", "--diff", cwd=oven.parent)

@@ -246,24 +246,39 @@ def _alarms(b: TargetBuilder, e: EzlogixLoop) -> None:
     alarms = e.neutral.alarms
     for key, point in dict(alarms.pv).items():
         if point is not None:
-            raw = _raw(e.neutral, point, e.counts)
-            what = f"{'above' if key.startswith('high') else 'below'} {raw} counts"
-            fits = 0 <= raw <= (WORD_MOST if e.pv_tag.startswith(REGISTERS.prefix) else CV_FULL)
-            none = f"{e.pv_tag} cannot hold {raw} counts, so that it never trips: nothing to program"
-            b.drop(f"alarms.pv.{key}", f"compare {e.pv_tag} in the program: {what}" if fits else none)
+            b.drop(f"alarms.pv.{key}", _point_advice(e, point, is_high=key.startswith("high")))
     for key, point in dict(alarms.deviation).items():
         if point is not None:
-            unit = f" {e.neutral.pv.unit}" if e.neutral.pv.unit else ""
-            far = f"beyond {_difference(e, point)} counts ({decimal_text(point)}{unit})"
-            b.drop(f"alarms.deviation.{key}", f"compare the register Error (Base+{ERROR}) in the program: {far}")
+            b.drop(f"alarms.deviation.{key}", _deviation_advice(e, point))
     if alarms.rate_of_change is not None:
         per_sample = _difference(e, product(alarms.rate_of_change, e.neutral.sample_time))
         apart = "" if e.neutral.pv.square_root or not per_sample else f": {per_sample} counts apart"
         b.drop("alarms.rate_of_change", f"compare {e.pv_tag} with what it was a sample before in the program{apart}")
-    back = (
-        decimal_text(alarms.hysteresis) if e.neutral.pv.square_root else f"{_difference(e, alarms.hysteresis)} counts"
-    )
+    hysteresis = alarms.hysteresis
+    back = _in_units(e, hysteresis) if e.neutral.pv.square_root else f"{_difference(e, hysteresis)} counts"
     b.drop_all((path, note.format(back=back)) for path, note in drop_unmatched(e.neutral, BY_PROGRAM))
+
+
+def _point_advice(e: EzlogixLoop, point: Decimal, *, is_high: bool) -> str:
+    """What to compare the PV with, unless its register cannot come beyond that."""
+    raw, most = _raw(e.neutral, point, e.counts), WORD_MOST if e.pv_tag.startswith(REGISTERS.prefix) else CV_FULL
+    what = f"{'above' if is_high else 'below'} {raw} counts"
+    if raw >= most if is_high else raw <= 0:
+        return f"{e.pv_tag} is never {what}, so that it never trips: nothing to program"
+    return f"compare {e.pv_tag} in the program: {what}"
+
+
+def _deviation_advice(e: EzlogixLoop, point: Decimal) -> str:
+    """What to compare the error with; beside a square root the manual does not say in which counts it is kept."""
+    far = _in_units(e, point)
+    if e.neutral.pv.square_root:
+        return f"compare set point and PV in the program: {far} apart; the counts of the register Error are not known"
+    counts = f"{_difference(e, point)} counts ({far})"
+    return f"compare the register Error (Base+{ERROR}) in the program: beyond {counts}, above 0 or below"
+
+
+def _in_units(e: EzlogixLoop, amount: Decimal) -> str:
+    return f"{decimal_text(amount)} {e.neutral.pv.unit}" if e.neutral.pv.unit else decimal_text(amount)
 
 
 def _difference(e: EzlogixLoop, amount: Decimal) -> int:

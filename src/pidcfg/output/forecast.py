@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
 
+from pidcfg.schemas.limits import units_of
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS
 from pidcfg.sim.engine.run import Run, Settings, UnusableError, base_step, begin_run, options
@@ -18,7 +19,7 @@ from pidcfg.tuning.rules import TuningError
 from pidcfg.validate.engine import check_document
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.regmap import LoopTuning
     from pidcfg.output.findings import Data
@@ -48,6 +49,14 @@ SETTLED = 0.05
 BESIDE, LEAST_SHARE, UNLIMITED = 0.5, 0.01, 1e5
 """Of a range: how far beside it all of a record's PV is in other units, and the least step of an output in its own; and
 a range that is none."""
+KNOWN_UNITS = {
+    **dict.fromkeys(("c", "°c", "℃", "degc", "deg c", "celsius"), "degC"),
+    **dict.fromkeys(("f", "°f", "℉", "degf", "deg f", "fahrenheit"), "degF"),
+    **dict.fromkeys(("k", "degk", "kelvin"), "K"),
+    **dict.fromkeys(("%", "percent", "pct"), "%"),
+    **{unit.casefold(): unit for unit in ("mA", "V", "Pa", "kPa", "mbar", "bar", "psi")},
+}
+"""Units of which two are surely not the same, by their spellings."""
 
 
 @frozen
@@ -123,22 +132,37 @@ class Recorded(NamedTuple):
     """Lowest and highest."""
     step: float
     """Of the output."""
+    units: tuple[str, str] = ("", "")
+    """Of output and PV, as the headers say."""
 
-    def refuse(self, where: str, pv_range: tuple[float, float], output_span: float) -> None:
+    def refuse(self, where: str, pv_range: tuple[float, float], output_span: float, units: Mapping[str, str]) -> None:
         """Raises `TuningError` for numbers that are surely in other units: their gain would be wrong by as much."""
-        low, high = pv_range
-        margin = (high - low) * BESIDE
-        what = ""
-        if high - low < UNLIMITED and (self.pv[0] > high + margin or self.pv[1] < low - margin):
-            what = f"the PV goes from {self.pv[0]:.6g} to {self.pv[1]:.6g}, and its range there is {low:g} to {high:g}"
-        elif output_span < UNLIMITED and not LEAST_SHARE <= self.step / output_span <= 1 + BESIDE:
-            share = f"{100 * self.step / output_span:.3g} % of the {output_span:g} that it has there"
-            what = f"the output steps by {self.step:.6g}, {share}"
-        if what:
+        if what := self._other_units(units) or self._other_numbers(pv_range, output_span):
             raise TuningError(
                 f"{where}: {self.file} is in other units: {what}; bring the record to the units of the loop (counts or "
                 "shares of 1 may have been recorded); nothing was written"
             )
+
+    def _other_units(self, units: Mapping[str, str]) -> str:
+        """What the headers say that the loop contradicts."""
+        for side, unit in zip(("output", "pv"), self.units, strict=True):
+            known, there = (KNOWN_UNITS.get(text.casefold()) for text in (unit, units.get(side, "")))
+            if known and there and known != there:
+                return (
+                    f"its header has {unit} for the {'PV' if side == 'pv' else side}, which is in {units[side]} there"
+                )
+        return ""
+
+    def _other_numbers(self, pv_range: tuple[float, float], output_span: float) -> str:
+        """What lies far beside the loop's ranges."""
+        low, high = pv_range
+        margin = (high - low) * BESIDE
+        if high - low < UNLIMITED and (self.pv[0] > high + margin or self.pv[1] < low - margin):
+            return f"the PV goes from {self.pv[0]:.6g} to {self.pv[1]:.6g}, and its range there is {low:g} to {high:g}"
+        if output_span < UNLIMITED and not LEAST_SHARE <= self.step / output_span <= 1 + BESIDE:
+            share = f"{100 * self.step / output_span:.3g} % of the {output_span:g} that it has there"
+            return f"the output steps by {self.step:.6g}, {share}"
+        return ""
 
 
 def forecast_words(
@@ -156,7 +180,8 @@ def forecast_words(
     trial = Trial(controller.load(image), written.loop, around, plant, gains)
     if recorded is not None:
         where = f"{written.file}: {written.loop}"
-        recorded.refuse(where, (trial.bottom, trial.top), (trial.high - trial.low) * trial.unit)
+        units = units_of(checked.config.loops[trial.i])
+        recorded.refuse(where, (trial.bottom, trial.top), (trial.high - trial.low) * trial.unit, units)
     seen = _run(trial, controller, image)
     for _ in range(ATTEMPTS):
         if seen.why or not trial.shorten(seen):

@@ -239,7 +239,7 @@ def _recorded(result: TuneResult, name: str) -> Recorded | None:
     fit, record = result.identified, result.record
     if fit is None or record is None:
         return None
-    return Recorded(name, (min(record.pv), max(record.pv)), abs(fit.step))
+    return Recorded(name, (min(record.pv), max(record.pv)), abs(fit.step), record.units)
 
 
 def _into_loop(

@@ -352,7 +352,8 @@ def read_record(
         raise
     except TuningError as error:
         raise UnreadableRecordError(str(error)) from None
-    record = Record([s.time for s in samples], [s.output for s in samples], [s.pv for s in samples])
+    units = sheet.units[columns.output], sheet.units[columns.pv]
+    record = Record([s.time for s in samples], [s.output for s in samples], [s.pv for s in samples], units)
     return record, [s.line for s in samples], tuple(said)
 
 

@@ -34,6 +34,8 @@ class Record:
     time: Sequence[float]
     output: Sequence[float]
     pv: Sequence[float]
+    units: tuple[str, str] = ("", "")
+    """Of output and PV, where the headers say them."""
 
 
 @frozen
