@@ -132,6 +132,21 @@ def test_a_cluster_gives_what_one_process_gives(two, samples, monkeypatch):
     assert (shares, shares[-1]) == (sorted(shares), 1)
 
 
+def test_each_thread_has_a_run_of_its_own_and_keeps_it():
+    """Two workers may be threads of one process: a run that both begin again would mix their samples."""
+    job, seen = SimpleNamespace(sampler=object), []
+
+    def ask():
+        seen.append([cluster._sampler(job), cluster._sampler(job)])
+
+    for thread in [threading.Thread(target=ask) for _ in range(2)]:
+        thread.start()
+        thread.join()
+    (one, again), (other, _) = seen
+    assert one is again
+    assert one is not other
+
+
 def test_a_batch_goes_on_from_one_to_the_other(two, alone):
     text = files(NOISY.replace("90 %", "4 %"))
     whole = certify(None, files=text)
