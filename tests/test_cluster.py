@@ -181,6 +181,14 @@ def test_blocks_that_are_ready_too_early_are_kept(two, alone, monkeypatch):
     assert {first // SMALL for first in LATER} == set(range(7)) - {*range(done), *ready}
 
 
+def test_a_block_that_went_with_an_earlier_one_is_not_run_again():
+    """One worker had the first block while four after it were ready, and nobody asked in between."""
+    fleet = cluster.Fleet(None, None, "", SAMPLES, None, {}, print, accepted={"one", "two"})
+    four = dict.fromkeys(range(SMALL, 5 * SMALL, SMALL))
+    assert fleet.next_block(0, four) == 0
+    assert fleet.next_block(5 * SMALL, {}) == 5 * SMALL
+
+
 def without_doubles(self, due, ready):
     """As if nobody helped a slow worker."""
     first = REAL_NEXT(self, due, ready)

@@ -257,6 +257,7 @@ class Fleet:
             first = self.again.pop()
             if first >= due and first not in ready and first not in held:
                 return first
+        self.fresh = max(self.fresh, due)  # blocks that were ready went with the one that they waited for
         while self.fresh in ready:
             self.fresh = self.end_of(self.fresh)
         if self.fresh < self.samples and len(ready) <= BLOCKS_AHEAD * len(self.accepted):
