@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from pidcfg.__main__ import main
+from pidcfg.cli import outputs
 
 ROOT = Path(__file__).parents[2]
 REACTOR, TANK = ROOT / "examples/dl06/reactor.yaml", ROOT / "examples/click/tank.yaml"
@@ -162,7 +163,8 @@ def started(words: tuple[str, ...], folder: Path, *, alone: bool = False) -> int
 
 def _be_the_command(words: tuple[str, ...], folder: Path, mask: set[signal.Signals]) -> NoReturn:
     code = 3
-    atexit._clear()  # what this process does at its end is none of the copy's business
+    atexit._clear()  # what this process does at its end is none of the copy's business, but what the command does
+    atexit.register(outputs._remove_all)
     try:
         for number in (signal.SIGTERM, signal.SIGVTALRM):
             signal.signal(number, signal.SIG_DFL)
@@ -180,6 +182,7 @@ def _be_the_command(words: tuple[str, ...], folder: Path, mask: set[signal.Signa
     except KeyboardInterrupt:  # before the handlers are set, as while a program is loaded
         code = 130
     finally:
+        atexit._run_exitfuncs()
         os._exit(code)
 
 
