@@ -138,8 +138,12 @@ def response(times: Sequence[float], output: Sequence[Segment], dead: float, con
             state = _step(state, value, slope, changes[k] - at, constant)
             at, value, slope = changes[k], output[k].value, output[k].slope
             k += 1
-        state = _step(state, value, slope, time - at, constant)
-        value, at = value + slope * (time - at), time
+        past, at = time - at, time
+        if constant == inf or slope:
+            state = _step(state, value, slope, past, constant)
+            value += slope * past
+        else:  # the same of a held output, in which a search passes most of its time
+            state = value + (state - value) * exp(-past / constant)
         out.append(state)
     return out
 
