@@ -1,4 +1,4 @@
-"""``--jobs``: who did the work cannot be told from the result, and nothing is left running."""
+"""How work is done: by several processes, in several threads, and in calls that grow with the loops."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache, partial
 from pathlib import Path
+from threading import local
 
 import pytest
+import ruamel.yaml
 from click.testing import CliRunner
 
 import certify_rig
@@ -17,9 +21,13 @@ import pidcfg
 from jobs_rig import doubling, dying, waiting
 from pidcfg.cli.console import system_refusal
 from pidcfg.cli.main import cli
+from pidcfg.conversion.pipeline import convert
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.text import processes
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.text import processes, source
 from pidcfg.text.processes import A_FILE, WORTH_STARTING, Crew
+from pidcfg.text.writer import yaml_text
+from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -166,3 +174,98 @@ def test_ctrl_c_ends_all_processes_with_one_word(tmp_path, heeding_interrupts):
         time.sleep(0.01)
     else:
         pytest.fail("a process is left")
+
+
+# --- The calls from several threads at once, with the parser in C and with the one in Python --------------------------
+
+
+ROOT = Path(__file__).parents[1]
+FILES = [
+    *(path for path in sorted(ROOT.glob("examples/*/*.yaml")) if path.parent.name != "nextopid"),
+    *sorted(ROOT.glob("tests/cases/PID0*.yaml")),
+    *sorted(ROOT.glob("tests/cases/PID1*.yaml"))[::6],
+]
+
+
+@pytest.fixture(params=[False, True], ids=["c", "python"])
+def parsers(request, monkeypatch):
+    """New readers, of one kind; threads take turns as often as Python can."""
+    monkeypatch.setattr(ruamel.yaml, "YAML", partial(ruamel.yaml.YAML, pure=request.param))
+    monkeypatch.setattr(source, "THREAD", local())
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(interval)
+
+
+def findings(path):
+    """What a check says of a file, comments of the file included."""
+    return pidcfg.check(path).to_json()
+
+
+def test_files_that_are_checked_at_once_have_their_own_findings(parsers):
+    alone = [findings(path) for path in FILES]
+    assert sum(bool(result["findings"]) for result in alone) > 5
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(findings, FILES)) == alone
+
+
+def test_a_text_that_breaks_off_leaves_nothing_to_the_next(parsers):
+    good = findings(FILES[0])
+    for text in ("a: [1, {b: 'c", "a: b: c", "- 1\n\t- 2", "&a [*a", "a: |\n  b\n c"):
+        assert not pidcfg.check(text).ok
+        assert findings(FILES[0]) == good
+
+
+# --- Work grows with the number of loops and no faster: Python's calls are counted, never the clock -------------------
+
+
+LOOP = {
+    "mode": "auto",
+    "output_raises_pv": True,
+    "sample_time": 1,
+    "tuning": {"gain": 1.5, "integral_time": 60, "derivative_time": 5},
+    "pv": {"range": [0, 100], "unit": "degC"},
+    "setpoint": {"value": 50},
+    "output": {"range": [0, 100]},
+    "alarms": {"pv": {"low": 10, "high": 90}, "hysteresis": 1},
+}
+FEWEST = {"dl06": 2, "click": 2, "ezlogix": 4}
+"""Loops to begin with, where a PLC has not many; it has four times as many."""
+BOUND = {"dl06": 1.05, "click": 1.05, "ezlogix": 1.05}
+"""How many times the calls may be that so many more loops would take by the step before; few loops may be compared."""
+WORK = {
+    "check": lambda text, _: pidcfg.check_text(text, "a.yaml"),
+    "encode": lambda text, _: pidcfg.encode(text),
+    "diff": lambda text, _: pidcfg.diff(text, text.replace("1.5", "1.6")),
+    "convert": lambda text, vendor: pidcfg.convert(text, to="dpide" if vendor != "dpide" else "nextopid"),
+}
+
+
+@cache
+def configuration(vendor, loops):
+    """A file of so many loops."""
+    data = {"pidcfg": 1, "vendor": "generic", "loops": [{"name": f"L{100 + i}", **LOOP} for i in range(loops)]}
+    if vendor != "generic":
+        data = convert(GenericFile.model_validate(data), VENDORS["generic"], VENDORS[vendor], {}).data
+    return yaml_text(data)
+
+
+def calls_of(work):
+    """The calls that some work takes."""
+    events = []
+    sys.setprofile(lambda _, event, __: events.append(event))
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return events.count("call") + events.count("c_call")
+
+
+@pytest.mark.parametrize("what", WORK)
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_calls_grow_with_the_loops_and_no_faster(vendor, what):
+    texts = [configuration(vendor, FEWEST.get(vendor, 5) * factor) for factor in (1, 2, 4)]
+    WORK[what](texts[0], vendor)  # so that everything is loaded
+    few, twice, four_times = (calls_of(lambda text=text: WORK[what](text, vendor)) for text in texts)
+    assert four_times - twice <= BOUND.get(vendor, 1.01) * 2 * (twice - few)

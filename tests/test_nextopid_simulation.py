@@ -7,6 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from nextopid_rig import GAINS, controller, findings, image_of, plc_of, run
 from pidcfg.api import simulate
+from pidcfg.sim.controllers.dl06.plc import scan_time
 from pidcfg.sim.judgement.report import Range
 from standing_rig import SCENARIO, outcome
 
@@ -458,3 +459,24 @@ loops:
     report = run(text, "duration: 60\nexpect:\n  - {signal: F.OutVar, final: 40, tolerance: 0.1}\n")
 
     assert [(v.passed, v.text) for v in report.expectations] == [(True, "F.OutVar 40 ± 0.1 at the end")]
+
+
+# --- The scan time estimate against the two examples of the manual ----------------------------------------------------
+
+
+def test_one_slow_loop_adds_four_microseconds():
+    assert scan_time(0.050, [3.0]).typical == pytest.approx(50.004e-3, abs=0.5e-6)
+
+
+def test_the_four_loops_of_the_example_add_sixty_microseconds():
+    assert scan_time(0.050, [0.25, 30.0, 10.0, 1.5]).typical == pytest.approx(50.06e-3, abs=5e-6)
+
+
+def test_minimum_and_maximum_bracket_the_typical_time():
+    estimate = scan_time(0.010, [0.1, 0.1])
+
+    assert estimate == pytest.approx((10.03e-3, 10.05e-3, 10.07e-3))
+
+
+def test_without_loops_the_scan_time_stays():
+    assert scan_time(0.02, []) == (0.02, 0.02, 0.02)
