@@ -13,7 +13,7 @@ from command import run as command
 from pidcfg import certify, check, simulate
 from pidcfg.cli.formats.runs import render_runs
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.schemas.accepted import AcceptedRun, AlarmTimes, ModeBegin
+from pidcfg.schemas.scenario import AcceptedRun, AlarmTimes, ModeBegin
 from pidcfg.study.accepted import differences
 from standing_rig import SCENARIO, SIDES, failures, outcome, unproven, verdict
 

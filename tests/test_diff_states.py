@@ -11,7 +11,7 @@ import pidcfg as pidcfg_package
 from command import run_text
 from pidcfg.cli.formats.conversion import render_differences
 from pidcfg.cli.formats.reports import cell
-from pidcfg.conversion.states import RUNNING, TROUBLES
+from pidcfg.conversion.differences import RUNNING, TROUBLES
 from pidcfg.encoders.maps import click, ezlogix, nextopid
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -30,8 +30,8 @@ from pidcfg.output.explanation.lookup import all_decisions, explain, explain_thi
 from pidcfg.output.explanation.page import Question
 from pidcfg.output.explanation.shown import as_text
 from pidcfg.output.explanation.shown import explanation_data as as_data
+from pidcfg.schemas.base import unit_text, units_of
 from pidcfg.schemas.document import models_in
-from pidcfg.schemas.limits import unit_text, units_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.text.source import read_document
 from pidcfg.validate import texts

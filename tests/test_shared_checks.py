@@ -17,7 +17,6 @@ from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.frozen import frozen
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.own_units import _unit_of
 from pidcfg.validate.shared_checks import (
     MOST_NAMES,
     NUMBER_FIELDS,
@@ -41,6 +40,7 @@ from pidcfg.validate.shared_checks import (
     too_many_loops,
     value_or_switch,
 )
+from pidcfg.validate.terms import _unit_of
 from pidcfg.vendors import VENDORS
 
 # --- Ideas that rules of several vendors share, on the least that each of them needs of a loop ------------------------

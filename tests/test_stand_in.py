@@ -12,9 +12,18 @@ import pytest
 from pidcfg.api import check_text, convert
 from pidcfg.cli.formats.conversion import verdict_text
 from pidcfg.conversion import operation as rules
-from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import Change, Terms
-from pidcfg.conversion.operation import Deadband, Hand, Operation, Start, Transfer, Windup, Zero, first_output
+from pidcfg.conversion.operation import (
+    Deadband,
+    Hand,
+    Operation,
+    Start,
+    Transfer,
+    Windup,
+    Zero,
+    first_output,
+    source_of,
+)
 from pidcfg.output.conversion import verified_data
 from pidcfg.study.verification.comparison import CountSizes
 from pidcfg.study.verification.comparison import differences as compared

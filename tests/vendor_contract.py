@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         to_generic,
         to_nextopid,
     )
-    from pidcfg.conversion.contract import Source, Target
+    from pidcfg.conversion.operation import Source, Target
     from pidcfg.encoders.click import files as click_files
     from pidcfg.encoders.click import image as click_image
     from pidcfg.encoders.contract import Encoder, Files, Tables

@@ -8,7 +8,6 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.conversion.builder import flatten, rescale_output, without_unused_terms
-from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.differences import (
     Compared,
     Difference,
@@ -18,6 +17,7 @@ from pidcfg.conversion.differences import (
     sort_by_risk,
 )
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
+from pidcfg.conversion.operation import source_of
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.conversion.terms import SIGNALS, Item, Owner, Wired
 from pidcfg.encoders.codecs import DecodeError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pidcfg.conversion.builder import ZERO, filter_decay, filter_share, filter_time, quotient, round_computed
 from pidcfg.conversion.ledger import Change
@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from decimal import Decimal
 
-    from pidcfg.conversion.ledger import Kind
-    from pidcfg.schemas.generic import Loop
+    from pidcfg.conversion.ledger import Kind, NeutralLoop, TargetFile
+    from pidcfg.encoders.contract import Parts
+    from pidcfg.schemas.generic import GenericFile, Loop
 
 # --- Decisions on what a conversion says of a loop that is switched, limited or stopped -------------------------------
 
@@ -378,3 +379,45 @@ def _line(rule: str, before: Answer, after: Answer, *, loss: bool = False, neutr
     kind: Kind = "dropped" if loss else "assumed"
     names = (neutral,) if neutral else ()
     yield Change(f"{PREFIX}{rule}", kind, before.text, after.text, note=note, loss=loss, neutral=names)
+
+
+# --- What a vendor's modules have to give -----------------------------------------------------------------------------
+
+
+class Source(Protocol):
+    """``conversion.from_<vendor>``: from a configuration to the neutral form."""
+
+    @property
+    def OWN_SETTINGS(self) -> VendorSettings:  # noqa: N802 - a constant of the module
+        """What a conversion within the vendor keeps."""
+
+    @property
+    def NOTHING_LOST(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
+        """Keys that may be left out, and why nothing is lost then."""
+
+    def to_neutral(self, config: Any, /) -> list[NeutralLoop]:
+        """The loops in the neutral form."""
+
+    def operations(self, config: Any, /) -> list[Operation]:
+        """How each loop behaves where the neutral form says nothing."""
+
+
+class Target(Protocol):
+    """``conversion.to_<vendor>``: from the neutral form to a configuration."""
+
+    def from_neutral(
+        self, file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = (), /
+    ) -> TargetFile:
+        """The configuration with the exact values."""
+
+
+def source_of(vendor: Parts) -> Source:
+    """How a vendor's configurations become neutral."""
+    source: Source = vendor.module("to_neutral")
+    return source
+
+
+def target_of(vendor: Parts) -> Target:
+    """How a vendor's configurations are made of neutral ones."""
+    target: Target = vendor.module("from_neutral")
+    return target

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pydantic import BaseModel
 
 from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless
-from pidcfg.conversion.contract import source_of, target_of
 from pidcfg.conversion.ledger import (
     COMMON,
     DEFAULT_MAX_LOSS,
@@ -25,7 +24,7 @@ from pidcfg.conversion.ledger import (
     judge_change,
     overlap,
 )
-from pidcfg.conversion.operation import differing_rules, first_output
+from pidcfg.conversion.operation import differing_rules, first_output, source_of, target_of
 from pidcfg.conversion.settle import (
     correct_lines,
     counts_apart,

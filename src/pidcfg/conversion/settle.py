@@ -13,8 +13,7 @@ from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless, make_
 from pidcfg.conversion.ledger import QUANTITY_OF_FIELD, ConvertError, Missing, Stored, Terms, number_of
 from pidcfg.encoders.codecs import Distance, Position
 from pidcfg.encoders.contract import encoder_of
-from pidcfg.schemas.base import Quantity
-from pidcfg.schemas.limits import limits_at
+from pidcfg.schemas.base import Quantity, limits_at
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, is_given, put, steps, value_at

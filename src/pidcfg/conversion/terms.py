@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from pidcfg.conversion.ledger import json_value
 from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.encoders.decoding import name_in
-from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Rate, Seconds
+from pidcfg.schemas.base import UNIT_WORDS, Duration, Limits, Minutes, Quantity, Rate, Seconds, unit_text, units_of
 from pidcfg.schemas.expressions import (
     CONSTANT,
     FUNCTIONS,
@@ -26,7 +26,6 @@ from pidcfg.schemas.expressions import (
     lengths_of,
 )
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.limits import Limits, unit_text, units_of
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.frozen import frozen

@@ -34,9 +34,8 @@ from pidcfg.encoders.decoding import Reading, name_in
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.parameters import Entry, content_text, read_content
 from pidcfg.encoders.regmap import D345, NoRegisterError, Written, writer_of
-from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.base import Quantity, unit_text
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
-from pidcfg.schemas.limits import unit_text
 from pidcfg.text.paths import beginnings, dotted, is_given, steps, value_at
 from pidcfg.text.references import Decision
 

@@ -24,7 +24,7 @@ from pidcfg.encoders.image import (
     with_options,
 )
 from pidcfg.encoders.regmap import Misfit
-from pidcfg.schemas.base import SectionSettings
+from pidcfg.schemas.base import SectionSettings, limits_at
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.iec import (
     AUTOTUNE_MODE,
@@ -43,7 +43,6 @@ from pidcfg.schemas.iec import (
     time_seconds,
     time_text,
 )
-from pidcfg.schemas.limits import limits_at
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import beginnings, put, steps, value_at
 from pidcfg.text.references import Decision
@@ -56,8 +55,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Data, LoopOption
     from pidcfg.encoders.regmap import GainUnit, Rounded
-    from pidcfg.schemas.base import Model
-    from pidcfg.schemas.limits import Limits
+    from pidcfg.schemas.base import Limits, Model
     from pidcfg.text.paths import Path
     from pidcfg.text.references import Basis
 

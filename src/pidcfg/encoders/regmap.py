@@ -19,7 +19,7 @@ from pidcfg.encoders.codecs import (
     single_bits,
     single_value,
 )
-from pidcfg.schemas.limits import limits_at
+from pidcfg.schemas.base import limits_at
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from pidcfg.encoders.codecs import Scale
-    from pidcfg.schemas.limits import Limits
+    from pidcfg.schemas.base import Limits
     from pidcfg.text.references import Basis
 
 # --- A vendor's registers as a table, and everything that follows from the table --------------------------------------

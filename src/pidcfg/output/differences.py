@@ -16,9 +16,8 @@ from pidcfg.conversion.comparison import (
     neutral_fields,
     neutral_side,
 )
-from pidcfg.conversion.differences import RISKS, Compared, Status
+from pidcfg.conversion.differences import RISKS, Compared, Status, states_of
 from pidcfg.conversion.ledger import ConvertError
-from pidcfg.conversion.states import states_of
 from pidcfg.conversion.terms import Subject
 from pidcfg.conversion.vendor_terms import raw_terms, terms_of
 from pidcfg.encoders.codecs import DecodeError

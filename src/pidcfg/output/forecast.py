@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
 
-from pidcfg.schemas.limits import units_of
+from pidcfg.schemas.base import units_of
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS
 from pidcfg.sim.engine.run import Run, Settings, UnusableError, base_step, begin_run, options

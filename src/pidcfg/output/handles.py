@@ -12,7 +12,7 @@ from pidcfg.encoders.contract import encoder_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
 from pidcfg.output.retune import number_as_written
-from pidcfg.schemas.limits import number_of
+from pidcfg.schemas.base import number_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.study.axes import axes_of
 from pidcfg.study.scenario import load

@@ -123,7 +123,7 @@ class SimulateResult:
 
 def difference_of_accepted(before: bytes, after: str) -> str:
     """What another accepted run has in the place of the one in a file, in words."""
-    from pidcfg.schemas.accepted import AcceptedError, run_of_data
+    from pidcfg.schemas.scenario import AcceptedError, run_of_data
     from pidcfg.study.accepted import told_differences
 
     try:

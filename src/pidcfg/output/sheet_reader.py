@@ -21,7 +21,7 @@ from pidcfg.output.sheets import (
     to_yaml_value,
     unit_of,
 )
-from pidcfg.schemas.limits import scaled_sides
+from pidcfg.schemas.base import scaled_sides
 from pidcfg.schemas.terms import ENDS
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.document import Plain

@@ -11,9 +11,8 @@ from functools import cache
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.schemas.base import SECONDS, UNIT_WORDS
+from pidcfg.schemas.base import SECONDS, UNIT_WORDS, scaled_sides
 from pidcfg.schemas.document import models_in
-from pidcfg.schemas.limits import scaled_sides
 from pidcfg.schemas.numbers import NUMBER
 from pidcfg.schemas.terms import BANDS, ENDS, WORDS, leaves, types_of
 from pidcfg.text.document import Plain

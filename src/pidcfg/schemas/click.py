@@ -18,6 +18,7 @@ from pidcfg.schemas.base import (
     ConfigurationFile,
     Flag,
     Integer,
+    Limits,
     LoopNameSettings,
     Model,
     Name,
@@ -33,7 +34,6 @@ from pidcfg.schemas.base import (
     parse_pair,
     parse_rate,
 )
-from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.numbers import NUMBER, parse_integer, parse_number, refuse, text_schema
 from pidcfg.text.references import CLICK, CLICK_ERRORS, Decision
 

@@ -13,12 +13,14 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from pidcfg.schemas.base import (
     DURATION_TEXT,
+    RESET_UNIT,
     AnyQuantity,
     AnyRate,
     ConfigurationFile,
     Duration,
     Flag,
     Integer,
+    Limits,
     LoopNameSettings,
     Minutes,
     Model,
@@ -33,7 +35,6 @@ from pidcfg.schemas.base import (
     VAddress,
     parse_duration,
 )
-from pidcfg.schemas.limits import RESET_UNIT, Limits
 from pidcfg.schemas.numbers import number_schema, parse_integer, refuse
 from pidcfg.text.references import DL06
 

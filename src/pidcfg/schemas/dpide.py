@@ -12,6 +12,7 @@ from pidcfg.schemas.base import (
     DURATION_SCHEMA,
     DURATION_TEXT,
     ConfigurationFile,
+    Limits,
     LoopNameSettings,
     MapFile,
     Model,
@@ -23,7 +24,6 @@ from pidcfg.schemas.base import (
     parse_duration,
 )
 from pidcfg.schemas.iec import DINT, INT, REAL, Bool, DInt, Identifier, Real, Timed
-from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.numbers import refuse, text_schema
 from pidcfg.text.references import DPIDE, Decision
 

@@ -17,6 +17,7 @@ from pidcfg.schemas.base import (
     ConfigurationFile,
     Flag,
     Integer,
+    Limits,
     LoopNameSettings,
     MapFile,
     Model,
@@ -34,7 +35,6 @@ from pidcfg.schemas.base import (
     parse_pair,
     parse_text,
 )
-from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.numbers import parse_integer, refuse, text_schema
 from pidcfg.text.references import EZLOGIX, Decision
 

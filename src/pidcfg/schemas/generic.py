@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pidcfg.schemas.base import (
     ConfigurationFile,
     Flag,
+    Limits,
     LoopNameSettings,
     Model,
     Name,
@@ -22,7 +23,6 @@ from pidcfg.schemas.base import (
     SectionSettings,
     Text,
 )
-from pidcfg.schemas.limits import Limits
 from pidcfg.text.references import Decision
 
 D280 = Decision(

@@ -13,9 +13,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pidcfg.schemas.base import ConfigurationFile, MapFile, Model, Range, Seconds, Text
+from pidcfg.schemas.base import ConfigurationFile, Limits, MapFile, Model, Range, Seconds, Text
 from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, MoveIn, RealIn, Signal, TimeIn, TuneMode, UInt, UIntIn, USInt
-from pidcfg.schemas.limits import Limits
 from pidcfg.text.references import NEXTOPID, Decision
 
 D200 = Decision(

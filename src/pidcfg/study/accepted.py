@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.schemas.accepted import (
+from pidcfg.schemas.scenario import (
     AcceptedError,
     AcceptedLoop,
     AcceptedRun,
@@ -24,8 +24,7 @@ from pidcfg.text.writer import json_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.schemas.accepted import Role
-    from pidcfg.schemas.scenario import Metric, Scenario
+    from pidcfg.schemas.scenario import Metric, Role, Scenario
     from pidcfg.sim.judgement.report import LoopReport, Range, Report
     from pidcfg.study.axes import Axes
     from pidcfg.text.document import Document

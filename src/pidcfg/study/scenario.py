@@ -20,9 +20,9 @@ from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, near_name,
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import unusable
 from pidcfg.validate.engine import check_document, is_scenario
-from pidcfg.validate.own_units import stated_number, with_numbers
 from pidcfg.validate.rule import SCENARIO_KINDS, key_of, value_of
 from pidcfg.validate.schema import read_model
+from pidcfg.validate.terms import stated_number, with_numbers
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

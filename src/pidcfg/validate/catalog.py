@@ -92,9 +92,9 @@ def _rules_of(group: str | None) -> Mapping[str, Rule]:
         rules: Mapping[str, Rule] = VENDORS[group].load("rules")
         return rules
     if group == COMMON:
-        from pidcfg.validate.rules import collect, common, scales
+        from pidcfg.validate.rules import collect, common
 
-        return collect(common, scales)
+        return collect(common)
     return FILE_RULES if group == FILES else {}
 
 

@@ -343,7 +343,7 @@ def check_document(doc: Document) -> Checked:
 
 def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tuple[Document, Any, list[Diagnostic]]:
     """The document read again where values carry the units of their keys."""
-    from pidcfg.validate.own_units import in_key_units, without_own_units
+    from pidcfg.validate.terms import in_key_units, without_own_units
 
     bare, config = without_own_units(vendor, doc, errors), None
     if bare is not doc:

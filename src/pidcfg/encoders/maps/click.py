@@ -27,7 +27,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.references import CLICK, CLICK_ADDRESSES, Decision
 
 if TYPE_CHECKING:
-    from pidcfg.schemas.limits import Limits
+    from pidcfg.schemas.base import Limits
 
 # --- CLICK registers: tables only, offsets in decimal as the help prints them -----------------------------------------
 #

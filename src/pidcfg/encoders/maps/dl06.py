@@ -19,8 +19,7 @@ from pidcfg.encoders.codecs import (
     is_raw,
 )
 from pidcfg.encoders.regmap import D345, WORD, Bank, Bits, Meaning, RegisterMap, Space, TunedWords, Word, Written
-from pidcfg.schemas.base import HIGHEST, v_name
-from pidcfg.schemas.limits import RESET_UNIT
+from pidcfg.schemas.base import HIGHEST, RESET_UNIT, v_name
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import DL06, Decision
 

@@ -22,7 +22,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.references import EZLOGIX, Decision
 
 if TYPE_CHECKING:
-    from pidcfg.schemas.limits import Limits
+    from pidcfg.schemas.base import Limits
 
 # --- EZLogix registers and discretes: tables only, offsets from the base in decimal as the manual prints them ---------
 

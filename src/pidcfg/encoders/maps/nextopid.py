@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, get_args
 from pidcfg.encoders.parameters import Parameter, ParameterTable, TunedParameters
 from pidcfg.encoders.regmap import Meaning, Written
 from pidcfg.schemas import nextopid as schema
+from pidcfg.schemas.base import Limits, limits_at
 from pidcfg.schemas.iec import BOOL, INT, REAL, IecType
-from pidcfg.schemas.limits import Limits, limits_at
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import NEXTOPID, Decision
 

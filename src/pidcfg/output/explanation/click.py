@@ -19,7 +19,7 @@ from pidcfg.encoders.maps.click import (
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
 from pidcfg.output.explanation.registers import DIALOG, FILE, Block, RegisterBook
-from pidcfg.schemas.limits import units_of
+from pidcfg.schemas.base import units_of
 
 
 def scaling_of(loop: object, *_others: object) -> Scaling:

@@ -43,9 +43,8 @@ from pidcfg.encoders.regmap import Meaning
 from pidcfg.output.explanation.book import Direction, Start
 from pidcfg.output.explanation.page import UNKNOWN, Placement, Scaling, special_code
 from pidcfg.output.explanation.registers import FILE, Block, RegisterBook
-from pidcfg.schemas.base import v_name
+from pidcfg.schemas.base import RESET_UNIT, RESET_UNITS, limits_at, units_of, v_name
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
-from pidcfg.schemas.limits import RESET_UNIT, RESET_UNITS, limits_at, units_of
 from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, DUTY_FULL, R_BLOCK, S_BL
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
 from pidcfg.output.explanation.registers import DIALOG, FILE, Block, RegisterBook
+from pidcfg.schemas.base import units_of
 from pidcfg.schemas.ezlogix import CV_FULL, OutputSettings, PvSettings
-from pidcfg.schemas.limits import units_of
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:

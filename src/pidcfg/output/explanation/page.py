@@ -12,9 +12,8 @@ from pidcfg.encoders.codecs import Choice, DecodeError, Position, before_root
 from pidcfg.encoders.image import Block, no_registers
 from pidcfg.encoders.parameters import read_content
 from pidcfg.output.explanation.answer import Origin, Page, QuestionError
-from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.base import Limits, Quantity, limits_at, unit_text, units_of
 from pidcfg.schemas.document import field_texts, models_in, models_of
-from pidcfg.schemas.limits import Limits, limits_at, unit_text, units_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.frozen import frozen

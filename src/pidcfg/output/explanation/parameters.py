@@ -12,8 +12,8 @@ from pidcfg.encoders.regmap import Bits
 from pidcfg.output.explanation.answer import Page, QuestionError, Value
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record
 from pidcfg.output.explanation.page import Question, content_of, first_sentence, key_text, limits_text, whole
+from pidcfg.schemas.base import SIDES, limits_at, unit_text, units_of
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.limits import SIDES, limits_at, unit_text, units_of
 from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:

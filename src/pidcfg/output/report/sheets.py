@@ -8,8 +8,8 @@ from decimal import Decimal
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, cast
 
-from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.differences import PLACE_KEYS
+from pidcfg.conversion.operation import source_of
 from pidcfg.conversion.terms import Leaf, leaves, unit_of
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import tables_of, units_by_path
@@ -36,9 +36,8 @@ from pidcfg.output.report.content import (
     word_before_root,
 )
 from pidcfg.output.report.content import cell as cell_of
-from pidcfg.schemas.base import Quantity, Rate
+from pidcfg.schemas.base import Quantity, Rate, unit_text, units_of
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.limits import unit_text, units_of
 from pidcfg.text.diagnostics import path_text, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at

@@ -12,8 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
-from pidcfg.schemas.base import Quantity, parse_flag, parse_seconds
-from pidcfg.schemas.limits import SIDES
+from pidcfg.schemas.base import SIDES, Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted

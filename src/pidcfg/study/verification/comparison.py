@@ -8,8 +8,8 @@ from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.conversion.builder import flatten, rescale_output, round_computed
-from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import number_of
+from pidcfg.conversion.operation import source_of
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision

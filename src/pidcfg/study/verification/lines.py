@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.builder import flatten
-from pidcfg.conversion.contract import target_of
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
+from pidcfg.conversion.operation import target_of
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.study.verification.comparison import FOLLOWS, LABELS, differing, neutral_of, neutral_values
 

@@ -10,9 +10,8 @@ from pydantic import BaseModel
 
 from pidcfg.conversion import operation as rules_of_operation
 from pidcfg.conversion.builder import flatten
-from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import LOSSES, ConvertError, number_of, overlap
-from pidcfg.conversion.operation import PREFIX, Answer, WithoutIntegral, first_output
+from pidcfg.conversion.operation import PREFIX, Answer, WithoutIntegral, first_output, source_of
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.image import default_of

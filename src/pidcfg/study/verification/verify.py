@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.builder import flatten, has_alarms
-from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import overlap
-from pidcfg.conversion.operation import PREFIX, differing_rules
+from pidcfg.conversion.operation import PREFIX, differing_rules, source_of
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.pictures.chart import Chart, Line, Mark, Panel
 from pidcfg.sim.engine.run import UnusableError

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.generic import ROWS, TABLES
-from pidcfg.schemas.base import parse_off_seconds, parse_seconds
+from pidcfg.schemas.base import limits_at, parse_off_seconds, parse_seconds
 from pidcfg.schemas.generic import Loop
-from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.generic import equation
 from pidcfg.sim.controllers.generic import equation as bits

@@ -1,6 +1,6 @@
 """Rules for DL06 configurations; codes beginning with DL, one module a topic."""
 
-from pidcfg.validate.rules import collect, common, scales
+from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dl06 import alarms, setpoints, setup, signals, tuning
 
-RULES = collect(common, scales, setup, tuning, signals, alarms, setpoints)
+RULES = collect(common, setup, tuning, signals, alarms, setpoints)

@@ -1,6 +1,6 @@
 """Rules for EZLogix configurations; codes beginning with EZ, one module a topic."""
 
-from pidcfg.validate.rules import collect, common, scales
+from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.ezlogix import setup, signals, tuning
 
-RULES = collect(common, scales, setup, signals, tuning)
+RULES = collect(common, setup, signals, tuning)

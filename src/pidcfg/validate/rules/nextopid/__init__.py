@@ -1,6 +1,6 @@
 """Rules for NextoPID configurations; codes beginning with NX, one module a topic."""
 
-from pidcfg.validate.rules import collect, common, scales
+from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.nextopid import blocks, cascade, limits, wires
 
-RULES = collect(common, scales, wires, limits, blocks, cascade)
+RULES = collect(common, wires, limits, blocks, cascade)

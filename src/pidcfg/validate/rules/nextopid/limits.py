@@ -6,8 +6,8 @@ from decimal import Decimal
 from itertools import permutations
 from typing import TYPE_CHECKING
 
+from pidcfg.schemas.base import limits_at
 from pidcfg.schemas.iec import INT
-from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.nextopid import D201, SHORTEST_INTEGRAL
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
