@@ -14,11 +14,10 @@ import neutral_strategies
 from click_strategies import configurations
 from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
-from pidcfg.conversion.from_click import NOTHING_LOST, to_neutral
+from pidcfg.conversion.click import NOTHING_LOST, from_neutral, to_neutral
 from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settle_values
-from pidcfg.conversion.to_click import from_neutral
 from pidcfg.encoders.click.image import encode
 from pidcfg.encoders.maps.click import TABLES
 from pidcfg.schemas.click import ClickFile, Loop

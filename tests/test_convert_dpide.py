@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from dpide_strategies import configurations
 from pidcfg.conversion.builder import dependent, independent
-from pidcfg.conversion.from_dpide import CALL_KEYS, DEAD_BAND, NOTHING_LOST, to_neutral
+from pidcfg.conversion.dpide import CALL_KEYS, DEAD_BAND, NOTHING_LOST, from_neutral, to_neutral
 from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert, neutral_loops
-from pidcfg.conversion.to_dpide import from_neutral
 from pidcfg.encoders.dpide import CONVERT_OPTIONS
 from pidcfg.encoders.dpide.image import encode
 from pidcfg.schemas.dpide import DpideFile, Loop

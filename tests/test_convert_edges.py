@@ -7,8 +7,8 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
+from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.settle import _within
-from pidcfg.conversion.to_dl06 import _derivative_filter
 
 
 @pytest.mark.parametrize(

@@ -17,12 +17,11 @@ from ezlogix_strategies import configurations
 from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg import api
-from pidcfg.conversion.from_ezlogix import NOTHING_LOST, to_neutral
+from pidcfg.conversion.ezlogix import NOTHING_LOST, from_neutral, stopped_section, to_neutral
 from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.operation import Stopped
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settle_values
-from pidcfg.conversion.to_ezlogix import from_neutral, stopped_section
 from pidcfg.encoders.ezlogix import CONVERT_OPTIONS
 from pidcfg.encoders.ezlogix.image import encode
 from pidcfg.schemas.ezlogix import EzlogixFile, Loop

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from nextopid_networks import network
 from nextopid_strategies import configurations
 from pidcfg.conversion.from_nextopid import NOTHING_LOST, to_neutral
+from pidcfg.conversion.nextopid import Names, common_step, from_neutral, task_of
 from pidcfg.conversion.pipeline import Converted, convert, neutral_loops
-from pidcfg.conversion.to_nextopid import Names, common_step, from_neutral, task_of
 from pidcfg.encoders.nextopid import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop

@@ -7,9 +7,8 @@ from hypothesis import given, settings
 
 from generic_rig import configurations, file_of
 from pidcfg import api
-from pidcfg.conversion.from_generic import NOTHING_LOST, RANGE_FIELDS, to_neutral
+from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
 from pidcfg.conversion.pipeline import convert, neutral_loops
-from pidcfg.conversion.to_generic import from_neutral
 from pidcfg.encoders.generic import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.vendors import VENDORS

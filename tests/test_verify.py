@@ -264,7 +264,7 @@ def test_the_bench_stays_within_the_range(kiln):
 
 def wrong_action(monkeypatch):
     """A conversion to NextoPID with the wrong action."""
-    from pidcfg.conversion import to_nextopid as nextopid
+    from pidcfg.conversion import nextopid
 
     right = nextopid.from_neutral
 

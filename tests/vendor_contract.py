@@ -5,20 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.conversion import (
-        from_click,
-        from_dl06,
-        from_dpide,
-        from_ezlogix,
-        from_generic,
-        from_nextopid,
-        to_click,
-        to_dl06,
-        to_dpide,
-        to_ezlogix,
-        to_generic,
-        to_nextopid,
-    )
+    from pidcfg.conversion import click, dl06, dpide, ezlogix, generic, nextopid
     from pidcfg.conversion.operation import Source, Target
     from pidcfg.encoders.click import files as click_files
     from pidcfg.encoders.click import image as click_image
@@ -59,8 +46,8 @@ if TYPE_CHECKING:
         nextopid_files,
     )
     TABLES: tuple[Tables, ...] = (click_maps, dl06_maps, dpide_maps, ezlogix_maps, generic_maps, nextopid_maps)
-    SOURCES: tuple[Source, ...] = (from_click, from_dl06, from_dpide, from_ezlogix, from_generic, from_nextopid)
-    TARGETS: tuple[Target, ...] = (to_click, to_dl06, to_dpide, to_ezlogix, to_generic, to_nextopid)
+    SOURCES: tuple[Source, ...] = (click, dl06, dpide, ezlogix, generic, nextopid)
+    TARGETS: tuple[Target, ...] = (click, dl06, dpide, ezlogix, generic, nextopid)
     CONTROLLERS: tuple[Controller, ...] = (
         click_scan,
         dl06_scan,

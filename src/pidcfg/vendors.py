@@ -79,9 +79,9 @@ PARTS = {
     "tuned": "encoders.maps.{key}:TUNED",
     "written": "encoders.maps.{key}:WRITTEN",
     "explainer": "output.explanation.{key}:EXPLAINER",
-    "to_neutral": "conversion.from_{key}:to_neutral",
-    "from_neutral": "conversion.to_{key}:from_neutral",
-    "operation": "conversion.from_{key}:operations",
+    "to_neutral": "conversion.{key}:to_neutral",
+    "from_neutral": "conversion.{key}:from_neutral",
+    "operation": "conversion.{key}:operations",
     "convert_options": "encoders.{key}:CONVERT_OPTIONS",
 }
 """Module and name of every part of a vendor; the same for all."""

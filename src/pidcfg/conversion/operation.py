@@ -385,7 +385,7 @@ def _line(rule: str, before: Answer, after: Answer, *, loss: bool = False, neutr
 
 
 class Source(Protocol):
-    """``conversion.from_<vendor>``: from a configuration to the neutral form."""
+    """``conversion.<vendor>``: from a configuration to the neutral form."""
 
     @property
     def OWN_SETTINGS(self) -> VendorSettings:  # noqa: N802 - a constant of the module
@@ -403,7 +403,7 @@ class Source(Protocol):
 
 
 class Target(Protocol):
-    """``conversion.to_<vendor>``: from the neutral form to a configuration."""
+    """``conversion.<vendor>``: from the neutral form to a configuration."""
 
     def from_neutral(
         self, file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = (), /

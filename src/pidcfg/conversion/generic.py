@@ -1,4 +1,4 @@
-"""The neutral form as a vendor: its loops are the neutral loops."""
+"""The neutral form as a vendor: its loops are the neutral loops, and every field goes to itself."""
 
 from __future__ import annotations
 
@@ -7,13 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import COMMON, NeutralLoop, SourceField
-from pidcfg.conversion.operation import Master, Operation, Rate, Smoothing, Stopped, VendorSettings, Windup
+from pidcfg.conversion.ledger import COMMON, NeutralLoop, SourceField, TargetField, TargetFile
+from pidcfg.conversion.operation import (
+    ADDED_ANTI_WINDUP,
+    Master,
+    Operation,
+    Rate,
+    Smoothing,
+    Stopped,
+    VendorSettings,
+    Windup,
+)
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.paths import dotted, given_fields
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.schemas.generic import GenericFile, Loop
 
@@ -77,3 +86,24 @@ def operations(config: GenericFile) -> list[Operation]:
         )
         for loop in config.loops
     ]
+
+
+# --- The neutral form as a target -------------------------------------------------------------------------------------
+
+
+def from_neutral(
+    file: GenericFile,
+    options: Mapping[str, Any],
+    operations: Sequence[Operation] = (),
+) -> TargetFile:
+    """The file as it is; an integral that some limit stops is one that the limits of the output stop (D342)."""
+    data = to_plain_data(file)
+    stopped = {i for i, operation in enumerate(operations) if operation.bounds_integral}
+    puts = []
+    for i, loop in enumerate(file.loops):
+        puts.append([TargetField(path, path) for path, _ in fields_by_path(loop)])
+        if i in stopped and not loop.anti_windup:
+            data["loops"][i]["anti_windup"] = True
+            puts[i] = [put for put in puts[i] if put.path != "anti_windup"]
+            puts[i].append(TargetField("anti_windup", "anti_windup", ADDED_ANTI_WINDUP, assumed=True))
+    return TargetFile(data, puts)

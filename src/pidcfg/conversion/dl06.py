@@ -19,7 +19,18 @@ from pidcfg.conversion.builder import (
     target_file,
     width,
 )
-from pidcfg.conversion.from_dl06 import FOLLOWS, RAISES, distance, position, round_to_ten_digits, square_of_flow
+from pidcfg.conversion.from_dl06 import (
+    FOLLOWS,
+    NOTHING_LOST,
+    OWN_SETTINGS,
+    RAISES,
+    distance,
+    operations,
+    position,
+    round_to_ten_digits,
+    square_of_flow,
+    to_neutral,
+)
 from pidcfg.conversion.ledger import ConvertError, Missing
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.dl06.image import scales
@@ -39,6 +50,9 @@ if TYPE_CHECKING:
     from pidcfg.conversion.operation import Operation
     from pidcfg.encoders.codecs import Scale
     from pidcfg.schemas.generic import GenericFile, Loop
+
+__all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
+"""What a vendor gives; the way to the neutral form has a module of its own."""
 
 # --- A neutral loop with the scales of the DL06 loop that it becomes --------------------------------------------------
 

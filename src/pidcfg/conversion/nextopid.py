@@ -24,7 +24,7 @@ from pidcfg.conversion.builder import (
     same_fields,
     target_file,
 )
-from pidcfg.conversion.from_nextopid import MV_HELD_IN_BAND
+from pidcfg.conversion.from_nextopid import MV_HELD_IN_BAND, NOTHING_LOST, OWN_SETTINGS, operations, to_neutral
 from pidcfg.conversion.operation import Manual
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from pidcfg.conversion.ledger import TargetFile
     from pidcfg.conversion.operation import Operation
     from pidcfg.schemas.generic import GenericFile, Loop
+
+__all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
+"""What a vendor gives; the way to the neutral form has a module of its own."""
 
 # --- Names of the neutral loops as IEC identifiers, none like another but for capital letters -------------------------
 
