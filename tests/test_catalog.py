@@ -161,9 +161,10 @@ def test_a_text_that_cannot_be_read_is_unusable_and_nothing_else():
 def test_every_rule_of_a_vendor_is_in_its_list(vendor):
     listed = VENDORS[vendor].load("rules")
     package = importlib.import_module(f"pidcfg.validate.rules.{vendor}")
-    for info in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
-        rules_there = [value for value in vars(importlib.import_module(info.name)).values() if isinstance(value, Rule)]
-        assert not [rule.code for rule in rules_there if rule.code not in listed], f"{info.name} is not collected"
+    topics = pkgutil.iter_modules(getattr(package, "__path__", ()), f"{package.__name__}.")
+    for name in (package.__name__, *(topic.name for topic in topics)):
+        rules_there = [value for value in vars(importlib.import_module(name)).values() if isinstance(value, Rule)]
+        assert not [rule.code for rule in rules_there if rule.code not in listed], f"{name} is not collected"
 
 
 def test_the_table_of_texts_is_that_of_the_rules():

@@ -22,8 +22,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules.click.alarms import resolution
-from pidcfg.validate.rules.click.context import ClickContext
-from pidcfg.validate.rules.click.setup import FORBIDDEN, LONGEST
+from pidcfg.validate.rules.click.setup import FORBIDDEN, LONGEST, ClickContext
 from pidcfg.validate.rules.click.signals import time_constant
 
 ROOT = Path(__file__).parents[1]

@@ -19,7 +19,7 @@ from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules.dpide import RULES
-from pidcfg.validate.rules.dpide.context import DpideContext
+from pidcfg.validate.rules.dpide.tuning import DpideContext
 from pidcfg.validate.shared_checks import D955
 
 ROOT = Path(__file__).parents[1]

@@ -67,7 +67,7 @@ PARTS = {
     "points": "encoders.{key}.files:points",
     "tags": "encoders.{key}.image:tags",
     "mode_of": "encoders.{key}.image:mode_of",
-    "context": "validate.rules.{key}.context:{Key}Context",
+    "context": "validate.rules.{key}:{Key}Context",
     "rules": "validate.rules.{key}:RULES",
     "formats": "encoders.{key}.files:FORMATS",
     "format_names": "encoders.{key}:FORMATS",

@@ -2,5 +2,8 @@
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.click import alarms, setup, signals, tuning
+from pidcfg.validate.rules.click.setup import ClickContext
+
+__all__ = ["RULES", "ClickContext"]
 
 RULES = collect(common, setup, signals, tuning, alarms)

@@ -15,7 +15,7 @@ from pidcfg.validate.shared_checks import PV_POINTS, alarm_beyond, neighbours_ou
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.setup import ClickContext, LoopView
 
 # --- Alarm points: their order, what is missing, and points that trip always or never ---------------------------------
 

@@ -11,7 +11,7 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
-from pidcfg.validate.rules.click.context import NO_LIMIT, LoopView
+from pidcfg.validate.rules.click.setup import NO_LIMIT, LoopView
 from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, outside_limits, value_or_switch
 
 # --- The process variable: its range and its filter -------------------------------------------------------------------

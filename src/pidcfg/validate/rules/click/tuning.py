@@ -8,7 +8,7 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
-from pidcfg.validate.rules.click.context import NO_INTEGRAL, NO_LIMIT, LoopView
+from pidcfg.validate.rules.click.setup import NO_INTEGRAL, NO_LIMIT, LoopView
 from pidcfg.validate.rules.click.signals import limited_setpoint, setpoint_in_file
 from pidcfg.validate.shared_checks import number_text, value_or_switch
 

@@ -2,5 +2,8 @@
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dl06 import alarms, setpoints, setup, signals, tuning
+from pidcfg.validate.rules.dl06.context import Dl06Context
+
+__all__ = ["RULES", "Dl06Context"]
 
 RULES = collect(common, setup, tuning, signals, alarms, setpoints)

@@ -2,5 +2,8 @@
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dpide import operation, tuning
+from pidcfg.validate.rules.dpide.tuning import DpideContext
+
+__all__ = ["RULES", "DpideContext"]
 
 RULES = collect(common, operation, tuning)

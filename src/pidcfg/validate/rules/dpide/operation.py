@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from decimal import Decimal
 
-    from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
+    from pidcfg.validate.rules.dpide.tuning import DpideContext, LoopView
 
 # --- What stands around the instruction in the program: pulses, timers, and the bits that they need -------------------
 

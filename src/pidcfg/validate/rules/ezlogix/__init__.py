@@ -2,5 +2,8 @@
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.ezlogix import setup, signals, tuning
+from pidcfg.validate.rules.ezlogix.setup import EzlogixContext
+
+__all__ = ["RULES", "EzlogixContext"]
 
 RULES = collect(common, setup, signals, tuning)

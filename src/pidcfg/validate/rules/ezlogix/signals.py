@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.schemas.ezlogix import Pv
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
+    from pidcfg.validate.rules.ezlogix.setup import EzlogixContext, LoopView
 
 # --- The process variable: its counts and its square root -------------------------------------------------------------
 

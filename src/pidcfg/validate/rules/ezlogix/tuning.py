@@ -17,7 +17,7 @@ from pidcfg.validate.shared_checks import number_text
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
+    from pidcfg.validate.rules.ezlogix.setup import EzlogixContext, LoopView
 
 # --- The terms of the equation: which are on, and values that do not do what they look like ---------------------------
 

@@ -2,5 +2,8 @@
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.nextopid import blocks, cascade, limits, wires
+from pidcfg.validate.rules.nextopid.context import NextopidContext
+
+__all__ = ["RULES", "NextopidContext"]
 
 RULES = collect(common, wires, limits, blocks, cascade)

@@ -1,24 +1,72 @@
-"""Rules for neutral loops: scales, the three actions, alarms, pulses and cascades."""
+"""What the rules of the neutral form look at, and the rules: scales, the three actions, alarms, pulses, cascades."""
 
 from __future__ import annotations
 
+import sys
 from decimal import Decimal
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.image import D299, D302, D303
-from pidcfg.schemas.generic import D280
+from pidcfg.encoders.parameters import ProgramEncoding
+from pidcfg.schemas.generic import D280, GenericFile, Loop
 from pidcfg.text.diagnostics import Severity
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import closest_name, same_word
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
-from pidcfg.validate.shared_checks import PV_POINTS, find_circles, number_text, outside_limits, report_at_both
+from pidcfg.validate.rules import collect, common
+from pidcfg.validate.shared_checks import (
+    PV_POINTS,
+    Context,
+    Pair,
+    View,
+    find_circles,
+    number_text,
+    number_with_unit,
+    outside_limits,
+    report_at_both,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.schemas.base import Model
     from pidcfg.schemas.generic import Pulse
-    from pidcfg.validate.rules.generic.context import GenericContext, LoopView
+
+
+@frozen
+class LoopView(View[Loop]):
+    """A loop and its place in the file."""
+
+    @property
+    def limits(self) -> Pair:
+        """Lowest and highest output; the ends of the range where they are not given."""
+        return self.loop.output.limits or self.loop.output.range
+
+    def pv(self, value: Decimal) -> str:
+        """A number of the PV with its unit."""
+        return number_with_unit(value, self.loop.pv.unit)
+
+    def out(self, value: Decimal) -> str:
+        """A number of the output with its unit."""
+        return number_with_unit(value, self.loop.output.unit)
+
+
+@frozen
+class GenericContext(Context[GenericFile, ProgramEncoding]):
+    """A configuration with its encoding, and its loops one by one."""
+
+    @cached_property
+    def loops(self) -> tuple[LoopView, ...]:
+        """The loops in the order of the file."""
+        return tuple(LoopView(i, loop) for i, loop in enumerate(self.config.loops))
+
+    @cached_property
+    def by_name(self) -> dict[str, LoopView]:
+        """The loops by their names; of two with the same one the first."""
+        return {view.name: view for view in reversed(self.loops)}
+
 
 # --- Values against the scales and limits that they belong to ---------------------------------------------------------
 
@@ -458,3 +506,6 @@ def cascade_scales_differ(context: GenericContext) -> Findings:
             }
             at_slave, at_master = view.at("setpoint", "source"), master.at("output", "range")
             yield from report_at_both(view, at_slave, master, at_master, **values)
+
+
+RULES = collect(common, sys.modules[__name__])
