@@ -191,17 +191,19 @@ MODULES = {
 }
 
 LINES = {
-    # command            most lines of modules of pidcfg that it imports
+    # command            most lines of modules of pidcfg that it imports, those of rules apart
     "--version":         900,
     "completion --help": 1_450,
     "validate --help":   5_900,
     "convert --help":    4_850,
     "encode --help":     2_900,
     "decode --help":     4_350,
-    "validate examples/dl06/reactor.yaml": 18_650,
-    "encode examples/dl06/reactor.yaml": 23_850,
-    "simulate examples/dl06/reactor.scenario.yaml": 34_600,
+    "validate examples/dl06/reactor.yaml": 15_000,
+    "encode examples/dl06/reactor.yaml": 20_200,
+    "simulate examples/dl06/reactor.scenario.yaml": 30_850,
 }
+RULE_LINES = 4_000
+"""Most lines of the modules of rules that a file loads: a further rule is held by its case, not by this."""
 SERVE_ALL = ("text.frozen", "text.paths")
 
 LONG_FUNCTIONS = {
@@ -536,7 +538,10 @@ def test_a_command_imports_the_modules_that_it_needs_and_no_other(command):
 @pytest.mark.parametrize("command", LINES)
 def test_a_command_imports_no_more_lines_than_it_may(command):
     lengths = dict(module_lengths())
-    assert sum(lengths[name] for name in modules_of_pidcfg(loaded_by_command(command))) <= LINES[command]
+    loaded = modules_of_pidcfg(loaded_by_command(command))
+    rules = {name for name in loaded if name.startswith("validate.rules")}
+    assert sum(lengths[name] for name in loaded - rules) <= LINES[command]
+    assert sum(lengths[name] for name in rules) <= RULE_LINES
 
 
 ONE_FINDING = """

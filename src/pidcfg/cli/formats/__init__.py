@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 # --- Results in the formats that people, CI systems and editors read: pure functions to text --------------------------
 #
-# A new format is a module here, which says everything about it, and a row of `FORMATS`. Options, help, settings,
-# golden files, the pages of docs/ and the tests follow.
+# A new format is a `Format` in `reports`, or in a module that it imports, and a row of `FORMATS`. Options, help,
+# settings, golden files, the pages of docs/ and the tests follow.
 
 # fmt: off
 FORMATS = {
