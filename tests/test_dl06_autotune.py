@@ -11,12 +11,14 @@ time: swing X = K M (1 - exp(-L/T)) and period 2 T ln(2 exp(L/T) - 1) bracket th
 
 from __future__ import annotations
 
+import json
 import math
 from fractions import Fraction
 from itertools import pairwise, product
 
 import pytest
 
+import pidcfg
 from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06.autotune import begin_relay, digits, store
@@ -312,3 +314,54 @@ def test_results_are_stored_within_what_their_words_hold(results, stored):
     s = State()
     store(Config(reset_unit=1.0, reset_step=0.1, least_period=50_000), s, *results)
     assert (s.gain, s.reset, s.rate, s.period) == pytest.approx(stored)
+
+
+DISTANCES = [
+    # data format, root, method, what DL299 says, the last distance with a start and the first without one
+    ("12-bit unipolar", False, "open", "205 counts", 205, 204),
+    ("12-bit bipolar", False, "open", "410 counts", 410, 409),
+    ("15-bit unipolar", False, "open", "1641 counts", 1641, 1640),
+    ("15-bit bipolar", False, "open", "3281 counts", 3281, 3280),
+    ("16-bit unipolar", False, "open", "3281 counts", 3281, 3280),
+    ("12-bit unipolar", False, "closed", "205 counts", 205, 206),
+    ("15-bit unipolar", False, "closed", "1640 counts", 1640, 1641),
+    ("15-bit bipolar", False, "closed", "3280 counts", 3280, 3281),
+    ("16-bit unipolar", False, "closed", "3280 counts", 3280, 3281),
+    # the root of the PV: 205 / 4095 of sqrt(4095) are 3.2036; the root of 1353 is 36.783, that of 1354 36.797
+    ("12-bit unipolar", True, "open", "3.21 counts of the set point's scale", 1600 - 1353, 1600 - 1354),
+    ("12-bit unipolar", True, "closed", "3.2 counts of the set point's scale", 1600 - 1354, 1600 - 1353),
+]
+
+
+@pytest.mark.parametrize(("form", "root", "method", "named", "starts", "refused"), DISTANCES)
+def test_an_auto_tune_starts_at_the_distance_that_validate_names(form, root, method, named, starts, refused):
+    loop = {
+        "name": "L",
+        "mode": "manual" if method == "open" else "auto",
+        "sample_rate": 1,
+        "action": "direct",
+        "bumpless": "II",
+        "tuning": {"gain": 1, "reset": 100},
+        "pv": {"format": form, "square_root": root},
+        "setpoint": {"value": 40 if root else 4000},
+        "output": {"limits": [100, 4000]},
+        "autotune": {"method": method},
+    }
+    text = json.dumps({"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000"}, "loops": [loop]})
+    (message,) = (f.message for f in pidcfg.check(text, name="c.yaml").findings if f.code == "DL299")
+    errors = {}
+    for distance in (starts, refused):
+        scenario = {
+            "pidcfg": 1,
+            "scenario": "start",
+            "config": "c.yaml",
+            "duration": 30,
+            "signals": {"pv": (1600 if root else 4000) - distance},
+            "connect": {"L.PV": "pv"},
+            "events": [{"at": 10, "loop": "L", "autotune": "start"}],
+        }
+        run = pidcfg.simulate(json.dumps(scenario), name="s.yaml", files={"c.yaml": text}, reference=False)
+        errors[distance] = run.to_json()["loops"]["L"]["flags"]["autotune_error"]
+
+    assert named in message
+    assert errors == {starts: False, refused: True}

@@ -207,9 +207,9 @@ ENGINE = (
     Decision(
         57,
         "auto-tune's conditions",
-        "205 counts of 4095 (of any format: that share of the span) are the least distance between PV and SP in the "
-        "open loop, and the greatest one in the closed loop, which is tuned at its set point. Bit 13 is on after a "
-        "refusal, off with the next start; the gains stay.",
+        "205 counts of 4095 (of any format: that share of the span; of a square-root loop: of the set point's scale) "
+        "are the least distance between PV and SP in the open loop, and the greatest one in the closed loop, which is "
+        "tuned at its set point. Bit 13 is on after a refusal, off with the next start; the gains stay.",
         'The note on 205 counts stands in the open-loop section. "Verify the PV and SP values are within 5% of full '
         'scale difference, as required by the auto tune function" stands in both and contradicts the note.',
     ),

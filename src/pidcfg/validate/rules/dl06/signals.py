@@ -241,11 +241,11 @@ def setpoint_above_every_root(view: LoopView) -> Findings:
     root = largest_root(view)
     counts = view.counts("setpoint") if view.loop.setpoint.value is not None else None
     if counts is not None and counts > root:
-        yield view.at("setpoint", "value", value=view.shown("setpoint"), most=nearest(root))
+        yield view.at("setpoint", "value", value=view.shown("setpoint"), most=f"{root:.4g}")
     for pair in view.pairs:
         if pair.target is not None and pair.target > root:
             value = view.text(pair.step.ramp_to, "sp", pair.target)
-            yield view.at("ramp_soak", "steps", pair.index, "ramp_to", value=value, most=nearest(root))
+            yield view.at("ramp_soak", "steps", pair.index, "ramp_to", value=value, most=f"{root:.4g}")
 
 
 def largest_root(view: LoopView) -> Decimal:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import EncodeError, bcd_digits, nearest
@@ -11,7 +11,7 @@ from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
-from pidcfg.validate.rules.dl06.context import NINES
+from pidcfg.validate.rules.dl06.context import NINES, counts_text
 from pidcfg.validate.shared_checks import value_or_switch
 
 if TYPE_CHECKING:
@@ -443,7 +443,16 @@ D29 = Decision(
     "The timing diagram switches between the upper and lower limit settings, while the error bit is said to come on "
     "when the output goes to the limits of the range.",
 )
-APART = Decimal(205) / 4095
+D1085 = Decision(
+    1085,
+    "the output limits do not hold an open-loop auto-tune",
+    "Its step goes past +31, up to the end of the data range, where it ends with bit 13; a line of the checklist says "
+    "so.",
+    "The loop is in Manual, where the limits do not hold (D645). The figure of the open loop stops at the full scale "
+    "positive limit; only that of the closed loop names the limit settings.",
+)
+APART, FULL_SCALE = 205, 4095
+"""Counts of 12 bit; of another format that share of the span (D57)."""
 
 
 @per_loop
@@ -492,6 +501,26 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
         and not output_limit_at_an_end(view)
     ):
         yield view.at_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
+
+
+@per_loop
+@checklist(
+    "DL524",
+    D1085,
+    "an open-loop auto-tune steps the output up by 10 %, or 20 %, of its range, past the upper limit {high} too",
+)
+def autotune_steps_past_the_limit(view: LoopView) -> Findings:
+    """An open-loop auto-tune is planned for a loop whose upper output limit is below the end of the data range.
+
+    Why: the loop is in Manual meanwhile, where the output limits do not hold, and the manual stops the step at full
+    scale only. A limit that protects the plant protects it after the auto-tune.
+
+    Fix: start from an output that lies 20 % of the range below the limit.
+    """
+    high, tune = view.counts("output_high"), view.loop.autotune
+    planned = "autotune" in view.loop.model_fields_set and tune.method == "open"
+    if planned and high is not None and high < view.scales["output"].format.maximum:
+        yield view.at_key("autotune", high=view.shown("output_high"))
 
 
 @per_loop
@@ -567,10 +596,21 @@ def autotune_start_condition(view: LoopView) -> Findings:
     if bit 13 of +06 comes on, try the other reading.
     """
     if "autotune" in view.loop.model_fields_set:
-        counts = nearest(APART * view.scales["pv"].format.span)
-        apart = view.text(view.scales["pv"].span_value(counts), "pv", counts)
+        apart = start_distance(view)
         side = "below" if view.loop.action == "direct" else "above"
         condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
         if view.loop.autotune.method == "closed":
             condition = f"closed-loop auto-tuning starts only with PV and set point within 5 % of full scale ({apart})"
         yield view.at_key("autotune", condition=condition)
+
+
+def start_distance(view: LoopView) -> str:
+    """The least distance of PV and set point for the open loop, the greatest one for the closed loop.
+
+    Whole counts that pass; of a square-root loop hundredths, since the root of a PV is no whole number.
+    """
+    rounding = ROUND_CEILING if view.loop.autotune.method == "open" else ROUND_FLOOR
+    root = view.loop.pv.square_root
+    exact = APART * view.scales["sp"].full / FULL_SCALE
+    counts = exact.quantize(Decimal("0.01") if root else Decimal(1), rounding)
+    return f"{counts_text(counts)} of the set point's scale" if root else view.distance(int(counts))
