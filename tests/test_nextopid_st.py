@@ -22,7 +22,7 @@ from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_scope import Scope, Wiring
 from pidcfg.encoders.nextopid.st_write import ST, cycles_of, depth, print_expression, wire_text, write_st
 from pidcfg.encoders.structured_text import Token, number_of, st_real, tokens_of
-from pidcfg.schemas.expressions import MAX_LENGTH, parse
+from pidcfg.schemas.expressions import parse
 from pidcfg.schemas.iec import REAL, Wire
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.sim.engine.expressions import evaluate
@@ -75,7 +75,7 @@ def from_st(text: str):
     """Structured Text back to an expression."""
     tokens = tokens_of(text)[0][:-1]
     wiring = Wiring.read(tokens, REAL, lambda parts: (parts[0].text, REAL))
-    return parse(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__, MAX_LENGTH), NAMES)
+    return parse(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__), NAMES)
 
 
 @settings(max_examples=300, deadline=None)

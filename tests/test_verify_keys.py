@@ -8,11 +8,12 @@ from types import SimpleNamespace
 import pytest
 from pydantic_core import PydanticCustomError
 
+from pidcfg.conversion.comparison import same_value
 from pidcfg.conversion.pipeline import convert
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange
 from pidcfg.study.verification.comparison import SignalDifference as Difference
-from pidcfg.study.verification.comparison import differing, loops_of, running_means, same_value
+from pidcfg.study.verification.comparison import differing, loops_of, running_means
 from pidcfg.study.verification.lines import field_of, key_of
 from pidcfg.study.verification.stages import Act, Stage
 from pidcfg.study.verification.trial import _alarm as alarm_of

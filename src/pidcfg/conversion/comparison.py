@@ -97,11 +97,12 @@ def _neutral(before: NeutralSide, i: int, after: NeutralSide, j: int) -> list[Di
     return [
         judge_difference(key, one.get(key), two.get(key))
         for key in {**one, **two}
-        if not _equal(one.get(key), two.get(key))
+        if not same_value(one.get(key), two.get(key))
     ]
 
 
-def _equal(before: Any, after: Any) -> bool:
+def same_value(before: object, after: object) -> bool:
+    """Whether two neutral values count as equal."""
     one, two = number_of(before), number_of(after)
     if one is None or two is None:
         return bool(before == after)

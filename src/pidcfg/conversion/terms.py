@@ -393,14 +393,14 @@ def with_faults(items: Mapping[str, Item], faults: Mapping[str, str]) -> dict[st
     return marked
 
 
-def other_keys(model: Any, subject: Subject, taken: Iterable[str], above: str = "") -> Iterator[tuple[str, Item]]:
+def other_keys(model: Any, subject: Subject, taken: Iterable[str]) -> Iterator[tuple[str, Item]]:
     """The keys of a file's section that nothing else is made of: no register holds them, nor does any listing."""
     if subject.reading is not None:
         return
     ids, units = set(taken), unit_names(model)
     above_ids = {outer for name in ids for outer in beginnings(name)}
     for leaf in leaves(model):
-        key = above + dotted(leaf.path)
+        key = dotted(leaf.path)
         if key in TOP or key in ids or key in above_ids or not ids.isdisjoint(beginnings(key)):
             continue
         value, unit = value_and_unit(leaf, model, subject.vendor, units)

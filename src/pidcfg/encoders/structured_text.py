@@ -429,12 +429,12 @@ def st_real(value: float) -> str:
     return f"{whole}E{int(exponent)}" if exponent else whole
 
 
-def wrap_call(start: str, parts: list[str], end: str) -> list[str]:
+def wrap_call(start: str, parts: list[str]) -> list[str]:
     """On one line, or a line for each part."""
-    line = f"{start}{', '.join(parts)}{end}"
+    line = f"{start}{', '.join(parts)});"
     if len(line) <= WIDTH:
         return [line]
-    return [start, *(f"    {part}," for part in parts[:-1]), f"    {parts[-1]}", end]
+    return [start, *(f"    {part}," for part in parts[:-1]), f"    {parts[-1]}", ");"]
 
 
 # --- Literals of Structured Text --------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from pidcfg.schemas import numbers
-from pidcfg.schemas.document import field_texts
+from pidcfg.schemas.document import field_texts, models_in
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import span_of
 from pidcfg.text.paths import Path, value_at
@@ -153,15 +153,6 @@ def models_below(roots: Sequence[type[BaseModel]]) -> Iterator[type[BaseModel]]:
             seen.add(model)
             waiting += [inner for field in model.model_fields.values() for inner in models_in(field.annotation)]
             yield model
-
-
-def models_in(annotation: Any) -> list[type[BaseModel]]:
-    """The models inside an annotation such as ``tuple[Loop, ...] | None``."""
-    from pydantic import BaseModel
-
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for inner in get_args(annotation) for model in models_in(inner)]
 
 
 def keys_of(model: type[BaseModel]) -> list[str]:

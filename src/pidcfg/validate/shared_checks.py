@@ -88,11 +88,10 @@ class View(Generic[LoopT]):
         self,
         *path: str | int,
         plc_effect: str | None = None,
-        severity: Severity | None = None,
         **values: object,
     ) -> Finding:
         """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect, severity=severity)
+        return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect)
 
 
 @frozen

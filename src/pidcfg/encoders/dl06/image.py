@@ -46,7 +46,6 @@ from pidcfg.encoders.maps.dl06 import (
     SPACE,
     TABLE_POINTER,
     TUNED,
-    Cpu,
 )
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.base import Quantity, v_name
@@ -87,35 +86,35 @@ class Setup:
         return self.flags == 0 and self.count > 0
 
 
-def check_setup(pointer: int, count_word: int, cpu: Cpu = CPU) -> Setup:
+def check_setup(pointer: int, count_word: int) -> Setup:
     """Bits 0 to 3 of V7642. A count that is no BCD number is reported as too many loops (D53)."""
     try:
         count = bcd_digits(count_word)
     except DecodeError:
-        return Setup(pointer, 0, _start_flags(pointer, cpu) | TOO_MANY)
-    flags = _start_flags(pointer, cpu)
-    if count > cpu.loops:
+        return Setup(pointer, 0, _start_flags(pointer) | TOO_MANY)
+    flags = _start_flags(pointer)
+    if count > CPU.loops:
         flags |= TOO_MANY
     last = pointer + count * LOOP_TABLE.size - 1
-    if cpu.lower[0] <= pointer <= cpu.lower[1] and last > cpu.lower_end:
+    if CPU.lower[0] <= pointer <= CPU.lower[1] and last > CPU.lower_end:
         flags |= STRADDLES
     return Setup(pointer, count, flags)
 
 
-def _start_flags(pointer: int, cpu: Cpu) -> int:
-    if pointer < cpu.upper[0]:
-        return 0 if cpu.lower[0] <= pointer <= cpu.lower[1] else OUTSIDE_LOWER
-    return 0 if pointer <= cpu.upper[1] else OUTSIDE_UPPER
+def _start_flags(pointer: int) -> int:
+    if pointer < CPU.upper[0]:
+        return 0 if CPU.lower[0] <= pointer <= CPU.lower[1] else OUTSIDE_LOWER
+    return 0 if pointer <= CPU.upper[1] else OUTSIDE_UPPER
 
 
-def check_ramp_soak(pointer: int, cpu: Cpu = CPU) -> int:
+def check_ramp_soak(pointer: int) -> int:
     """Bits 0, 1 and 4 of +35 for a table at ``pointer``: one of them, unless it lies in user memory (D54)."""
-    if cpu.system[0] <= pointer <= cpu.system[1]:
+    if CPU.system[0] <= pointer <= CPU.system[1]:
         return TABLE_IN_SYSTEM
     last = pointer + RAMP_SOAK_SIZE - 1
-    if any(first <= pointer and last <= end for first, end in cpu.user):
+    if any(first <= pointer and last <= end for first, end in CPU.user):
         return 0
-    return TABLE_OUTSIDE_LOWER if pointer < cpu.upper[0] else TABLE_OUTSIDE_UPPER
+    return TABLE_OUTSIDE_LOWER if pointer < CPU.upper[0] else TABLE_OUTSIDE_UPPER
 
 
 def alarm_order_broken(pv: Sequence[int] | None, deviation: Sequence[int] | None) -> bool:

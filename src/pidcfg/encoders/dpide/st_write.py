@@ -201,7 +201,7 @@ def call_text(name: str, enable: Mapping[str, str], arguments: Mapping[str, str]
     outputs = {row.name for row in ROWS if row.access == "output"}
     listed = [f"{key} := {value}" for key, value in enable.items()]
     listed += [f"{key} {'=>' if key in outputs else ':='} {value}" for key, value in arguments.items()]
-    return wrap_call(f"{name}(", listed, ");")
+    return wrap_call(f"{name}(", listed)
 
 
 def write_st(image: Program, checklist: tuple[str, ...] = ()) -> str:

@@ -250,7 +250,7 @@ class Moves:
         if content is None:
             wiring = Wiring.read(guarded.value, target.type, self.scope.resolve)
             names |= {*wiring.names}
-            content = wire_text(wiring.code, wiring.constants, wiring.names.__getitem__, MAX_LENGTH)
+            content = wire_text(wiring.code, wiring.constants, wiring.names.__getitem__)
             if len(content) > MAX_LENGTH:
                 raise guarded.value[0].error(LONGER)
         entry: dict[str, Any] = {"move": content, "to": target.name}
@@ -262,7 +262,7 @@ class Moves:
         """The conditions of an assignment as text; those of one branch are written once."""
         if not condition.text:
             names = condition.names.__getitem__
-            condition.text = wire_text(condition.code, condition.constants, names, MAX_LENGTH)
+            condition.text = wire_text(condition.code, condition.constants, names)
         if len(condition.text) > MAX_LENGTH:
             raise too_long(guarded)
         return condition.text

@@ -30,7 +30,7 @@ from pidcfg.encoders.nextopid.st_write import wire_text
 from pidcfg.encoders.nextopid.wiring import Layout
 from pidcfg.encoders.structured_text import END, NAME, Comment, Declaration, Member, Token, content_of, tokens_of
 from pidcfg.schemas.base import parse_seconds
-from pidcfg.schemas.expressions import MAX_LENGTH, ExpressionError
+from pidcfg.schemas.expressions import ExpressionError
 from pidcfg.schemas.iec import REAL, Wire, time_seconds
 from pidcfg.schemas.nextopid import Plc
 from pidcfg.schemas.numbers import decimal_text, plain_number
@@ -197,7 +197,7 @@ class _Reader:
     def _wire(self, item: Item, row: Parameter, tokens: tuple[Token, ...]) -> Wire:
         wiring = Wiring.read(tokens, row.type, self.scope.resolve)
         self.calls.reads.setdefault(item.name, set()).update(wiring.names)
-        return Wire(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__, MAX_LENGTH))
+        return Wire(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__))
 
     # --- order -------------------------------------------------------------------------------------------------------
 

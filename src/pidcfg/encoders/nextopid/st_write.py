@@ -24,6 +24,7 @@ from pidcfg.schemas.expressions import (
     EQUALITIES,
     FUNCTIONS,
     JOINTS,
+    MAX_LENGTH,
     MAXIMUM,
     MINIMUM,
     MULTIPLY,
@@ -153,10 +154,10 @@ def _call(op: int, arguments: tuple[str, ...], dialect: Dialect) -> Piece:
     return Piece(f"{dialect.functions[op]}({f',{dialect.space}'.join(arguments)})", ATOM, op, arguments)
 
 
-def wire_text(code: Sequence[int], constants: Sequence[float], name: Callable[[int], str], longest: int) -> str:
+def wire_text(code: Sequence[int], constants: Sequence[float], name: Callable[[int], str]) -> str:
     """An expression as a configuration has it; a name that would be read as a number or a truth gets parentheses."""
     text = print_expression(code, constants, name, PLAIN)
-    text = print_expression(code, constants, name, COMPACT) if len(text) > longest else text
+    text = print_expression(code, constants, name, COMPACT) if len(text) > MAX_LENGTH else text
     return f"({text})" if is_numeric(text) or text.lower() in {*LOOKS_BOOLEAN, "null"} else text
 
 
@@ -449,7 +450,7 @@ def declaration(variable: Variable) -> list[str]:
         return [f"{head};{note}"]
     if isinstance(variable.initial, tuple):
         return [f"{head} := {literal(*variable.initial)};{note}"]
-    return wrap_call(f"{head} := (", members(variable.initial), ");")
+    return wrap_call(f"{head} := (", members(variable.initial))
 
 
 def members(initial: Mapping[str, tuple[IecType, Content]]) -> list[str]:
@@ -537,7 +538,7 @@ def call(unit: Unit, i: int) -> Iterator[str]:
             text = name
         arguments += [] if text is None else [f"{row.name} := {text}"]
     name = block.kind.name if block.kind.function else block.name
-    yield from wrap_call(f"{name}(", arguments, ");")
+    yield from wrap_call(f"{name}(", arguments)
 
 
 def argument(unit: Unit, i: int, block: Instance, row: Parameter) -> str | None:

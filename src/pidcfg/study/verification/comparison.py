@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from decimal import Decimal
 from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.conversion.builder import flatten, rescale_output, round_computed
-from pidcfg.conversion.ledger import number_of
+from pidcfg.conversion.comparison import same_value
 from pidcfg.conversion.operation import source_of
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.text.frozen import frozen
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
 
 # --- The loops of a configuration in the neutral form, as far as they have one ----------------------------------------
 
-EQUAL_SHARE = Decimal("1e-6")
-"""Relative difference of numbers that count as equal."""
 FOLLOWS, NO_FOLLOWING = "setpoint.follows_pv", False
 """A PLC that knows nothing of it lets the set point stay."""
 LABELS = ("name", "description", "pv.unit", "output.unit")
@@ -66,14 +63,6 @@ def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, A
         times = {INTEGRAL_TIME: two[INTEGRAL_TIME] / share, DERIVATIVE_TIME: two[DERIVATIVE_TIME] * share}
         two |= {GAIN: one[GAIN]} | {path: round_computed(time) for path, time in times.items()}
     return one, two
-
-
-def same_value(a: Any, b: Any) -> bool:
-    """Whether two neutral values are equal."""
-    one, two = number_of(a), number_of(b)
-    if one is None or two is None:
-        return bool(a == b)
-    return abs(one - two) <= EQUAL_SHARE * max(abs(one), abs(two))
 
 
 def differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dl06 import alarms, setpoints, setup, signals, tuning
-from pidcfg.validate.rules.dl06.context import Dl06Context
+from pidcfg.validate.rules.dl06.alarms import Dl06Context
 
 __all__ = ["RULES", "Dl06Context"]
 

@@ -18,7 +18,7 @@ from pidcfg.validate.shared_checks import alarm_beyond, find_circles, find_share
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import Output, Pv
-    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView, Pair
+    from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView, Pair
 
 # --- Cascade links: which loop gives which its set point, and whether the two words mean the same ---------------------
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.schemas.dl06 import Transfer
-    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+    from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView
 
 # --- Set-up of the CPU: where the loop table lies (V7640), how many loops run (V7641), and how fast -------------------
 

@@ -16,7 +16,7 @@ from pidcfg.validate.rules.dl06.setup import source_of
 from pidcfg.validate.shared_checks import D955, PV_POINTS, crossed_set_points, report_at_both, value_or_switch
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+    from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView
 
 # --- The PV's low-pass filter -----------------------------------------------------------------------------------------
 

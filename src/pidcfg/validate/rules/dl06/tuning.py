@@ -11,11 +11,11 @@ from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
-from pidcfg.validate.rules.dl06.context import NINES, counts_text
+from pidcfg.validate.rules.dl06.alarms import NINES, counts_text
 from pidcfg.validate.shared_checks import value_or_switch
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+    from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView
 
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 
