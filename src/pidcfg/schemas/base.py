@@ -6,15 +6,17 @@ import re
 from copy import deepcopy
 from decimal import Decimal
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
 from pydantic_core.core_schema import no_info_plain_validator_function
 
+from pidcfg.schemas.document import models_in
 from pidcfg.schemas.numbers import (
     EXACT_CONTEXT,
     NUMBER,
     SIGNED,
+    JsonSchema,
     help_of,
     kind_of,
     number_schema,
@@ -32,6 +34,7 @@ from pidcfg.text.paths import value_at
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from pydantic import GetJsonSchemaHandler
     from pydantic_core import CoreSchema
 
     from pidcfg.text.references import Basis
@@ -61,6 +64,9 @@ COUNTS_TEXT = text_schema(f"{SIGNED} counts?", "2048 counts")
 QUANTITY_SCHEMA = number_schema(COUNTS_TEXT)
 
 
+T = TypeVar("T")
+
+
 class Model(BaseModel):
     """Base of every schema: frozen, unknown keys refused. A text below a field is its documentation."""
 
@@ -70,7 +76,7 @@ class Model(BaseModel):
 class Parser(NamedTuple):
     """How a field is read; `pydantic.PlainValidator` would also work out how its type is written, for more time."""
 
-    parse: Callable[[Any], Any]
+    parse: Callable[[object], object]
 
     def __get_pydantic_core_schema__(self, *_: object) -> CoreSchema:
         return no_info_plain_validator_function(self.parse)
@@ -201,10 +207,10 @@ def parse_quantity(value: object) -> Quantity:
     return Quantity(parse_number(value))
 
 
-def parse_pair(parse: Callable[[object], Any], what: str) -> Callable[[object], tuple[Any, Any]]:
+def parse_pair(parse: Callable[[object], T], what: str) -> Callable[[object], tuple[T, T]]:
     """A parser of a list of two."""
 
-    def pair(value: object) -> tuple[Any, Any]:
+    def pair(value: object) -> tuple[T, T]:
         if not isinstance(value, list | tuple) or isinstance(value, Quantity) or len(value) != 2:
             number = len(value) if isinstance(value, list | tuple) and not isinstance(value, Quantity) else 0
             given = f", not of {number}" if number else ""
@@ -242,7 +248,7 @@ def _ascending(low: Decimal, high: Decimal) -> str:
     )
 
 
-def pair_schema(item: dict[str, Any]) -> dict[str, Any]:
+def pair_schema(item: JsonSchema) -> JsonSchema:
     """The JSON Schema of a list of two."""
     return {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
 
@@ -389,7 +395,7 @@ class BankRange(NamedTuple):
         return f"{self.prefix}{self.first + 100}"
 
     @property
-    def schema(self) -> dict[str, Any]:
+    def schema(self) -> JsonSchema:
         """The JSON Schema of an address."""
         return text_schema(f"{self.prefix}[1-9][0-9]{{0,{len(str(self.last)) - 1}}}", self._example)
 
@@ -478,9 +484,7 @@ class Limits:
     effect: str | None = None
     """What the PLC itself reports about a value outside."""
 
-    def __get_pydantic_json_schema__(
-        self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]
-    ) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(self, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:
         """Adds ``minimum``, ``maximum`` and the unit where an editor looks for them."""
         schema = deepcopy(handler(core_schema))
         if self.unit:
@@ -511,21 +515,17 @@ def limits_at(model: type[BaseModel], path: str) -> Limits | None:
     field = model.model_fields[key]
     if not rest:
         return next((m for m in (*field.metadata, *_inside(field.annotation)) if isinstance(m, Limits)), None)
-    inside = (inner for inner in _inside(field.annotation) if rest.partition(".")[0] in _fields(inner))
+    inside = (inner for inner in models_in(field.annotation) if rest.partition(".")[0] in inner.model_fields)
     inner = next(inside, None)
     return None if inner is None else limits_at(inner, rest)
 
 
-def _inside(annotation: Any) -> Iterator[Any]:
+def _inside(annotation: object) -> Iterator[object]:
     """An annotation, its metadata, and all that it is made of."""
     yield annotation
     yield from getattr(annotation, "__metadata__", ())
     for inner in get_args(annotation):
         yield from _inside(inner)
-
-
-def _fields(annotation: Any) -> Any:
-    return getattr(annotation, "model_fields", ())
 
 
 # --- Units of tables in the words of a loop ---------------------------------------------------------------------------
@@ -565,10 +565,11 @@ def is_scaled(model: type[BaseModel], path: Sequence[str]) -> bool:
     """Whether a key of a file holds counts where its side has no range."""
     key, *rest = path
     field = model.model_fields.get(key)
-    inside = [] if field is None else [*_inside(field.annotation)]
+    if field is None:
+        return False
     if rest:
-        return any(is_scaled(inner, rest) for inner in inside if _fields(inner))
-    return Quantity in inside or Rate in inside
+        return any(is_scaled(inner, rest) for inner in models_in(field.annotation))
+    return any(part in (Quantity, Rate) for part in _inside(field.annotation))
 
 
 @cache

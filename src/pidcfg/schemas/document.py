@@ -8,13 +8,15 @@ import re
 import sys
 from decimal import Decimal
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+    from pidcfg.schemas.numbers import JsonSchema
 
 # --- The texts below the fields of a model, which say what each key is ------------------------------------------------
 #
@@ -65,17 +67,17 @@ ABBREVIATIONS = {"Pv": "PV", "Plc": "PLC", "Pwm": "PWM", "Gpwm": "GPWM"}
 class _Schema(GenerateJsonSchema):
     """pydantic's generator without titles that only repeat the key."""
 
-    def field_title_should_be_set(self, schema: Any) -> bool:
+    def field_title_should_be_set(self, schema: object) -> bool:
         """Editors show the key already."""
         del schema
         return False
 
-    def encode_default(self, dft: Any) -> Any:
+    def encode_default(self, dft: object) -> None:
         """`_plain_default` writes them, from the model."""
         del dft
 
 
-def json_schema(model: type[BaseModel], key: str, title: str) -> dict[str, Any]:
+def json_schema(model: type[BaseModel], key: str, title: str) -> JsonSchema:
     """The schema of one kind of file; keys of every object carry a description, numbers their limits and unit."""
     schema = model.model_json_schema(schema_generator=_Schema)
     models = {m.__name__: m for m in models_of(model)}
@@ -97,14 +99,14 @@ def models_of(model: type[BaseModel], seen: dict[type[BaseModel], None] | None =
     return seen
 
 
-def models_in(annotation: Any) -> list[type[BaseModel]]:
+def models_in(annotation: object) -> list[type[BaseModel]]:
     """The models that an annotation names."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [m for inner in getattr(annotation, "__args__", ()) for m in models_in(inner)]
 
 
-def _describe(definition: dict[str, Any], model: type[BaseModel] | None) -> None:
+def _describe(definition: JsonSchema, model: type[BaseModel] | None) -> None:
     """Adds descriptions and plain defaults to the properties of one object."""
     if model is None:
         return
@@ -119,7 +121,7 @@ def _describe(definition: dict[str, Any], model: type[BaseModel] | None) -> None
             _examples(prop)
 
 
-def _title(name: str, definition: dict[str, Any]) -> str:
+def _title(name: str, definition: JsonSchema) -> str:
     """What an object is called, which editors show above its description: the block that it is, or its name in words.
 
     ``PvAlarms`` are ``PV alarms``.
@@ -130,10 +132,10 @@ def _title(name: str, definition: dict[str, Any]) -> str:
     return str(kind) if kind else " ".join([*words[:1], *rest])
 
 
-def _examples(prop: dict[str, Any]) -> None:
+def _examples(prop: JsonSchema) -> None:
     """Values that an editor offers for a number with a unit: texts that carry one, or a number within the limits."""
     ways = [prop, *prop.get("anyOf", ())]
-    values: list[Any] = [text for way in ways for text in way.get("examples", ())]
+    values: list[object] = [text for way in ways for text in way.get("examples", ())]
     if not values:
         low, high = prop.get("minimum", 1), prop.get("maximum", 1)
         values = [prop.get("default") or min(max(1, low), high)]
@@ -141,7 +143,7 @@ def _examples(prop: dict[str, Any]) -> None:
     prop["defaultSnippets"] = [{"label": str(value), "body": value} for value in values]
 
 
-def _drop_null(prop: dict[str, Any]) -> None:
+def _drop_null(prop: JsonSchema) -> None:
     """An optional key may be left out, but never be null."""
     kinds = [kind for kind in prop.get("anyOf", []) if kind.get("type") != "null"]
     if "anyOf" in prop and len(kinds) == 1:
@@ -151,7 +153,7 @@ def _drop_null(prop: dict[str, Any]) -> None:
         prop["anyOf"] = kinds
 
 
-def _plain_default(prop: dict[str, Any], default: object) -> None:
+def _plain_default(prop: JsonSchema, default: object) -> None:
     """Defaults that are single words or numbers; the others are told in the description."""
     prop.pop("default", None)
     if isinstance(default, bool | int | str):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from decimal import Decimal
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import WithJsonSchema
 
@@ -35,7 +35,7 @@ from pidcfg.schemas.base import (
     parse_pair,
     parse_text,
 )
-from pidcfg.schemas.numbers import parse_integer, refuse, text_schema
+from pidcfg.schemas.numbers import JsonSchema, parse_integer, refuse, text_schema
 from pidcfg.text.references import EZLOGIX, Decision
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def parse_template(value: object) -> str:
     return text
 
 
-def _tag_schema(*prefixes: str) -> dict[str, Any]:
+def _tag_schema(*prefixes: str) -> JsonSchema:
     return text_schema(f"(?:{'|'.join(prefixes)})[1-9][0-9]{{0,4}}", f"{prefixes[0]}1")
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from decimal import Decimal
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, WithJsonSchema
 
@@ -19,6 +19,7 @@ from pidcfg.schemas.numbers import (
     NUMBER,
     OTHER_NOTATION,
     SIGNED,
+    JsonSchema,
     number_text,
     parse_integer,
     parse_number,
@@ -227,7 +228,7 @@ def bare_mode(value: object) -> object:
 WIRED = {"type": "string"}
 
 
-def _field(parse: Callable[[object], Any], *schemas: dict[str, Any]) -> tuple[Parser, WithJsonSchema]:
+def _field(parse: Callable[[object], object], *schemas: JsonSchema) -> tuple[Parser, WithJsonSchema]:
     return Parser(parse), WithJsonSchema({"anyOf": [*schemas]} if len(schemas) > 1 else schemas[0])
 
 

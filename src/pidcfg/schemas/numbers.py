@@ -144,12 +144,16 @@ def decimal_text(value: Decimal) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def refuse(kind: str, message: str, **context: Any) -> NoReturn:
+JsonSchema = dict[str, Any]
+"""A JSON Schema, or a part of one."""
+
+
+def refuse(kind: str, message: str, **context: object) -> NoReturn:
     """Raises the error that the validator turns into a finding; ``only``: the one text that can be meant."""
     raise PydanticCustomError(kind, "{text}", {"text": message, **context})
 
 
-def text_schema(pattern: str, *examples: str) -> dict[str, Any]:
+def text_schema(pattern: str, *examples: str) -> JsonSchema:
     """The JSON Schema of a text that a pattern fits from end to end; an editor shows the examples where it does not.
 
     To an editor it is a regular expression of JavaScript. So that it means the same there as in Python, it has no flags
@@ -163,7 +167,7 @@ def text_schema(pattern: str, *examples: str) -> dict[str, Any]:
     }
 
 
-def number_schema(*texts: dict[str, Any]) -> dict[str, Any]:
+def number_schema(*texts: JsonSchema) -> JsonSchema:
     """The JSON Schema of a number, or of one of some texts in its place."""
     return {"anyOf": [*texts, {"type": "number"}]}
 

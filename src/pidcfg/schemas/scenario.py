@@ -38,6 +38,7 @@ from pidcfg.schemas.numbers import (
     NUMBER,
     SIGNED,
     UNSIGNED,
+    JsonSchema,
     decimal_text,
     number_schema,
     number_text,
@@ -140,7 +141,7 @@ def by_key(value: object) -> object:
     return dict(enumerate(value)) if isinstance(value, list) else value
 
 
-def both_forms(schema: dict[str, Any]) -> None:
+def both_forms(schema: JsonSchema) -> None:
     """The JSON Schema of a mapping, changed so that a list of the same things is as good."""
     items = schema.pop("additionalProperties")
     del schema["type"]
@@ -154,8 +155,8 @@ def rejoin(value: object) -> object:
     """
     if not isinstance(value, Mapping):
         return value
-    joined: dict[Any, Any] = {}
-    cut: Any = None
+    joined: dict[object, Any] = {}
+    cut: object = None
     for key, item in value.items():
         if cut is not None and item is None:
             joined[cut] = type(joined[cut])(f"{joined[cut]}, {key}")
@@ -340,9 +341,9 @@ def _ascending(value: object, what: str) -> tuple[Amount, Amount]:
     return low, high
 
 
-_AMOUNT_SCHEMA: dict[str, Any] = {"type": ["number", "string"]}
+_AMOUNT_SCHEMA: JsonSchema = {"type": ["number", "string"]}
 _PAIR_SCHEMA = pair_schema(_AMOUNT_SCHEMA)
-_SPREAD_SCHEMA: dict[str, Any] = {
+_SPREAD_SCHEMA: JsonSchema = {
     "anyOf": [
         text_schema(rf"(?:±|\+-|\+/-) ?{UNSIGNED} ?%", "±30 %"),
         {

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.numbers import JsonSchema
 
 PART = "Part"
 """Behind the name of a definition: the same with nothing required."""
@@ -15,7 +18,7 @@ TEMPLATES_TEXT = (
 USE_TEXT = "The template whose values the loop has; what the loop writes itself wins, lists as a whole."
 
 
-def with_templates(schema: dict[str, Any]) -> dict[str, Any]:
+def with_templates(schema: JsonSchema) -> JsonSchema:
     """The schema of a configuration file whose loops may use templates."""
     loops = schema["properties"]["loops"]
     whole = loops["items"]
@@ -50,7 +53,7 @@ def _part(value: Any) -> Any:
     }
 
 
-def _references(value: Any) -> list[str]:
+def _references(value: JsonSchema) -> list[str]:
     """The definitions of an item: one, or the choices of several."""
     if "$ref" in value:
         return [value["$ref"]]

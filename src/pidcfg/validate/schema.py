@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from pidcfg.schemas import numbers
-from pidcfg.schemas.document import field_texts, models_in
+from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import span_of
 from pidcfg.text.paths import Path, value_at
@@ -141,18 +141,7 @@ def all_keys() -> frozenset[str]:
     from pidcfg.vendors import VENDORS
 
     roots: list[type[BaseModel]] = [Scenario, *(vendor.model for vendor in VENDORS.values())]
-    return frozenset(key for model in models_below(roots) for key in keys_of(model))
-
-
-def models_below(roots: Sequence[type[BaseModel]]) -> Iterator[type[BaseModel]]:
-    """Models with all that are inside of them, each once."""
-    waiting, seen = list(roots), set()
-    while waiting:
-        model = waiting.pop()
-        if model not in seen:
-            seen.add(model)
-            waiting += [inner for field in model.model_fields.values() for inner in models_in(field.annotation)]
-            yield model
+    return frozenset(key for root in roots for model in models_of(root) for key in keys_of(model))
 
 
 def keys_of(model: type[BaseModel]) -> list[str]:
