@@ -18,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
+from pidcfg.schemas.document import models_of
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Plain
 from pidcfg.text.source import read_document
@@ -26,7 +27,7 @@ from pidcfg.validate.baseline import suppress
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import Fixer, same_but_quotes, separate_findings, splice
 from pidcfg.validate.rules.dl06 import RULES
-from pidcfg.validate.schema import all_keys, clear_match, is_slip, keys_of, models_below, slips
+from pidcfg.validate.schema import all_keys, clear_match, is_slip, keys_of, slips
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg
 
@@ -291,7 +292,9 @@ def test_keys_of_opposite_meaning_are_never_chosen_between():
     assert clear_match("Min-MV", ["Min_MV", "min_mv"]) is None
 
 
-MODELS = sorted(models_below([vendor.model for vendor in VENDORS.values()]), key=lambda model: model.__qualname__)
+MODELS = sorted(
+    {m for vendor in VENDORS.values() for m in models_of(vendor.model)}, key=lambda model: model.__qualname__
+)
 ALPHABET = "aeioustdnrPIDMXV12"
 
 
