@@ -5,10 +5,12 @@ Every variant is either identified within 3 % of the truth, or refused with its 
 
 from __future__ import annotations
 
+import functools
 import math
 import random
 from datetime import datetime, timedelta, timezone
 from itertools import pairwise
+from unittest.mock import patch
 
 import pytest
 
@@ -244,9 +246,19 @@ def request(said) -> Request:
     return Request(**said)
 
 
+@functools.cache
+def once(time, output, pv, units, rest):
+    """What is identified in samples: most variants hold the same ones, and a search takes a third of a second."""
+    return identify(Record([*time], [*output], [*pv], units), rest)
+
+
 def read(text, said, name="step.csv"):
     """What is identified in a text."""
-    return identify_record(text if isinstance(text, bytes) else text.encode(), name, DEFAULT, request(said))[0]
+    data = text if isinstance(text, bytes) else text.encode()
+    with patch(
+        "pidcfg.tuning.record.identify", lambda r, rest: once(*map(tuple, (r.time, r.output, r.pv, r.units)), rest)
+    ):
+        return identify_record(data, name, DEFAULT, request(said))[0]
 
 
 def test_there_are_enough_variants():
@@ -434,7 +446,7 @@ def test_what_was_read_as_what_is_said(variant):
     assert SAID[variant] in read(*GOOD[variant]).remarks
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_the_confidence_holds_the_truth(seed):
     """95 % confidence, of which one in twenty may fail; twice of it holds it always."""
     found = read(table(samples(noise=0.3, seed=seed)), {})
@@ -445,7 +457,7 @@ def test_the_confidence_holds_the_truth(seed):
         assert wide < 0.2 * wanted
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_drift_that_noise_hides_makes_the_numbers_less_sure(seed):
     """The fit alone would be sure within 0.2 %, and the gain 4 % off."""
     found = read(table(samples(noise=0.3, drift=0.004, seed=seed)), {})
@@ -550,5 +562,7 @@ def test_most_numbers_lie_within_their_confidence():
         for i, (number, true, wide) in enumerate(zip(numbers, (2, 30, 5), found.confidence, strict=True)):
             hits[i] += abs(number - true) <= wide
             most[i] = max(most[i], abs(number - true) / wide)
+            assert abs(number - true) < 2 * wide
+            assert wide < 0.2 * true
     assert min(hits) >= 9
     assert min(most) > 0.35, "as wide as they need to be, and not wider"
