@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from functools import cache
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -99,8 +100,9 @@ def _revision(title: Title) -> str:
     return f"rev. {title.revision}" if title.revision else ""
 
 
+@cache
 def _environment() -> Environment:
-    """Everything is escaped, and a name that is misspelled in a template is an error."""
+    """Everything is escaped, and a name that is misspelled in a template is an error; a template is compiled once."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     env = Environment(
