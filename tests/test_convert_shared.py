@@ -1,22 +1,46 @@
-"""What all conversions share: rows of fields that stay the same, the builders, and what registers make of values."""
+"""Conversions: what all of them share, their edges and limits, and every pair of vendors there and back."""
 
 from __future__ import annotations
 
 from collections import Counter
 from decimal import Decimal
+from importlib import resources
+from itertools import permutations
+from pathlib import Path
 from types import SimpleNamespace
+from types import SimpleNamespace as Facts
 
 import pytest
+from hypothesis import HealthCheck, given, settings
 
+from generic_rig import configurations, file_of
+from neutral_strategies import neutral_files
+from pidcfg import api
 from pidcfg.api import check_text
 from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, apply_table
-from pidcfg.conversion.ledger import Change, ConvertError, SourceField, TargetField, changes
-from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.settle import read_back
+from pidcfg.conversion.dl06 import _derivative_filter
+from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
+from pidcfg.conversion.ledger import (
+    DEFAULT_MAX_LOSS,
+    Change,
+    ConvertError,
+    MaxLossError,
+    SourceField,
+    TargetField,
+    changes,
+    parse_max_loss,
+)
+from pidcfg.conversion.pipeline import convert, neutral_loops
+from pidcfg.conversion.settle import _within, read_back
+from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
-from pidcfg.schemas.generic import GenericFile
+from pidcfg.encoders.generic import CONVERT_OPTIONS
+from pidcfg.schemas.generic import GenericFile, Loop
+from pidcfg.study.verification.verify import verify
 from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
+from standing_rig import SIDES
+from test_generic_encoding import leaves
 
 LOOP = {
     "name": "TIC1",
@@ -152,6 +176,9 @@ def counts(monkeypatch):
 
         return counted
 
+    for vendor in VENDORS.values():  # a module that is imported under the counter would keep it
+        vendor.load("from_neutral")
+        vendor.load("to_neutral")
     for key, vendor in VENDORS.items():
         image = encoder_of(vendor)
         monkeypatch.setattr(image, "encode", counting("encoded", key, image.encode))
@@ -175,3 +202,365 @@ def test_what_is_clamped_is_encoded_again(counts):
     converted = convert(neutral(tuning={"gain": 2, "derivative_time": 7000}), VENDORS["generic"], VENDORS["click"], {})
     assert converted.losses
     assert (counts["validated", "click"], counts["encoded", "click"]) == (2, 2)
+
+
+# --- Pieces of conversions at their edges -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("rate", "n", "clamped"),
+    [("10", 1, False), ("9.9", 1, True), ("200", 20, False), ("200.1", 20, True), ("100", 10, False)],
+)
+def test_a_filter_of_td_through_1_to_20_is_exact_or_the_nearest(rate, n, clamped):
+    """The filter's time constant is 10 s."""
+    put = []
+    b = Facts(put=lambda *given, **more: put.append((given, more)))
+    _derivative_filter(b, Decimal(10), Decimal(rate))
+    (((path, limit, of, note), more),) = put
+
+    assert (path, limit, of) == ("derivative_gain_limit", n, "tuning.derivative_filter")
+    assert (more["clamped"], more["exact"], more["held"]) == (clamped, 10, Decimal(rate) / n)
+    assert note == (f"the filter is Td/N with N from 1 to 20: {n}" if clamped else f"Td/{n}")
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "inside"),
+    [
+        ("pv", "pv", True),
+        ("pv.range", "pv", True),
+        ("pv", "pv.range", False),
+        ("pvs", "pv", False),
+        ("pv", "pvs", False),
+    ],
+)
+def test_a_key_is_within_its_name(key, name, inside):
+    assert _within(key, name) == inside
+
+
+# --- What a conversion takes along and leaves behind, at the limits of its conditions ---------------------------------
+
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+DL06 = """\
+pidcfg: 1
+vendor: dl06
+plc: {loop_table: V2000, reset_decimals: 1}
+loops:
+  # of A
+  - name: A
+    sample_rate: 1
+    action: direct
+    tuning: {gain: 1, reset: 10, rate: 5}
+    derivative_gain_limit: 0
+    derivative_gain_limit_enabled: true
+    pv: {range: [0, 100]}
+  # of B
+  - name: B
+    sample_rate: 1
+    action: direct
+    tuning: {gain: 1, reset: off, rate: 5}
+    state: {output: 1000}
+    derivative_gain_limit_enabled: true
+    pv: {range: [0, 100]}
+  # of C
+  - name: C
+    sample_rate: 1
+    action: direct
+    tuning: {gain: 1, reset: 10}
+    pv: {range: [0, 100]}
+"""
+DPIDE = """\
+pidcfg: 1
+vendor: dpide
+loops:
+  - {name: A, device: D500, SV: 80, CYCLE: 1000, Kc_Kp: 12, Ti_Ki: 180, Td_Kd: 0, PID_EQ: true, PID_DIR: true,
+     MV_MAX: 4000, MV_MIN: 0, pv: {range: [0, 100]}}
+"""
+PLAIN = "output_raises_pv: true, sample_time: 1, tuning: {gain: 1}"
+CASCADE = """\
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: M, mode: auto, PLAIN, pv: {range: [0, 100]}, output: {range: [0, 50], unit: kg}}
+  - {name: S, mode: cascade, PLAIN, pv: {range: [0, 50]UNIT}, output: {range: [0, 100]}, setpoint: {source: M}}
+""".replace("PLAIN", PLAIN)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return api.convert(DL06, "generic", name="a.yaml")
+
+
+def changed_fields(result, loop):
+    """The lines of a loop by the field they begin with."""
+    return {change.field: change for change in result.loops[loop].changes}
+
+
+def test_a_comment_stays_with_its_loop(result):
+    lines = result.text.splitlines()
+    for name in "ABC":
+        assert lines[lines.index(f"  - name: {name}") - 1] == f"  # of {name}"
+    assert result.text.count("# of") == 3
+
+
+def test_a_comment_behind_a_value_keeps_its_value_and_the_starters_own_stay_behind():
+    tank = (EXAMPLES / "click" / "tank.yaml").read_text("utf-8")
+    lines = api.convert(tank, "ezlogix", name="a.yaml").text.splitlines()
+    assert "    action: reverse" in lines  # of the controller; the comment is of the process's
+    assert "  # action: direct  # more heat, warmer water" in lines
+    starter = resources.files("pidcfg").joinpath(VENDORS["click"].starter).read_text("utf-8")
+    assert "#" not in api.convert(starter, "ezlogix", name="a.yaml").text
+
+
+def test_a_derivative_that_a_limit_of_nothing_switches_off_is_left_by_the_key_that_does_it(result):
+    given, missing = changed_fields(result, 0), changed_fields(result, 1)
+    assert given["derivative_gain_limit"].source == 0
+    assert missing["derivative_gain_limit_enabled"].source is True
+    assert {given["tuning.rate"].kind, missing["tuning.rate"].kind} == {"dropped"}
+
+
+def test_the_output_at_the_start_of_a_loop_without_an_integral_is_its_bias_as_it_was_written(result):
+    change = changed_fields(result, 1)["state.output"]
+    assert change.source == "1000 counts"
+    assert "output: {range: [0, 100], bias: 24.42002442, manual: 24.42002442}" in result.text
+
+
+def test_an_instruction_that_holds_its_integral_at_its_limits_is_one_with_anti_windup():
+    assert "anti_windup: true" in api.convert(DPIDE, "generic", name="a.yaml").text
+
+
+@pytest.mark.parametrize(("unit", "linked"), [(", unit: kg", True), ("", True), (", unit: l", False)])
+def test_loops_are_linked_where_their_units_do_not_differ(unit, linked):
+    text = api.convert(CASCADE.replace("UNIT", unit), "dl06", name="a.yaml").text
+    assert ("cascade_from: M" in text) is linked
+
+
+def test_a_loss_may_be_limited_to_none():
+    assert parse_max_loss("gain=0%").gain == 0
+    assert parse_max_loss("time=5").time == 5
+    assert parse_max_loss("time=5").gain == DEFAULT_MAX_LOSS.gain
+    for text in ("gain=-1%", "gain=inf", "gain=nan", "gain=x", "other=1%"):
+        with pytest.raises(MaxLossError):
+            parse_max_loss(text)
+
+
+# --- The neutral form converted to itself and to others: nothing of it is lost on the way in --------------------------
+
+
+GENERIC = VENDORS["generic"]
+FULL = {
+    "description": "x",
+    "mode": "cascade",
+    "tuning": {
+        "gain": 2,
+        "integral_time": 60,
+        "derivative_time": 5,
+        "proportional": False,
+        "derivative_on": "error",
+        "derivative_filter": 1,
+    },
+    "pv": {"range": [0, 40], "unit": "bar", "filter": 1, "square_root": True},
+    "setpoint": {"value": 20, "limits": [1, 30], "source": "L1", "follows_pv": True},
+    "output": {
+        "range": [0, 100],
+        "unit": "%",
+        "limits": [5, 95],
+        "bias": 10,
+        "manual": 20,
+        "max_rate": 3,
+        "pulse": {"period": 10, "min_on": 1, "min_off": 1},
+    },
+    "deadband": 0.5,
+    "anti_windup": False,
+    "alarms": {
+        "pv": {"low_low": 1, "low": 2, "high": 30, "high_high": 35},
+        "deviation": {"high": 3, "high_high": 4},
+        "rate_of_change": 2,
+        "hysteresis": 0.1,
+    },
+}
+
+
+def test_every_field_that_is_given_says_where_it_goes():
+    (loop,) = to_neutral(file_of(FULL))
+    pairs = {f"{path}.{i}" for path in RANGE_FIELDS for i in range(2)}
+
+    assert sorted(entry.path for entry in loop.fields) == sorted(
+        {*leaves(Loop), *RANGE_FIELDS} - pairs - {*NOTHING_LOST}
+    )
+    assert all(entry.to == (entry.path,) for entry in loop.fields)
+    assert not loop.missing
+
+
+@settings(max_examples=40)
+@given(configurations())
+def test_it_is_converted_to_itself(config):
+    assert neutral_loops(config, GENERIC)[0] == config
+    assert GenericFile.model_validate(from_neutral(config, {}).data) == config
+
+
+def test_a_conversion_to_itself_is_exact_and_complete():
+    config = file_of({}, FULL)
+
+    result = convert(config, GENERIC, GENERIC, {})
+
+    assert not result.losses
+    assert {change.kind for loop in result.loops for change in loop.changes} == {"exact"}
+    assert GenericFile.model_validate(result.data) == config
+    assert CONVERT_OPTIONS == ()
+
+
+def test_what_a_vendor_does_not_have_is_dropped():
+    result = convert(file_of({"output": {"range": [0, 100], "max_rate": 3}}), GENERIC, VENDORS["dpide"], {})
+
+    assert [change.field for loop in result.loops for change in loop.changes if change.loss] == ["output.max_rate"]
+
+
+@pytest.mark.parametrize(("vendor", "edit"), [("dl06", ("bumpless: II", "bumpless: I")), ("click", ("ss: 2", "ss: 1"))])
+def test_a_set_point_that_follows_the_pv_does_so_in_the_neutral_form_too(vendor, edit):
+    result = api.convert(SIDES[vendor].config.replace(*edit), "generic", verify=True)
+    assert result.data["loops"][0]["setpoint"]["follows_pv"] is True
+    (found,) = result.verified
+    assert found.stages
+    assert found.passed, found.failures
+
+
+# --- Every ordered pair of vendors: the action, the gains and the answer of a loop survive, there and back again ------
+
+
+PLCS = [key for key in VENDORS if key != "generic"]
+PAIRS = list(permutations(PLCS, 2))
+OVEN = {
+    "name": "TIC1",
+    "output_raises_pv": True,
+    "sample_time": 0.5,
+    "tuning": {"gain": 2.5, "integral_time": 60, "derivative_time": 0},
+    "pv": {"range": [0, 400], "unit": "degC"},
+    "setpoint": {"value": 180},
+    "output": {"range": [0, 100], "unit": "%"},
+}
+
+
+def checked(data):
+    """A configuration as anybody would check it, without an error."""
+    found = check_text(yaml_text(data))
+    assert not found.failed, [(d.code, d.message) for d in found.findings]
+    return found
+
+
+def of_vendor(loops, vendor):
+    """Neutral loops as a vendor's configuration."""
+    from pidcfg.conversion.settle import settle_values
+
+    file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
+    made = VENDORS[vendor].load("from_neutral")(file, {})
+    settle_values(made, VENDORS[vendor])
+    return checked(made.data)
+
+
+def apart(source, target):
+    """The verdicts on two checked configurations with the same loops."""
+    pairs = [(i, i) for i in range(len(source.config.loops))]
+    return verify((source.vendor, source.config), (target.vendor, target.config), pairs)
+
+
+def converted(source, target):
+    """A checked configuration for another vendor."""
+    return checked(convert(source.config, source.vendor, VENDORS[target], {}).data)
+
+
+@pytest.mark.parametrize("heats", [True, False], ids=["heating", "cooling"])
+@pytest.mark.parametrize(("one", "two"), PAIRS)
+def test_both_sides_hold_the_same_plant_alike(one, two, heats):
+    """Where cooling, the sign is held of every pair, and the plant of each vendor as source and as target once."""
+    source = of_vendor([{**OVEN, "output_raises_pv": heats}], one)
+    target = converted(source, two)
+    if heats or two == PLCS[PLCS.index(one) - 1]:
+        found = apart(source, target)[0]
+        assert found.pv_percent < 0.5
+        assert found.iae_ratio == pytest.approx(1, abs=0.05)
+    loop = neutral_loops(target.config, target.vendor)[0].loops[0]
+    assert loop.output_raises_pv is heats
+    assert float(loop.tuning.gain) == pytest.approx(2.5, rel=0.005)
+
+
+def test_a_wrong_sign_would_be_seen():
+    source = of_vendor([OVEN], "click")
+    data = convert(source.config, source.vendor, VENDORS["nextopid"], {}).data
+    data["loops"][0]["Direct"] = True
+    target = checked(data)
+    found = apart(source, target)[0]
+    assert not found.passed
+    assert found.pv_percent > 10
+
+
+def close(a, b, error):
+    """Whether two numbers differ by no more than the reported error, in %."""
+    a, b = (Decimal(0) if x is None else Decimal(str(x)) for x in (a, b))
+    return abs(a - b) <= max(abs(a), abs(b)) * Decimal(str(error / 100 + 2e-6))
+
+
+def actions_of(loop):
+    """P, I and D in shares of both ranges: CLICK knows its output in % only, and without P no gain stands alone."""
+    low, high = loop.output.range
+    tuning = loop.tuning
+    share = tuning.gain * (loop.pv.range[1] - loop.pv.range[0]) / (high - low)
+    integral = share / tuning.integral_time if tuning.integral_time else Decimal(0)
+    return {"P": share if tuning.proportional else Decimal(0), "I": integral, "D": share * tuning.derivative_time}
+
+
+@pytest.mark.parametrize(("one", "two"), PAIRS)
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
+@given(file=neutral_files())
+def test_there_and_back_gives_the_same_loop_up_to_the_reported_rounding(one, two, file):
+    try:
+        source = of_vendor([loop.model_dump(mode="python", exclude_none=True) for loop in file.loops], one)
+        there = convert(source.config, source.vendor, VENDORS[two], {})
+        back = convert(checked(there.data).config, VENDORS[two], VENDORS[one], {})
+    except (ConvertError, AssertionError, EncodeError):
+        return  # one of the two cannot hold the loop, and says so
+    if len(there.source_places) < len(there.loops) or len(back.source_places) < len(back.loops):
+        return  # a loop cannot go, and its report says why
+    before, _ = neutral_loops(source.config, source.vendor)
+    after, _ = neutral_loops(checked(back.data).config, source.vendor)
+    for i, (a, b) in enumerate(zip(before.loops, after.loops, strict=True)):
+        rows = [*there.loops[i][1], *back.loops[i][1]]
+        error = sum(change.error_percent for change in rows)
+        lost = any(change.kind in {"dropped", "clamped"} for change in rows)
+        assert a.output_raises_pv is b.output_raises_pv
+        if not lost:
+            was, now = actions_of(a), actions_of(b)
+            assert all(close(was[key], now[key], error) for key in was), (was, now, rows)
+            assert close(a.sample_time, b.sample_time, error)
+            if a.setpoint.value is not None:  # else one is chosen, and reported
+                assert close(a.setpoint.value, b.setpoint.value, error)
+
+
+def test_a_kick_of_the_derivative_does_not_go_into_the_integral_of_a_dpide():
+    kicking = {**OVEN, "tuning": {**OVEN["tuning"], "derivative_time": 10, "derivative_on": "error"}}
+    source = of_vendor([kicking], "ezlogix")
+    target = converted(source, "dpide")
+    assert target.config.loops[0].PID_MODE == 0
+    assert apart(source, target)[0].pv_percent < 0.1
+
+
+@pytest.mark.parametrize("target", ["generic", "nextopid"])
+def test_the_output_of_an_outer_loop_is_in_the_units_of_the_inner_pv(target):
+    text = """
+pidcfg: 1
+vendor: dl06
+plc: {loop_table: V2000}
+loops:
+  - {name: OUTER, mode: auto, sample_rate: 1, action: direct, tuning: {gain: 2.0, reset: 60}, setpoint: {value: 50},
+     pv: {range: [0, 200]}, output: {range: [0, 100], limits: [10, 90]}}
+  - {name: INNER, mode: cascade, cascade_from: OUTER, sample_rate: 1, action: direct, tuning: {gain: 1.0, reset: 9},
+     setpoint: {value: 10}, pv: {range: [0, 50]}}
+"""
+    source = check_text(text)
+    loop = neutral_loops(source.config, source.vendor)[0].loops[0]
+    assert [float(end) for end in loop.output.range] == [0, 50]
+    assert [float(end) for end in loop.output.limits] == [5, 45]
+    assert float(loop.tuning.gain) == 0.5  # 2.0 of the spans: 2.0 * 50 / 200
+    result = converted(source, target)
+    assert max(found.pv_percent for found in apart(source, result)) < 0.1
