@@ -4,7 +4,8 @@ demo      install pidcfg into .venv, and show what it does on one screen
 test      install everything and run all tests; further arguments go to pytest; --fast: a minute of them, without those
           that tests/slow.txt names
 docs      build the documentation site into build/site
-generate  renew everything that is generated: pages, schemas, messages, golden files; --check only says what differs
+generate  renew everything that is generated: pages, schemas, messages, golden files; where rules of a vendor alone
+          have changed what is made of them, unless --all is given; --check only says what differs
 check     ruff, mypy --strict, the import rules, and whether what is generated is up to date
 bench     print the benchmarks: speed of the command and of the simulation, beside their goals; --quick: fewer rounds;
           --write-costs: measure anew what `--engine auto` decides by, and write it into src/pidcfg/sim/costs.py

@@ -184,13 +184,15 @@ def rule_link(code: str) -> str:
 
 def linked(text: str) -> str:
     """A text whose decisions are links."""
-    return re.sub(r"\bD(\d{2,3})\b", lambda found: f"[{found[0]}](decisions.md{slug(decision(int(found[1])))})", text)
+    return re.sub(
+        r"\bD(\d{2,4})\b", lambda found: f"[{found[0]}](decisions.md{slug(decisions()[int(found[1])])})", text
+    )
 
 
 @cache
-def decision(number: int) -> Decision:
-    """A decision by its number; raises `StopIteration` where there is none."""
-    return next(d for d in all_decisions() if d.number == number)
+def decisions() -> dict[int, Decision]:
+    """The decisions by their numbers; every module is looked through for them."""
+    return {found.number: found for found in all_decisions()}
 
 
 def slug(d: Decision) -> str:

@@ -1,14 +1,18 @@
 """Everything that is generated and committed; ``python tasks.py generate`` writes anew what differs, and names it.
 
-``--check`` writes nothing and ends with 1 where a file differs. Names of parts renew these alone:
-``python tests/generated.py pages messages``. Read the difference before committing it: a golden file says what the
-words, the trend or the message were when somebody looked.
+Where nothing but rules of some vendors has changed since the branch left its main line, what is made of other vendors
+alone stays as it is; ``--all`` renews that, too. ``--check`` writes nothing and ends with 1 where a file differs. Names
+of parts renew these alone: ``python tests/generated.py pages messages``. Read the difference before committing it: a
+golden file says what the words, the trend or the message were when somebody looked.
 """
 
 from __future__ import annotations
 
+import re
+import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +24,7 @@ import mistakes
 import spoiled_configurations
 import spoiled_listings
 import test_pictures
+from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,11 +33,12 @@ ROOT = Path(__file__).parents[1]
 sys.path += [str(ROOT / "docs"), str(ROOT / "tools")]
 
 
-def pages() -> dict[Path, bytes]:
-    """Pages and schemas of docs/, and the codes that shells complete."""
+def pages(*, of_rules: bool = False) -> dict[Path, bytes]:
+    """Pages and schemas of docs/, and the codes that shells complete; or those alone that rules stand in."""
     import generate
 
-    return {(generate.DOCS / name).resolve(): text.encode() for name, text in generate.pages().items()}
+    found = generate.pages_of_rules() if of_rules else generate.pages()
+    return {(generate.DOCS / name).resolve(): text.encode() for name, text in found.items()}
 
 
 def messages() -> dict[Path, bytes]:
@@ -61,22 +67,80 @@ PARTS: dict[str, Callable[[], Mapping[Path, bytes]]] = {
     "examples": golden.example_files,
 }
 """Each part by the name that renews it alone, those first that most changes touch."""
+BY_VENDOR: dict[str, Callable[[Callable[[str], bool]], Mapping[Path, bytes]]] = {
+    "listings": spoiled_listings.golden_files,
+    "configurations": spoiled_configurations.golden_files,
+    "runs": changed_runs.golden_files,
+    "explained": explained.golden_files,
+    "examples": golden.example_files,
+}
+"""Parts whose files tell by their names which vendors they are made of."""
 WHOLE = {"configurations", "examples", "explained", "listings", "reports", "runs"}
 """Parts whose folders hold nothing else, but for the configurations that they are made of."""
 
+BRANCHES = ("origin/HEAD", "origin/main", "main")
+"""Names that the main line may have, the first that there is."""
+RULES = re.compile(rf"src/pidcfg/validate/rules/({'|'.join(VENDORS)})(\.py|/.*)")
+UNREAD = re.compile(
+    r"tests/(test_(?!pictures)\w+\.py|cases/.*|slow\.txt|typical/\w+\.txt)|CHANGELOG\.md"
+    r"|docs/(rules[\w-]*|decisions|[\w-]*coverage|adding-[\w-]+)\.md|src/pidcfg/(validate/rules\.json|cli/completions/.*)"
+)
+"""What golden files are not made of, and what is made anew for any rule."""
+GOLDEN = re.compile(r"tests/data/.*\.txt|examples/\w+/golden/.*")
 
-def make(part: str) -> Mapping[Path, bytes]:
-    """The files of a part, as they ought to be."""
+
+def changed_files() -> list[str]:
+    """The files that differ from the commit at which the branch left its main line; none: nobody knows."""
+    for branch in BRANCHES:
+        base = _git("merge-base", "HEAD", branch)
+        if base:
+            return [
+                *_git("diff", "--name-only", "--no-renames", *base),
+                *_git("ls-files", "--others", "--exclude-standard"),
+            ]
+    return []
+
+
+def _git(*words: str) -> list[str]:
+    try:
+        done = subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=False, encoding="utf-8")
+    except OSError:
+        return []
+    return [] if done.returncode else done.stdout.splitlines()
+
+
+def vendors_of_rules(changed: Sequence[str]) -> set[str]:
+    """The vendors whose rules have changed; none: something else has, too, or nothing has."""
+    vendors = {found[1] for path in changed if (found := RULES.fullmatch(path))}
+
+    def is_made_of_them(path: str) -> bool:
+        return bool(GOLDEN.fullmatch(path)) and concerns(vendors, path)
+
+    others = (path for path in changed if not RULES.fullmatch(path) and not UNREAD.fullmatch(path))
+    return vendors if all(map(is_made_of_them, others)) else set()
+
+
+def concerns(vendors: set[str], name: str) -> bool:
+    """Whether one of the vendors is in the name of a golden file, or of what it is made of."""
+    return bool(vendors & {*re.split(r"[-/.]", name)})
+
+
+def make(vendors: set[str], part: str) -> Mapping[Path, bytes]:
+    """The files of a part, as they ought to be; of some vendors alone where there are any."""
+    if vendors and part == "pages":
+        return pages(of_rules=True)
+    if vendors and part in BY_VENDOR:
+        return BY_VENDOR[part](partial(concerns, vendors))
     return PARTS[part]()
 
 
-def make_all(parts: Sequence[str]) -> Iterator[Mapping[Path, bytes]]:
+def make_all(parts: Sequence[str], vendors: set[str]) -> Iterator[Mapping[Path, bytes]]:
     """The files of each part; several are made beside each other, since none is made of what another one writes."""
     if len(parts) == 1:
-        yield make(parts[0])
+        yield make(vendors, parts[0])
         return
     with ProcessPoolExecutor() as pool:
-        yield from pool.map(make, parts)
+        yield from pool.map(partial(make, vendors), parts)
 
 
 def renew(files: Mapping[Path, bytes], *, check: bool = False, whole: bool = False) -> list[str]:
@@ -99,12 +163,15 @@ def renew(files: Mapping[Path, bytes], *, check: bool = False, whole: bool = Fal
 def main(arguments: Sequence[str]) -> None:
     """Renews the named parts, or all."""
     check = "--check" in arguments
-    named = [name for name in arguments if name != "--check"]
+    named = [name for name in arguments if name not in {"--check", "--all"}]
     if not {*named} <= {*PARTS}:
         sys.exit(f"the parts are {', '.join(PARTS)}")
     parts, differing = named or list(PARTS), []
-    for part, files in zip(parts, make_all(parts), strict=True):
-        names = renew(files, check=check, whole=part in WHOLE)
+    vendors = set[str]() if arguments else vendors_of_rules(changed_files())
+    if vendors:
+        print(f"nothing but rules of {', '.join(sorted(vendors))} has changed; --all renews what others have, too")  # noqa: T201
+    for part, files in zip(parts, make_all(parts, vendors), strict=True):
+        names = renew(files, check=check, whole=part in WHOLE and not vendors)
         print(f"{part}: {', '.join(names) if names else 'up to date'}", flush=True)  # noqa: T201 - a script
         differing += names
     if check and differing:

@@ -8,8 +8,12 @@ import sys
 import tempfile
 from contextlib import chdir
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats import FORMATS, formats_of, load
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LISTINGS = {"text": "txt", "csv": "csv", "json": "json", "modbus": "modbus.csv"}
@@ -157,8 +161,9 @@ def report_files() -> dict[Path, bytes]:
     return {REPORTS / file: data for file, data in reports().items()}
 
 
-def example_files() -> dict[Path, bytes]:
-    """The committed images, trends and reports of all examples by their paths."""
+def example_files(wanted: Callable[[str], bool] = bool) -> dict[Path, bytes]:
+    """The committed images, trends and reports of the examples that are wanted by their paths."""
+    examples = filter(wanted, IMAGES)
     return {
-        golden(example, file): data for example in IMAGES for file, data in (images(example) | run(example)).items()
+        golden(example, file): data for example in examples for file, data in (images(example) | run(example)).items()
     }

@@ -193,6 +193,40 @@ def test_a_check_writes_nothing_and_fails(folder, monkeypatch, capsys):
     assert capsys.readouterr().out.endswith("pages: up to date\n")
 
 
+RULE = "src/pidcfg/validate/rules/dl06/setup.py"
+
+
+@pytest.mark.parametrize(
+    ("changed", "vendors"),
+    [
+        ([], set()),
+        ([RULE], {"dl06"}),
+        ([RULE, "src/pidcfg/validate/rules/generic.py"], {"dl06", "generic"}),
+        ([RULE, "src/pidcfg/validate/rules/common.py"], set()),
+        ([RULE, "src/pidcfg/validate/rule.py"], set()),
+        ([RULE, "tests/cases/DL201.yaml", "tests/test_fixes.py", "docs/decisions.md", "CHANGELOG.md"], {"dl06"}),
+        ([RULE, "src/pidcfg/validate/rules.json", "docs/rules-dl06.md", "docs/dl06-coverage.md"], {"dl06"}),
+        ([RULE, "examples/dl06/golden/oven.txt", "tests/data/configurations/click-to-dl06.txt"], {"dl06"}),
+        ([RULE, "examples/click/golden/tank.txt"], set()),
+        ([RULE, "examples/dl06/oven.yaml"], set()),
+        ([RULE, "tests/golden.py"], set()),
+        ([RULE, "tests/test_pictures.py"], set()),
+        ([RULE, "tests/typical/vendors.yaml"], set()),
+        (["tests/cases/DL201.yaml"], set()),
+    ],
+)
+def test_a_rule_leaves_alone_what_is_made_of_other_vendors(changed, vendors):
+    assert generated.vendors_of_rules(changed) == vendors
+
+
+def test_of_a_vendors_rules_the_files_are_made_that_name_it(monkeypatch):
+    names = ["dl06-oven", "click-to-dl06", "dl06/oven", "click-tank", "click/tank", "dl06"]
+    monkeypatch.setitem(generated.BY_VENDOR, "examples", lambda wanted: dict.fromkeys(filter(wanted, names), b""))
+    monkeypatch.setitem(generated.PARTS, "messages", lambda: {"messages": b""})
+    assert [*generated.make({"dl06"}, "examples")] == ["dl06-oven", "click-to-dl06", "dl06/oven", "dl06"]
+    assert [*generated.make({"dl06"}, "messages")] == ["messages"]
+
+
 def test_an_unknown_part_is_refused():
     with pytest.raises(SystemExit) as end:
         generated.main(["page"])
