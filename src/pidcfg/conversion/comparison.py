@@ -470,11 +470,12 @@ def _in_one_unit(one: Item, two: Item) -> tuple[str, object, object]:
     """The unit of both values, of which one may be a word such as ``off``; where they have two, they carry them."""
     if isinstance(one.content, Wired) or isinstance(two.content, Wired):
         return "", one.value, two.value
+    before, after = (item.unit if isinstance(item.unit, str) else item.unit() for item in (one, two))
     if one.value is None or two.value is None:
-        return (two.unit if two.value is not None else one.unit), one.value, two.value
-    if one.unit == two.unit or not (one.unit and two.unit):
-        return one.unit or two.unit, one.value, two.value
-    return "", f"{one.value} {one.unit}".rstrip(), f"{two.value} {two.unit}".rstrip()
+        return (after if two.value is not None else before), one.value, two.value
+    if before == after or not (before and after):
+        return before or after, one.value, two.value
+    return "", f"{one.value} {before}".rstrip(), f"{two.value} {after}".rstrip()
 
 
 def _without_repeats(rows: Sequence[Difference]) -> Iterator[Difference]:

@@ -29,7 +29,7 @@ from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import beginnings, dotted
+from pidcfg.text.paths import beginnings, dotted, steps
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -102,7 +102,7 @@ def unit_of(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> 
         return duration.unit or UNIT_WORDS.get(str(chosen), "") or _table_unit(leaf, vendor)
     if isinstance(value, Rate):
         return unit_text(f"pv/{value.per}", {**units, "pv": "counts"} if value.counts else units)
-    if isinstance(value, bool | str | Wire) and not leaf.text.endswith(RANGES):
+    if isinstance(value, bool | str | Wire) and not str(leaf.path[-1]).endswith(RANGES):
         return ""
     unit = _table_unit(leaf, vendor)
     if _is_raw(leaf, unit, loop):
@@ -112,20 +112,22 @@ def unit_of(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> 
 
 def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
     """The unit of one of the three terms, where the vendor's tables leave it open."""
-    tuned, keys = _terms_at(vendor)
-    if leaf.text == keys[0]:
+    tuned, places = _terms_at(vendor)
+    place = places.get(leaf.path, -1)
+    if place == 0:
         return GAINS.get(tuned.gain_unit, "")
-    form = getattr(tuned, "dependent", None)
+    form = getattr(tuned, "dependent", None) if place > 0 else None
     chosen = getattr(leaf.model, form[0], None) if form else None
-    if leaf.text not in keys or not isinstance(chosen, bool):
+    if form is None or not isinstance(chosen, bool):
         return ""
-    return "s" if form is None or chosen is form[1] else OF_GAINS[keys.index(leaf.text)]
+    return "s" if chosen is form[1] else OF_GAINS[place]
 
 
 @cache
-def _terms_at(vendor: Vendor) -> tuple[Tuned, list[str]]:
+def _terms_at(vendor: Vendor) -> tuple[Tuned, Mapping[Path, int]]:
+    """How a vendor's gains are stored, and where the three terms stand, in their order."""
     tuned = tables_of(vendor).TUNED
-    return tuned, [tuned.key(name) for name in tuned.names]
+    return tuned, {steps(tuned.key(name)): i for i, name in enumerate(tuned.names)}
 
 
 def _table_unit(leaf: Leaf, vendor: Vendor) -> str:
@@ -241,7 +243,8 @@ class Item:
     key: str
     value: Any = None
     """As JSON has it; None: it is not given, or its word is no value."""
-    unit: str = ""
+    unit: str | Callable[[], str] = ""
+    """Its unit, or what works it out where it is told."""
     content: Any = None
     """What is compared."""
     address: str = ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.conversion.terms import (
@@ -25,6 +26,7 @@ from pidcfg.conversion.terms import (
     settings_beside,
     trim_unit,
     unit_names,
+    unit_of,
     value_and_unit,
     whole_file,
 )
@@ -325,15 +327,12 @@ def _content(cell: Entry, reading: Reading | None) -> tuple[Any, str, bool]:
 def _item(subject: Subject, cell: Entry, key: str, model: Any, units: Mapping[str, str], who: Written | None) -> Item:
     """A parameter; one that is wired is a setting, whoever writes what it is wired to."""
     content, fault, known = _content(cell, subject.reading)
-    unit = ""
-    if model is not None and not isinstance(content, Wire):
-        leaf = _leaf(model, key, content)
-        unit = "" if leaf is None else value_and_unit(leaf, model, subject.vendor, units)[1]
+    has_unit = model is not None and not isinstance(content, Wire)
     is_mine = isinstance(content, Wire) or who is None or who.kind == "compared"
     return Item(
         key,
         None if fault else number(content),
-        unit,
+        partial(_unit, subject.vendor, model, key, content, units) if has_unit else "",
         content_of(content),
         cell.device or cell.address,
         _word(cell, content, fault),
@@ -352,13 +351,14 @@ def _word(cell: Entry, content: Any, fault: str) -> str:
     return str(content) if fault else content_text(cell.type, content)
 
 
-def _leaf(model: Any, key: str, content: Any) -> Leaf | None:
-    """The parameter in its section of the model, with a content."""
+def _unit(vendor: Vendor, model: Any, key: str, content: Any, units: Mapping[str, str]) -> str:
+    """The unit of a parameter with a content, by its section of the model."""
     path = steps(key)
     named = path[:-1] if isinstance(path[-1], int) else path
     section = value_at(model, named[:-1]) if named[:-1] else model
-    given: Mapping[str, Any] = {} if section is None else type(section).model_fields
-    return Leaf(named, content, section, str(named[-1]), given=True) if named[-1] in given else None
+    if section is None or named[-1] not in type(section).model_fields:
+        return ""
+    return trim_unit(unit_of(Leaf(named, content, section, str(named[-1]), given=True), model, vendor, units))
 
 
 # --- Terms of what no configuration places: words by their addresses, settings by the names that they have ------------
