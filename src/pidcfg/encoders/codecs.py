@@ -466,7 +466,8 @@ class Scale:
         exact = self._units(Decimal(counts if distance else counts - self.zero))
         if not distance and self.range is not None:
             exact = EXACT_CONTEXT.add(self.range[0], exact)
-        return shortest(exact, lambda q: abs(q.value - exact) <= EXAMPLE_SHARE * abs(exact), 0).value
+        near = EXAMPLE_SHARE * abs(exact)
+        return shortest(exact, lambda q: abs(q.value - exact) <= near, 0).value
 
     def _units(self, counts: Decimal) -> Decimal:
         return EXACT_CONTEXT.divide(EXACT_CONTEXT.multiply(counts, self.width), self.full)

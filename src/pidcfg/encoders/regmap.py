@@ -202,6 +202,8 @@ class Encoded:
     words: list[int]
     misfits: list[Misfit]
     rounded: list[Rounded]
+    values: Mapping[str, Any]
+    """What was to go in, by path."""
 
 
 @frozen
@@ -263,7 +265,7 @@ class RegisterMap:
 
     def encode(self, values: Mapping[str, Any], scales: Mapping[str, Scale]) -> Encoded:
         """Values by path to the words of the block. A path that is missing, or None, leaves its word 0."""
-        image = Encoded([0] * self.size, [], [])
+        image = Encoded([0] * self.size, [], [], values)
         for word in self.words:
             if word.path is not None and values.get(word.path) is not None:
                 self._encode_word(word, values[word.path], scales, image)

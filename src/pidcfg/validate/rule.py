@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field, replace
 from decimal import Decimal, InvalidOperation
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.text.diagnostics import Severity
@@ -100,13 +101,18 @@ class Rule:
 
     def part(self, heading: str) -> str:
         """One part of the documentation (``Why`` or ``Fix``) as a single paragraph; empty when there is none."""
-        match = re.search(rf"^{heading}:\s*(.*?)(?=^\w+:|\Z)", self.doc, re.DOTALL | re.MULTILINE)
-        return " ".join(match.group(1).split()) if match else ""
+        return _part(self.doc, heading)
 
     @property
     def fields(self) -> set[str]:
         """The names that the message needs."""
         return set(PLACEHOLDER.findall(self.message))
+
+
+@cache
+def _part(doc: str, heading: str) -> str:
+    match = re.search(rf"^{heading}:\s*(.*?)(?=^\w+:|\Z)", doc, re.DOTALL | re.MULTILINE)
+    return " ".join(match.group(1).split()) if match else ""
 
 
 Label = Callable[[Check], Rule]

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import cache, cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on, values_of
+from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on
 from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, LOOPS, SPACE, SUFFIXES, PidError
 from pidcfg.schemas import click as schema
@@ -32,6 +32,9 @@ from pidcfg.validate.shared_checks import (
     number_with_unit,
 )
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""
 PREFIXES = tuple(BLOCKS.items())
@@ -47,10 +50,10 @@ class LoopView(View[Loop]):
 
     blocks: tuple[Block, ...]
 
-    @cached_property
-    def values(self) -> dict[str, Any]:
+    @property
+    def values(self) -> Mapping[str, Any]:
         """Every register's value by its path, defaults included."""
-        return values_of(self.loop)
+        return self.blocks[0].encoded.values
 
     def value(self, name: str) -> Any:
         """The value of a register, from the file or by default; None when there is none."""

@@ -21,7 +21,6 @@ from pidcfg.encoders.dl06.image import (
     remote_setpoint,
     reset_value,
     scales_of,
-    values_of,
 )
 from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
@@ -44,6 +43,8 @@ from pidcfg.validate.shared_checks import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pidcfg.schemas.base import Quantity
     from pidcfg.text.paths import Path
 
@@ -85,10 +86,10 @@ class LoopView(View[Loop]):
         """The scales its registers are on: ``pv``, ``sp``, ``output``."""
         return scales_of(self.loop)
 
-    @cached_property
-    def values(self) -> dict[str, Any]:
+    @property
+    def values(self) -> Mapping[str, Any]:
         """Every register's value by its path, defaults included."""
-        return values_of(self.config, self.loop)
+        return self.block.encoded.values
 
     def value(self, name: str) -> Any:
         """The value of a register, from the file or by default; None when there is none."""
