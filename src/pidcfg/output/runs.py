@@ -202,8 +202,9 @@ def _loop(loop: LoopReport) -> Data:
         "unlisted": loop.unlisted,
     }
     if loop.autotune is not None:
-        tuning = {key: loop.autotune[key] for key in ("done", "error", "status")}
-        data["autotune"] = {**tuning, "results": dict(loop.autotune["results"])}
+        done, error, status = loop.autotune["done"], loop.autotune["error"], loop.autotune["status"]
+        found = dict(loop.autotune["results"])
+        data["autotune"] = {"done": done, "error": error, "status": status, "results": found}
     return data
 
 

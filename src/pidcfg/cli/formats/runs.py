@@ -23,7 +23,7 @@ from pidcfg.validate.catalog import rule_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.sim.judgement.report import LoopReport, Report, Standing, Verdict
+    from pidcfg.sim.judgement.report import LoopReport, Report, Standing, TuneReport, Verdict
     from pidcfg.study.outcome import Outcome
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
@@ -129,7 +129,7 @@ def _answer(loop: LoopReport, reason: str) -> Iterator[str]:
         yield autotune_text(loop.autotune)
 
 
-def autotune_text(found: Mapping[str, Any]) -> str:
+def autotune_text(found: TuneReport) -> str:
     """How an auto-tune ended, and with what."""
     results = ", ".join(f"{key} {number_text(value)}" for key, value in found["results"].items())
     rule = f"; {found['rule']}" if "rule" in found else ""

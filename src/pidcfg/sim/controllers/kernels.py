@@ -30,11 +30,11 @@ class Register(NamedTuple):
     whole: bool
     default: Any
     name: str
-    equals: Any
+    equals: object
     enabled: str | None
 
 
-def register(name: str, default: Number, *, equals: Any = None, enabled: str | None = None) -> Number:
+def register(name: str, default: Number, *, equals: object = None, enabled: str | None = None) -> Number:
     """A field that holds what a register does.
 
     It keeps its ``default`` where the register has no value or another one, ``enabled``, is off. With ``equals`` it is
@@ -44,7 +44,7 @@ def register(name: str, default: Number, *, equals: Any = None, enabled: str | N
     return value
 
 
-def registers(record: Any) -> Sequence[Register]:
+def registers(record: object) -> Sequence[Register]:
     """The fields of a record, or of its class, that come from registers."""
     return _registers(record if isinstance(record, type) else type(record))
 
@@ -55,7 +55,7 @@ def _registers(kind: type[Any]) -> Sequence[Register]:
     return [Register(f.name, f.type in {int, "int"}, f.default, **f.metadata) for f in rows]
 
 
-def read_registers(record: Any, values: Mapping[str, Any], real: Callable[[Any], float] = float) -> None:
+def read_registers(record: object, values: Mapping[str, Any], real: Callable[[Any], float] = float) -> None:
     """Fills the fields of a record that come from registers, from the registers' values by name."""
     for row in registers(record):
         value = values.get(row.name) if row.enabled is None or values[row.enabled] else None
@@ -68,7 +68,7 @@ def read_registers(record: Any, values: Mapping[str, Any], real: Callable[[Any],
         setattr(record, row.field, number)
 
 
-def register_values(record: Any) -> dict[str, float]:
+def register_values(record: object) -> dict[str, float]:
     """The values of a record's registers, by name."""
     return {row.name: getattr(record, row.field) for row in registers(record)}
 
@@ -107,6 +107,8 @@ class CountsConfig(LoopConfig):
     pv_span: float = 4095.0
     out_low: float = 0.0
     out_width: float = 4095.0
+    square_root: int = 0
+    """The PV is the root of what the input shows."""
     tune_buffer: int = 0
     """Offset in `aux` of `autotune.POINTS` floats."""
 

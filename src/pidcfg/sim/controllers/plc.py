@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, MutableSequ
 from math import ceil, gcd
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from pidcfg.sim.controllers.kernels import REQUEST_BITS, notices
+from pidcfg.sim.controllers.kernels import REQUEST_BITS, CountsConfig, LoopConfig, LoopState, notices
 from pidcfg.sim.engine.expressions import NoValue
 from pidcfg.text.frozen import frozen
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.base import Quantity
     from pidcfg.sim.controllers.settings import NamedKeys
     from pidcfg.sim.costs import Cost
-    from pidcfg.sim.judgement.report import ScanTime
+    from pidcfg.sim.judgement.report import ScanTime, TuneReport
 
 # --- What the standing expectations ask of a PLC, with the answers of one that has no such thing ----------------------
 #
@@ -33,8 +33,8 @@ IN_CONTROL = ("auto", "cascade")
 class LoopFacts(ABC):
     """What verdicts have to know of a PLC's loops, besides what the report shows."""
 
-    configs: Sequence[Any]
-    states: Sequence[Any]
+    configs: Sequence[LoopConfig]
+    states: Sequence[LoopState]
     loops: Sequence[str]
     goals: Sequence[str]
     scales: Sequence[tuple[float, float, int]]
@@ -191,10 +191,9 @@ class Plc(LoopFacts):
     Vendors derive theirs; attributes that have a value here are those of most PLCs.
     """
 
-    configs: Sequence[Any]
-    """Of each loop a `LoopConfig`."""
-    states: MutableSequence[Any]
-    """Of each loop a `LoopState`: the runner reads ``status`` (bits by name in `alarm_bits` and `flag_bits`),
+    configs: Sequence[LoopConfig]
+    states: Sequence[LoopState]
+    """Of each loop: the runner reads ``status`` (bits by name in `alarm_bits` and `flag_bits`),
     ``aux_status`` (`aux_bits`) and ``notice``, a refusal or an override since its last look as a number that `describe`
     knows; 0: none."""
     aux: MutableSequence[float]
@@ -284,7 +283,9 @@ class Plc(LoopFacts):
     def rises(self) -> Sequence[bool]:
         """For each loop whether its action takes for granted that the PV rises with the output."""
 
-    def place_loops(self, config: type[Any], state: type[Any], signals: Mapping[str, str], aux: int = 0) -> None:
+    def place_loops(
+        self, config: type[LoopConfig], state: type[LoopState], signals: Mapping[str, str], aux: int = 0
+    ) -> None:
         """The records of all loops, their ``signals`` by the field that has the slot, and ``aux`` floats for each."""
         self.configs = [config() for _ in self.loops]
         self.states = [state() for _ in self.loops]
@@ -370,15 +371,17 @@ class Plc(LoopFacts):
     def autotune(self, loop: int, command: str) -> None:
         """One of ``commands["autotune"]``."""
 
-    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+    def tuned(self, loop: int) -> TuneReport | None:
         """What `tune_report` makes of a loop's auto-tune; None when there was none."""
         return None
 
-    def tune_report(self, status: str, results: Sequence[float], *, done: bool, error: bool) -> Mapping[str, Any]:
+    def tune_report(self, status: str, results: Sequence[float], *, done: bool, error: bool) -> TuneReport:
         """How an auto-tune went; only one that is done shows its ``results``, in the order of ``tuned_names``."""
         values = dict(zip(self.tuned_names, results, strict=True)) if done and results else {}
-        rule = {"rule": self.tune_rule} if values and self.tune_rule else {}
-        return {"done": done, "error": error, "status": status, "results": values} | rule
+        report: TuneReport = {"done": done, "error": error, "status": status, "results": values}
+        if values and self.tune_rule:
+            report["rule"] = self.tune_rule
+        return report
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
@@ -432,7 +435,9 @@ def low_and_width(pair: tuple[Decimal, Decimal] | None, minimum: float, span: fl
 
 
 class CountsPlc(Plc):
-    """A PLC whose `LoopConfig` has the ends of PV and output in engineering units, and its PV's counts."""
+    """A PLC whose loops have the ends of PV and output in engineering units, and its PV's counts."""
+
+    configs: Sequence[CountsConfig]
 
     def scale_loops(self) -> None:
         """Makes `scales` and `roots`."""
@@ -450,8 +455,8 @@ class Controller(Protocol):
 
     Options: type[Any]
     """A dataclass: what a scenario may choose about the PLC (its key ``plc``); times in ticks."""
-    Config: type[Any]
-    State: type[Any]
+    Config: type[LoopConfig]
+    State: type[LoopState]
     """The records of a loop: flat slots dataclasses of ints and floats."""
 
     @property
@@ -467,7 +472,7 @@ class Controller(Protocol):
         """What a step takes."""
 
     @property
-    def INLINED(self) -> tuple[Callable[..., Any], ...]:  # noqa: N802 - a constant of the module
+    def INLINED(self) -> tuple[Callable[..., object], ...]:  # noqa: N802 - a constant of the module
         """Functions that the scan calls."""
 
 
@@ -486,8 +491,8 @@ class NamedPlc(Plc):
     """What can be set while it runs."""
     sample_key: ClassVar[str]
     """The parameter that is the time between two samples."""
-    config: ClassVar[type[Any]]
-    state: ClassVar[type[Any]]
+    config: ClassVar[type[LoopConfig]]
+    state: ClassVar[type[LoopState]]
     """The records of a loop."""
     slots: ClassVar[Mapping[str, str]]
     """Signals of a loop by their slots in ``config``."""

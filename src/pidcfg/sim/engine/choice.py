@@ -60,7 +60,7 @@ def choose(
     wanted: EngineName,
     loop_steps: int,
     controller: Controller,
-    calls: tuple[Callable[..., Any], ...] = (),
+    calls: tuple[Callable[..., object], ...] = (),
     runs: int | None = None,
 ) -> Literal["python", "numba"]:
     """The engine of a run of ``loop_steps`` that ``calls`` these kernels beside `kernel.advance`.
@@ -80,7 +80,7 @@ def choose(
 
 
 @cache
-def _in_cache(scan: Scan, inlined: tuple[Callable[..., Any], ...], calls: tuple[Callable[..., Any], ...]) -> bool:
+def _in_cache(scan: Scan, inlined: tuple[Callable[..., object], ...], calls: tuple[Callable[..., object], ...]) -> bool:
     """Whether the compiled kernels of a run lay in the cache when this process first asked."""
     if not holds_entries(KERNELS):
         return False
@@ -92,7 +92,7 @@ def _in_cache(scan: Scan, inlined: tuple[Callable[..., Any], ...], calls: tuple[
     )
 
 
-def calls_of(scenario: Scenario, net: Network) -> tuple[Callable[..., Any], ...]:
+def calls_of(scenario: Scenario, net: Network) -> tuple[Callable[..., object], ...]:
     """The kernels that a run calls beside `kernel.advance`."""
     return (kernel.settle,) * (scenario.initial == "steady") + (normals,) * bool(net.noisy)
 
@@ -244,7 +244,7 @@ DRAWN = (word, uniform)
 """Kernels within `pidcfg.sim.engine.plants.normals`."""
 
 
-def inlined_kernels(controller: Controller) -> tuple[Callable[..., Any], ...]:
+def inlined_kernels(controller: Controller) -> tuple[Callable[..., object], ...]:
     """The kernels on the hot path of a vendor."""
     return (*controller.INLINED, *HOT)
 

@@ -141,7 +141,7 @@ class Loops(NamedTuple, Generic[Config, State]):
     """The controllers: what `pidcfg.sim.controllers.plc.Plc` has under the same names."""
 
     configs: Sequence[Config]
-    states: MutableSequence[State]
+    states: Sequence[State]
     aux: MutableSequence[float]
 
 

@@ -208,8 +208,8 @@ def _autotune(wanted: Expectation, out: Outcome) -> Verdict:
     subject = f"{wanted.loop} autotune {name}"
     if name in {"done", "error"}:
         expected = True if wanted.value is None else bool(wanted.value)
-        value = None if tuned is None else tuned[name]
-        return Verdict(f"{subject} is {'true' if expected else 'false'}", value is expected, value)
+        ended = None if tuned is None else tuned["done"] if name == "done" else tuned["error"]
+        return Verdict(f"{subject} is {'true' if expected else 'false'}", ended is expected, ended)
     value = None if tuned is None else tuned["results"].get(name)
     if wanted.min is None and wanted.max is None:
         return Verdict(f"{subject} is found", value is not None, value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NotRequired, TypedDict
 
 from pidcfg.text.frozen import frozen
 
@@ -208,6 +208,19 @@ class Note:
     error: bool = False
 
 
+class TuneReport(TypedDict):
+    """How an auto-tune of the PLC went."""
+
+    done: bool
+    error: bool
+    status: str
+    """In the PLC's words."""
+    results: Mapping[str, float]
+    """By the vendor's names of the parameters; nothing unless it is done."""
+    rule: NotRequired[str]
+    """What the results rest on where no manual prints it."""
+
+
 @dataclass(slots=True)
 class LoopReport:
     """What became of one loop. A flag is true when it was on at any time; ``unlisted`` counts what lists leave out."""
@@ -234,7 +247,7 @@ class LoopReport:
     notes: list[Note] = field(default_factory=list)
     """What else the controller had to say: of ramp/soak, of auto-tune."""
     flags: dict[str, bool] = field(default_factory=dict)
-    autotune: Mapping[str, Any] | None = None
+    autotune: TuneReport | None = None
     unlisted: int = 0
 
 

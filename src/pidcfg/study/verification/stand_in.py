@@ -447,8 +447,8 @@ class StandInPlc(Generic):
     """Neutral loops with rules."""
 
     config, state = Config, State
-    configs: list[Config]  # type: ignore[assignment] # records of its own
-    states: list[State]  # type: ignore[assignment]
+    configs: Sequence[Config]
+    states: Sequence[State]
 
     def __init__(self, image: Any, rules: Sequence[Rules]) -> None:
         self._rules = rules

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.judgement.report import TuneReport
 
 PULSES = 100
 """Least number of base steps in a PWM period: the pulses' resolution is 1 % (D121)."""
@@ -238,7 +239,7 @@ class Click(Plc):
         else:
             click_modes.cancel(self.states[loop])
 
-    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+    def tuned(self, loop: int) -> TuneReport | None:
         """How the autotune of a loop went; None when there was none."""
         registers, state = self._loops[loop], self.states[loop]
         error = bool(state.status & bits.TUNE_ERROR)

@@ -73,6 +73,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.regmap import Point
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.judgement.report import TuneReport
 
 # ----------------------------------------------------------------------------------------------------------------------
 # How much the loops lengthen the PLC's scan, by the formula of the manual ("PID Loop Effect on CPU Scan Time").
@@ -525,7 +526,7 @@ class Dl06(CountsPlc):
         """``start``: bit 7 of +01 goes on."""
         self._start_tune(loop)
 
-    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+    def tuned(self, loop: int) -> TuneReport | None:
         """How the auto-tune of a loop went; None when there was none."""
         words, state = self._loops[loop], self.states[loop]
         words.absorb(self.configs[loop], state)

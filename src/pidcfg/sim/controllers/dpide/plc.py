@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
     from pidcfg.sim.controllers.plc import ScanOptions
+    from pidcfg.sim.judgement.report import TuneReport
 
 # --- From the operands of a DPIDE instruction to the numbers that it calculates with, and back ------------------------
 
@@ -314,7 +315,7 @@ class Dpide(NamedPlc):
         state = self.states[loop]
         return state.previous_mode if state.mode == 1 else state.mode
 
-    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+    def tuned(self, loop: int) -> TuneReport | None:
         """How the last autotune of a loop went; None when there was none."""
         state = self.states[loop]
         running = bool(state.status & bits.TUNING)

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.regmap import Codec, RegisterMap, Word
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.judgement.report import TuneReport
 
 # ----------------------------------------------------------------------------------------------------------------------
 # From the registers and discretes of a loop, and its dialog, to the numbers that the controller calculates with.
@@ -312,7 +313,7 @@ class Ezlogix(CountsPlc):
         state.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
         state.pending |= bits.TUNE
 
-    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+    def tuned(self, loop: int) -> TuneReport | None:
         """How the last autotune of a loop went; None when there was none."""
         state = self.states[loop]
         status = state.tune_status if state.status & bits.TUNING else state.tune_last

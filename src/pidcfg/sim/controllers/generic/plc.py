@@ -123,8 +123,8 @@ def effect(path: str, f: Fields, *, by_hand: bool) -> str | None:
 class Generic(NamedPlc):
     """Neutral loops as loaded from their parameters; they always run."""
 
-    configs: list[Config]
-    states: list[State]
+    configs: Sequence[Config]
+    states: Sequence[State]
     named, keys, sample_key = LOOPS, KEYS, "sample_time"
     config, state, slots = Config, State, SIGNALS
     out_name = "OUT"

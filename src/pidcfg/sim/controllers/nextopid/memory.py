@@ -227,6 +227,9 @@ def is_open(kind_name: str, row: Parameter) -> bool:
 class Memory(Plc):
     """The records and vectors that the kernels work with."""
 
+    configs: Sequence[Config]
+    states: Sequence[State]
+
     def __init__(self, image: Program) -> None:
         self.words: Mapping[str, Content | Wire] = image.words
         self.items = [read_item(entry, i) for i, entry in enumerate(image.settings)]

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.parameters import Content, Entry, Program
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.judgement.report import TuneReport
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What verdicts on a run ask of a NextoPID program: modes, limits and wires, from the signals that blocks share.
@@ -431,7 +432,7 @@ class Nextopid(Facts):
             state.command |= modes.ACCEPT if command == "accept" else 0
             modes.command(state, modes.TUNE, on=command == "start")
 
-    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+    def tuned(self, loop: int) -> TuneReport | None:
         """How the last auto-tuning of a loop went; None where there was none."""
         state = self.states[loop]
         if state.tune_end == modes.NO_RUN:
