@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on
 from pidcfg.encoders.image import Block, Encoding, switched_on
@@ -32,9 +32,6 @@ from pidcfg.validate.shared_checks import (
     number_with_unit,
 )
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""
 PREFIXES = tuple(BLOCKS.items())
@@ -50,14 +47,9 @@ class LoopView(View[Loop]):
 
     blocks: tuple[Block, ...]
 
-    @property
-    def values(self) -> Mapping[str, Any]:
-        """Every register's value by its path, defaults included."""
-        return self.blocks[0].encoded.values
-
     def value(self, name: str) -> Any:
         """The value of a register, from the file or by default; None when there is none."""
-        return self.values.get(str(PLACES[name][1].path))
+        return self.blocks[0].encoded.values.get(str(PLACES[name][1].path))
 
     @cached_property
     def misfits(self) -> frozenset[str]:

@@ -43,8 +43,6 @@ from pidcfg.validate.shared_checks import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from pidcfg.schemas.base import Quantity
     from pidcfg.text.paths import Path
 
@@ -86,14 +84,9 @@ class LoopView(View[Loop]):
         """The scales its registers are on: ``pv``, ``sp``, ``output``."""
         return scales_of(self.loop)
 
-    @property
-    def values(self) -> Mapping[str, Any]:
-        """Every register's value by its path, defaults included."""
-        return self.block.encoded.values
-
     def value(self, name: str) -> Any:
         """The value of a register, from the file or by default; None when there is none."""
-        return self.values.get(str(WORDS[name].path))
+        return self.block.encoded.values.get(str(WORDS[name].path))
 
     @cached_property
     def misfits(self) -> frozenset[str]:
