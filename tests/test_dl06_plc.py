@@ -885,14 +885,23 @@ def test_every_loop_has_a_ramp_soak_table_and_a_tuning_buffer_of_its_own():
     assert ends[-1] <= len(machine.aux)
 
 
-@pytest.mark.parametrize("enabled", [True, False])
-def test_a_word_of_a_ramp_soak_table_that_is_no_number_is_told_with_its_table(enabled):
+def words_with_profile(enabled):
+    """The words of a loop at V2000 whose ramp/soak table is at V3000."""
     steps = [{"ramp_to": 100, "slope": 1, "soak": 5}]
     loop = {**LOOP, "ramp_soak": {"enabled": enabled, "table": "V3000", "steps": steps}}
-    image = encode(
-        Dl06File.model_validate({"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000"}, "loops": [loop]})
-    )
-    words = {cell.number: cell.raw for cell in image.image.cells} | {0o3001: 0x0A00}
+    config = {"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000"}, "loops": [loop]}
+    return {cell.number: cell.raw for cell in encode(Dl06File.model_validate(config)).image.cells}
+
+
+def test_a_ramp_soak_table_that_a_listing_does_not_have_counts_as_zeros():
+    words = {number: raw for number, raw in words_with_profile(True).items() if not 0o3000 <= number < 0o3040}
+
+    assert load(listing(words)).problems == []
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+def test_a_word_of_a_ramp_soak_table_that_is_no_number_is_told_with_its_table(enabled):
+    words = words_with_profile(enabled) | {0o3001: 0x0A00}
 
     texts = [problem.text for problem in load(listing(words)).problems]
     assert [text.partition("+")[0] for text in texts] == ["ramp/soak table "] * enabled

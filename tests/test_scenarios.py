@@ -137,23 +137,23 @@ def test_loops_of_one_name_cannot_be_told_apart():
 
 
 REFUSED = [
-    # text, path of the finding, part of the message
-    ("plants:\n  C: {model: dead_time}\n", "plants.C", "'C' is no loop"),
+    # scenario, path of the finding with a colon where a key is at fault and not its value, what it says
+    ("plants:\n  C: {model: dead_time}\n", "plants.C:", "'C' is no loop"),
     ("plants:\n  - {model: dead_time, input: 1}\n", "plants.0", "needs a name"),
-    ("plants:\n  A: {name: x, model: dead_time}\n", "plants.A.name", "no other name"),
-    ("plants:\n  - {name: p, model: dead_time}\n", "plants.0", "has no input"),
+    ("plants:\n  A: {name: x, model: dead_time}\n", "plants.A.name:", "no other name"),
+    ("plants:\n  - {name: p, model: dead_time}\n", "plants.0:", "has no input"),
     (
         "plants:\n  - {name: p, model: dead_time, input: 1}\n  - {name: p, model: dead_time, input: 1}\n",
         "plants.1",
         "taken",
     ),
     ("signals: {p: 1}\nplants:\n  - {name: p, model: dead_time, input: 1}\n", "plants.0", "taken"),
-    ("signals: {A.PV: 1}\n", "signals.A.PV", "a signal of the PLC"),
+    ("signals: {A.PV: 1}\n", "signals.A.PV:", "a signal of the PLC"),
     (PLANTS + "{model: dead_time, input: A.OTU}\n", "plants.A.input", "'A.OTU' is no declared name"),
     (PLANTS + "{model: dead_time, input: 1 +}\n", "plants.A.input", "missing before the end"),
     (PLANTS + "{model: first_order}\n", "plants.A.model", "first_order needs time_constant"),
     (PLANTS + "{model: first_order, time_constant: 0}\n", "plants.A.time_constant", "above 0"),
-    (PLANTS + "{model: first_order, time_constant: 1, lead: 2}\n", "plants.A.lead", "has no lead"),
+    (PLANTS + "{model: first_order, time_constant: 1, lead: 2}\n", "plants.A.lead:", "has no lead"),
     (
         PLANTS + "{model: second_order, time_constant: 1}\n",
         "plants.A.model",
@@ -167,28 +167,28 @@ REFUSED = [
     (PLANTS + "{model: dead_time, noise: -1}\n", "plants.A.noise", "negative"),
     (PLANTS + "{model: dead_time, gain: 1e13}\n", "plants.A.gain", "beyond"),
     (PLANTS + "{model: dead_time, dead_time: 1e9}\n", "plants.A.dead_time", "more than 1000000 steps"),
-    (PLANTS + "{model: dead_time}\nconnect: {A.PV: 1}\n", "connect.A.PV", "a plant of its own"),
-    ("connect: {A.PV: 1, B.PV: 1, C.PV: 1}\n", "connect.C.PV", "no loop's PV"),
+    (PLANTS + "{model: dead_time}\nconnect: {A.PV: 1}\n", "connect.A.PV:", "a plant of its own"),
+    ("connect: {A.PV: 1, B.PV: 1, C.PV: 1}\n", "connect.C.PV:", "no loop's PV"),
     ("connect: {A.PV: 1, B.PV: Q}\n", "connect.B.PV", "'Q' is no declared name"),
     ("signals: {x: 1e13}\n", "signals.x", "beyond"),
     ("signals: {x: 1}\nevents: [{at: 1, set: {x: -1e13}}]\n", "events.0.set.x", "beyond"),
-    ("initial: {C: 1}\n", "initial.C", "'C' is no loop"),
+    ("initial: {C: 1}\n", "initial.C:", "'C' is no loop"),
     ("signals: {2: 1}\n", "signals.2", "already means something"),
     ("plants:\n  - {name: max, model: dead_time, input: 1}\n", "plants.0.name", "already means something"),
-    ("events: [{at: 1}]\n", "events.0", "does nothing"),
-    ("events: [{at: 1, loop: A, mode: auto, pv: 3}]\n", "events.0", "mode and pv in one event"),
+    ("events: [{at: 1}]\n", "events.0:", "does nothing"),
+    ("events: [{at: 1, loop: A, mode: auto, pv: 3}]\n", "events.0:", "mode and pv in one event"),
     ("events: [{at: -1, loop: A, mode: auto}]\n", "events.0.at", "before time 0"),
     ("events: [{at: 11, loop: A, mode: auto}]\n", "events.0.at", "after the end"),
     ("events: [{at: 1, loop: C, mode: auto}]\n", "events.0.loop", "'C' is no loop"),
-    ("events: [{at: 1, mode: auto}]\n", "events.0.mode", "needs a loop"),
+    ("events: [{at: 1, mode: auto}]\n", "events.0.mode:", "needs a loop"),
     ("events: [{at: 1, loop: A, mode: atuo}]\n", "events.0.mode", "'atuo' is no mode"),
-    ("events: [{at: 1, loop: A, mode: auto, for: 3}]\n", "events.0.for", "'for' is the time"),
-    ("events: [{at: 1, loop: A, pv: 3, for: 0}]\n", "events.0.for", "'for' is the time"),
-    ("events: [{at: 1, loop: A, plant: A, mode: auto}]\n", "events.0.plant", "only a disturbance"),
-    ("events: [{at: 1, loop: A, plc: run}]\n", "events.0.loop", "the whole PLC"),
+    ("events: [{at: 1, loop: A, mode: auto, for: 3}]\n", "events.0.for:", "'for' is the time"),
+    ("events: [{at: 1, loop: A, pv: 3, for: 0}]\n", "events.0.for:", "'for' is the time"),
+    ("events: [{at: 1, loop: A, plant: A, mode: auto}]\n", "events.0.plant:", "only a disturbance"),
+    ("events: [{at: 1, loop: A, plc: run}]\n", "events.0.loop:", "the whole PLC"),
     ("events: [{at: 1, plc: stop}]\n", "events.0.plc", "'stop' is no command of plc on this PLC"),
     ("events: [{at: 1, loop: A, autotune: cancel}]\n", "events.0.autotune", "'cancel' is no command of autotune"),
-    ("events: [{at: 1, set: {heat: 3}}]\n", "events.0.set.heat", "'heat' is no signal"),
+    ("events: [{at: 1, set: {heat: 3}}]\n", "events.0.set.heat:", "'heat' is no signal"),
     ("signals: {heat: 1}\nevents: [{at: 1, set: {heat: hot}}]\n", "events.0.set.heat", "'hot' is not a number"),
     ("events: [{at: 1, loop: A, set: {setpoint: high}}]\n", "events.0.set.setpoint", "'high' is not a number"),
     ("events: [{at: 1, loop: A, set: {setpoint: {x: y}}}]\n", "events.0.set.setpoint.x", "'y' is not"),
@@ -197,12 +197,12 @@ REFUSED = [
     ("events: [{at: 1, plant: p, disturb: {load: 1}}]\n", "events.0.plant", "no plant of the scenario"),
     (
         PLANTS + "{model: dead_time}\nevents: [{at: 1, loop: A, disturb: {laod: 1}}]\n",
-        "events.0.disturb.laod",
+        "events.0.disturb.laod:",
         "no number of A",
     ),
     (
         PLANTS + "{model: dead_time}\nevents: [{at: 1, loop: A, disturb: {lag: 1}}]\n",
-        "events.0.disturb.lag",
+        "events.0.disturb.lag:",
         "no number of A",
     ),
     (
@@ -218,42 +218,43 @@ REFUSED = [
         )
         for number in ("{time_constant: 0}", "{time_constant: 1e-13}")
     ),
-    ("plc: {step_bias: true}\n", "plc.step_bias", "'step_bias' is no option of this PLC"),
-    ("step: 1\nplc: {scan_time: 1}\n", "step", "do not go together"),
-    ("expect: [{loop: A, max: 3}]\n", "expect.0", "about nothing"),
-    ("expect: [{loop: A, metric: iae, alarm: high, max: 3}]\n", "expect.0", "about metric and alarm"),
-    ("expect: [{loop: A, metric: iae}]\n", "expect.0", "nothing is expected"),
-    ("expect: [{metric: iae, max: 3}]\n", "expect.0.metric", "needs a loop"),
+    ("plc: {step_bias: true}\n", "plc.step_bias:", "'step_bias' is no option of this PLC"),
+    ("step: 1\nplc: {scan_time: 1}\n", "step:", "do not go together"),
+    ("expect: [{loop: A, max: 3}]\n", "expect.0:", "about nothing"),
+    ("expect: [{loop: A, metric: iae, alarm: high, max: 3}]\n", "expect.0:", "about metric and alarm"),
+    ("expect: [{loop: A, metric: iae}]\n", "expect.0:", "nothing is expected"),
+    ("expect: [{metric: iae, max: 3}]\n", "expect.0.metric:", "needs a loop"),
     ("expect: [{loop: C, metric: iae, max: 3}]\n", "expect.0.loop", "'C' is no loop"),
-    ("expect: [{loop: A, metric: iae, max: 3, never: true}]\n", "expect.0.never", "does not go with metric"),
+    ("expect: [{loop: A, metric: iae, max: 3, never: true}]\n", "expect.0.never:", "does not go with metric"),
     ("expect: [{loop: A, metric: iae, max: 3 %}]\n", "expect.0.max", "cannot be in %"),
     ("expect: [{loop: A, metric: overshoot, max: 3 s}]\n", "expect.0.max", "cannot be in s"),
-    ("expect: [{loop: A, metric: iae, band: 3 %, max: 3}]\n", "expect.0.band", "settling_time"),
-    ("expect: [{loop: A, metric: settling_time, band: 100 %, max: 3}]\n", "expect.0.band", "below 100 %"),
+    ("expect: [{loop: A, metric: iae, band: 3 %, max: 3}]\n", "expect.0.band:", "settling_time"),
+    ("expect: [{loop: A, metric: settling_time, band: 100 %, max: 3}]\n", "expect.0.band:", "below 100 %"),
     ("expect: [{loop: A, metric: iae, min: 4, max: 3}]\n", "expect.0.min", "min 4 is above max 3"),
     ("expect: [{signal: A.VP, max: 3}]\n", "expect.0.signal", "'A.VP' is no signal"),
-    ("expect: [{signal: A.PV}]\n", "expect.0", "nothing is expected"),
-    ("expect: [{signal: A.PV, final: 3}]\n", "expect.0", "belong together"),
+    ("expect: [{signal: A.PV}]\n", "expect.0:", "nothing is expected"),
+    ("expect: [{signal: A.PV, final: 3}]\n", "expect.0:", "belong together"),
     ("expect: [{signal: A.PV, max: 3, from: 11}]\n", "expect.0.from", "outside the scenario"),
     ("expect: [{signal: A.PV, max: 3, until: -1}]\n", "expect.0.until", "outside the scenario"),
     ("expect: [{signal: A.PV, max: 3, from: 5, until: 4}]\n", "expect.0.from", "after until"),
     ("expect: [{loop: A, alarm: hihg, never: true}]\n", "expect.0.alarm", "'hihg' is no alarm"),
-    ("expect: [{loop: A, alarm: high, never: true, at: 3}]\n", "expect.0.never", "has no time"),
-    ("expect: [{loop: A, alarm: high, never: false, before: 3}]\n", "expect.0.never", "has no time"),
+    ("expect: [{loop: A, alarm: high, never: true, at: 3}]\n", "expect.0.never:", "has no time"),
+    ("expect: [{loop: A, alarm: high, never: false, before: 3}]\n", "expect.0.never:", "has no time"),
     ("expect: [{loop: A, alarm: high, at: 30}]\n", "expect.0.at", "outside the scenario"),
     ("expect: [{loop: A, mode: cascade}]\n", "expect.0.mode", "'cascade' is no mode"),
     ("expect: [{loop: A, flag: even}]\n", "expect.0.flag", "'even' is no flag"),
     ("expect: [{flag: V2}]\n", "expect.0.flag", "'V2' is no flag"),
     ("expect: [{loop: A, autotune: reset, min: 1}]\n", "expect.0.autotune", "'reset' is no result"),
-    ("expect: [{loop: A, autotune: done, max: 1}]\n", "expect.0", "true or false"),
+    ("expect: [{loop: A, autotune: done, max: 1}]\n", "expect.0:", "true or false"),
 ]
 
 
 @pytest.mark.parametrize(("text", "path", "message"), REFUSED, ids=[row[2] for row in REFUSED])
 def test_what_makes_no_sense_is_refused_where_it_stands(text, path, message):
     rest = "" if "connect" in text or "plants" in text else WIRED
-    found = problems(text + rest)
-    assert any(where == path and message in what for where, what in found), found
+    found = prepare(scenario(text + rest), Controller.load()).problems
+    marked = [(".".join(map(str, one.path)) + ":" * one.key, one.message) for one in found]
+    assert any(where == path and message in what for where, what in marked), marked
 
 
 def test_misspelt_names_are_met_with_the_one_that_was_meant():

@@ -23,6 +23,7 @@ import io
 import re
 from decimal import Decimal
 from itertools import pairwise
+from math import sqrt
 from pathlib import Path
 
 import pytest
@@ -119,14 +120,19 @@ def make_scenario(case, count):
     )
 
 
+def load_plc(vendor, case, plan, controller):
+    """The virtual PLC of a case, before it runs."""
+    image = encoder_of(vendor).encode(vendor.model.model_validate(make_configuration(vendor.key, case))).image
+    return controller.load(image, options(plan, controller))
+
+
 class Run:
     """What a case has done: its report, and every signal after each base step."""
 
     def __init__(self, vendor, case, count):
         vendor = VENDORS[vendor]
         plan, controller, sink = make_scenario(case, count), vendor.module("controller"), io.StringIO()
-        image = encoder_of(vendor).encode(vendor.model.model_validate(make_configuration(vendor.key, case))).image
-        plcs = [controller.load(image, options(plan, controller)) for _ in range(2)]
+        plcs = [load_plc(vendor, case, plan, controller) for _ in range(2)]
         self.alarms = plcs[1].alarm_bits
         settings = Settings("python", trend=sink, judged=False)
         self.report = simulate(plan, lambda: plcs[0], controller, settings)
@@ -180,3 +186,61 @@ def test_a_run_shows_the_expected_samples(vendor, case):
     if "tuned" in case:
         tuned, expected = run.report.loops["L1"].autotune, case["tuned"]
         assert (tuned and {key: tuned[key] for key in expected or tuned}) == expected
+
+
+# --- What a virtual PLC says of its loops to those that judge a run: from the registers, in the unit of the signal ----
+
+SPAN = {"pv": {"range": [0, 200]}, "output": {"range": [0, 100], "limits": [20, 80]}}
+"""A tenth of the PV's span are 409.5 counts of 4095, for which 410 are written; limits at 819 and 3276 counts."""
+TENTH = 410 * 200 / 4095
+DEVIATION = {"alarms": {"deviation": {"high": 5, "high_high": 9}}}
+FILES = dict.fromkeys(("dl06", "click", "ezlogix", "dpide"), "equation") | {
+    "generic": "loops",
+    "nextopid": "pid",
+}
+
+
+@pytest.mark.parametrize(
+    ("vendor", "loop", "facts"),
+    [
+        ("dl06", SPAN, {"output_limits": (20, 80), "dead_band": 0, "inner_deviation": None, "integrates": False}),
+        ("dl06", SPAN | {"alarms": {"deviation": {"yellow": 20, "red": 40}}}, {"inner_deviation": TENTH}),
+        ("dl06", {"pv": {"square_root": True}, "alarms": {"deviation": {"yellow": 20}}}, {"inner_deviation": None}),
+        ("dl06", SPAN | {"error": {"deadband": 20}}, {"dead_band": TENTH}),
+        ("dl06", SPAN | {"error": {"deadband": 20, "curve": "squared"}}, {"dead_band": sqrt(410 / 4095) * 200}),
+        ("dl06", {"tuning": {"reset": 10}}, {"integrates": True}),
+        ("click", DEVIATION, {"inner_deviation": 5, "output_limits": (0, 100), "dead_band": 0}),
+        ("click", {"alarms": {"deviation": {"high": 5, "enabled": False}}}, {"inner_deviation": None}),
+        ("click", {"setpoint": {"value": 33}, "output": {"limits": [20, 80]}}, {"output_limits": (20, 80)}),
+        ("click", {"setpoint": {"value": 33}}, {"given_set_point": 33}),
+        ("click", {"error": {"deadband": 4}}, {"dead_band": 4}),
+        ("click", {"error": {"deadband": 4, "curve": "squared"}}, {"dead_band": 2}),
+        ("click", {"error": {"deadband": 4, "deadband_enabled": False}}, {"dead_band": 0}),
+        ("click", {"tuning": {"reset_time": 6000}}, {"integrates": False}),
+        ("click", {"tuning": {"reset_time": 5000}}, {"integrates": True}),
+        ("click", {"output": {"pwm": {"bit": "Y001", "period": 20}}}, {"pulse_cycle": 20}),
+        ("ezlogix", SPAN, {"output_limits": (20, 80), "dead_band": 0, "inner_deviation": None, "pulse_cycle": 0}),
+        ("ezlogix", SPAN | {"deadband": 20}, {"dead_band": TENTH}),
+        ("dpide", {"MV_MIN": 10, "MV_MAX": 90}, {"output_limits": (10, 90), "dead_band": 0, "inner_deviation": None}),
+        ("dpide", {"ERR_DBW": 3, "Ti_Ki": 4}, {"dead_band": 3}),
+        ("generic", DEVIATION, {"inner_deviation": 5, "dead_band": 0, "pulse_cycle": 0, "integrates": False}),
+        ("generic", {"deadband": 3, "tuning": {"integral_time": 4}}, {"dead_band": 3, "integrates": True}),
+        ("generic", {}, {"inner_deviation": None}),
+        ("generic", {"setpoint": {"value": 33}, "output": {"limits": [20, 80]}}, {"output_limits": (20, 80)}),
+        ("generic", {"setpoint": {"value": 33, "limits": [40, 60]}}, {"given_set_point": 33}),
+        ("nextopid", {"MinMV": 10, "MaxMV": 90, "DeadBand": 3}, {"output_limits": (10, 90), "dead_band": 3}),
+        ("nextopid", {"SP": 50, "Ti_Ki": 0.0005}, {"given_set_point": 50, "integrates": True}),
+        ("nextopid", {"Indep": False, "Ti_Ki": 0.0009}, {"integrates": False}),
+        ("nextopid", {"Indep": False, "Ti_Ki": 0.001}, {"integrates": True}),
+    ],
+)
+def test_a_plc_says_of_a_loop_what_its_registers_say(vendor, loop, facts):
+    path = FOLDER / vendor / f"{FILES[vendor]}.yaml"
+    common = YAML(typ="safe", pure=True).load(path.read_text("utf-8"))
+    case = merged(common, {"shows": "facts", "loop": {"setpoint": {"value": 100}} if vendor == "dl06" else {}})
+    plan, controller = make_scenario(case, 1), VENDORS[vendor].module("controller")
+    plc = load_plc(VENDORS[vendor], merged(case, {"loop": loop}), plan, controller)
+
+    for fact, expected in facts.items():
+        signals = () if fact in {"inner_deviation", "pulse_cycle"} else (plc.signal_values,)
+        assert getattr(plc, fact)(0, *signals) == (expected if expected is None else pytest.approx(expected)), fact
