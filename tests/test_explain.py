@@ -572,6 +572,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 def test_rules_and_decisions():
     assert run("dl242").output == texts.page(text_of(rules()["DL242"]))
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
+    assert run("D1000").output.startswith("# D1000 Ms of a loop of a scenario\n")
     assert run("d9999").exit_code == 2
 
 

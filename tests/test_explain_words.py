@@ -214,6 +214,8 @@ def test_a_vendor_in_the_question_keeps_the_others_out():
     assert {page.vendor for page in api.explain("ezlogix error 5").pages} == {"ezlogix"}
     assert api.explain("DL06", "V7642=0008").pages == api.explain("V7642=0008", vendor="dl06").pages
     assert api.explain("DS108=27", "click").pages == api.explain("DS108=27", vendor="click").pages
+    assert api.explain("dpide", "MV_MAX").pages == api.explain("MV_MAX", vendor="dpide").pages
+    assert api.explain("generic", "tuning.gain").pages == api.explain("tuning.gain", vendor="generic").pages
 
 
 def test_several_things_stay_several():

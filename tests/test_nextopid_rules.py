@@ -889,6 +889,18 @@ def test_a_filter_is_compared_with_a_derivative_time_and_with_nothing_else(deriv
     assert ("NX689" in codes(changed(Td_Kd=derivative, Tfd=0.1, Indep=False))) == found
 
 
+@pytest.mark.parametrize("smoothing", [0, 0.01, 0.1, 1, 30])
+@pytest.mark.parametrize(("indep", "gain"), [(False, 2), (True, 0.5)])
+def test_the_kick_of_a_set_point_is_the_one_that_the_block_makes(smoothing, indep, gain):
+    values = {"Kp": gain, "Ti_Ki": 60, "Td_Kd": 3, "Tfd": smoothing, "Indep": indep, "MaxPV": 200, "MaxMV": 80}
+    block_ = Block("PIDA_REAL", 0.1, PV=50, SP=50, DerivEr=True, MinPV=0, MinMV=0, **values)
+    block_.call()
+    block_.call(SP=52)  # 1 % of 200
+
+    (found,) = (d.message for d in findings(changed(DerivEr=True, **values)) if d.code == "NX640")
+    assert f"moves MV by {block_['DerivativeAction'] / 80 * 100:.3g} % through the derivative" in found
+
+
 @pytest.mark.parametrize(
     ("text", "sign"),
     [

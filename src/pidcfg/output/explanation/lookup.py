@@ -200,7 +200,7 @@ def _notes(vendor: str, direction: Direction) -> Iterator[str]:
 
 # --- One question to all that knows an answer: the vendors, the rules and the decisions -------------------------------
 
-DECISION = re.compile(r"D0?([0-9]{1,3})", re.IGNORECASE)
+DECISION = re.compile(r"D0?([0-9]{1,4})", re.IGNORECASE)
 
 
 def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
@@ -437,8 +437,8 @@ def explain_things(
     if not things:
         return ExplainResult(examples=tuple(forms(vendors)), document=document)
     named = [key for key in vendors if any(thing.casefold() == key for thing in things)]
-    if named and any("=" in thing for thing in things):
-        things, vendors = [thing for thing in things if thing.casefold() not in named], named
+    if named and (rest := [thing for thing in things if thing.casefold() not in named]):
+        things, vendors = rest, named
     if blocks:
         check_starts(blocks, vendors)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from decimal import ROUND_HALF_EVEN, Decimal
 from itertools import chain, pairwise, product
-from math import prod
+from math import expm1, prod
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
@@ -433,16 +433,17 @@ def proportional_without_bias(view: BlockView) -> Findings:
 def derivative_of_the_error(view: BlockView) -> Findings:
     """The derivative acts on the error.
 
-    Why: each new set point throws MV, by the derivative gain times the step over the sample time. Most applications
-    take the derivative of PV.
+    Why: each new set point throws MV, by the derivative gain times the step over the sample time, of which Tfd lets 1 -
+    e^(-Ts/Tfd) through in the first cycle. Most applications take the derivative of PV.
 
     Fix: remove DerivEr, unless the set point moves slowly, as that of a cascade's slave does.
     """
     gain, pv, mv = view.derivative, view.pv_limits, view.mv_limits
     if view.is_on("DerivEr") and gain and pv and mv and view.sample_time > 0:
-        time = max(view.sample_time, view.number_of("Tfd") or Decimal(0))
-        percent = gain * (pv[1] - pv[0]) / time / (mv[1] - mv[0])
-        yield view.at("DerivEr", percent=f"{float(percent):.3g}")
+        smoothing = view.number_of("Tfd") or Decimal(0)
+        share = -expm1(-float(view.sample_time / smoothing)) if smoothing > 0 else 1.0
+        percent = gain * (pv[1] - pv[0]) / view.sample_time / (mv[1] - mv[0])
+        yield view.at("DerivEr", percent=f"{float(percent) * share:.3g}")
 
 
 @per_pid
