@@ -134,6 +134,16 @@ def test_a_loop_with_a_first_order_plant_is_the_closed_form():
         assert rig.signal("PV") == pytest.approx(30 * (1 - math.exp(-seconds * k * kp / t)), abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("limits", "outs"), [([10, 80], [10, 14, 18, 22]), ([-80, 80], [4, 8, 12, 16]), ([2, 80], [4, 8, 12, 16])]
+)
+def test_an_output_that_moves_slowly_begins_at_0_whatever_its_limits(limits, outs):
+    output = {"range": [-100, 100], "limits": limits, "max_rate": 4 / TS}
+    rig = Rig({"setpoint": {"value": 90}, "output": output, "tuning": {"gain": 3}})
+
+    assert rig.play([0] * 4) == pytest.approx(outs)
+
+
 @pytest.mark.parametrize(("on", "delay"), [(True, 1), (False, 60)])
 def test_anti_windup_lets_the_output_leave_its_limit_at_once(on, delay):
     rig = Rig(

@@ -302,6 +302,21 @@ ALIKE_THOUGH = {
             "DisableP: true, DerivEr: true, Direct: true, output: {range: [0, 4000]}}\n"
         ),
     ),
+    "an output that moves slowly begins at 0, below its lower limit": (
+        "generic",
+        (
+            "pidcfg: 1\nvendor: nextopid\nplc: {sample_time: 0.5}\nloops:\n  - {name: T1, type: PIDA_REAL, SP: 30, "
+            "Kp: 3, Ti_Ki: 0.2, Td_Kd: 4.5, Tfd: 0.25, Indep: true, Direct: true, DerivEr: true, MinPV: -20, "
+            "MaxPV: 80, MinMV: 5, MaxMV: 45, MaxVarMV: 0.5, output: {range: [0, 50]}}\n"
+        ),
+    ),
+    "the middle of the range is half a count, which double precision misses by its last digit": (
+        "ezlogix",
+        (
+            "pidcfg: 1\nvendor: nextopid\nplc: {sample_time: 0.5}\nloops:\n  - {name: T1, type: PIDA_INT, SP: 9000, "
+            "Kp: 0.5, Ti_Ki: 12, Td_Kd: 1.5, MinPV: 0, MaxPV: 20000, MinMV: 0, MaxMV: 10000, DeadBand: 100}\n"
+        ),
+    ),
 }
 
 

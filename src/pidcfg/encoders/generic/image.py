@@ -35,10 +35,11 @@ D301 = Decision(
     301,
     "modes of the neutral loop, and how it starts",
     "A loop starts in its mode: in manual with output.manual, else with the value nearest to 0; in the others with "
-    "an empty integral, or from the output that a scenario gives. A mode acts with the next sample. Manual holds "
-    "OUT until `output` is set; auto goes on from OUT, since I is worked out of it; without an integral OUT jumps, "
-    "and the report says so. With follows_pv the set point becomes the PV on the way from manual to auto, within its "
-    "limits, unless it is set after the request; at the start it stays. P and D are calculated in manual too.",
+    "an empty integral, or from the output that a scenario gives; max_rate counts from 0, beyond the limits or not. "
+    "A mode acts with the next sample. Manual holds OUT until `output` is set; auto goes on from OUT, since I is "
+    "worked out of it; without an integral OUT jumps, and the report says so. With follows_pv the set point becomes "
+    "the PV on the way from manual to auto, within its limits, unless it is set after the request; at the start it "
+    "stays. P and D are calculated in manual too.",
     "Bumpless in both directions is what every panel controller does, and a start without a past has no integral.",
 )
 D302 = Decision(

@@ -136,9 +136,18 @@ class State(bits.State):
 # --- The equation: PV, error, derivative, integral and output, each with the rules that vendors have for it -----------
 
 
+TIE_DIGITS = 9
+"""Of counts that were divided: a half that misses itself by the last digit of double precision is a half."""
+
+
+def whole(counts: float) -> float:
+    """The nearest count; of a half the even one, as the PLC's product has it."""
+    return nearest(round(counts, TIE_DIGITS))
+
+
 def rounded(value: float, low: float, count: float) -> float:
     """A value in whole counts from ``low`` on."""
-    return low + nearest((value - low) / count) * count if count else value
+    return low + whole((value - low) / count) * count if count else value
 
 
 def measure_pv(config: Config, state: State, raw: float) -> None:
@@ -148,7 +157,7 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
     if rules.pv_count:
         zero = config.pv_low - rules.least_count * rules.pv_count
         last = rules.least_count + config.pv_span / rules.pv_count
-        counts = nearest(clamp((raw - zero) / rules.pv_count, rules.least_count, last))
+        counts = whole(clamp((raw - zero) / rules.pv_count, rules.least_count, last))
         if state.pv_share < 1.0 and not first:
             counts = nearest(state.counts + state.pv_share * (counts - state.counts))
         state.counts = counts

@@ -165,6 +165,8 @@ class Generic(NamedPlc):
         state.sp = clamp(fields.get("setpoint.value", config.pv_low), config.sp_low, config.sp_high)
         start = fields.get("output.manual", 0.0) if state.status & bits.MANUAL else 0.0
         state.out = state.manual = clamp(start, config.low, config.high)
+        if "output.max_rate" in fields and not state.status & bits.MANUAL:
+            state.out = 0.0  # as MV of a NextoPID block before its first call (D223)
         self._show(loop, self.signal_values)
 
     def sample_ticks(self, value: Any) -> int:
