@@ -24,10 +24,11 @@ from pidcfg.cli.main import load as load_command
 from pidcfg.cli.plots import heading
 from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.parameters import ParameterTable
+from pidcfg.output.explanation.page import key_text
 from pidcfg.output.file_schemas import plain_schema
 from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.pictures.figure import svg
-from pidcfg.schemas.document import field_texts, models_of
+from pidcfg.schemas.document import models_of
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.outcome import charts_of, simulate_document
 from pidcfg.text.reader import Limits
@@ -195,10 +196,10 @@ def names_of(tables: Sequence[ParameterTable]) -> str:
 
 def parameters(table: ParameterTable, model: type[BaseModel]) -> str:
     """One table of named parameters: a row each; what the schema documents is not written twice."""
-    own = texts_of(table, model)
+    own = model_of(table, model)
     lines = [f"\n## {table.title}\n", "| parameter | | type | unit | meaning | basis |", "|---|---|---|---|---|---|"]
     for row in table.rows:
-        meaning = row.title or own.get(row.name.rpartition(".")[2], NEVER)
+        meaning = row.title or key_text(own, row.name) or NEVER
         cells = [
             f"`{row.name}`",
             row.access,
@@ -211,17 +212,12 @@ def parameters(table: ParameterTable, model: type[BaseModel]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def texts_of(table: ParameterTable, model: type[BaseModel]) -> dict[str, str]:
-    """The texts of the models that have the table's parameters: those of the model of that name first."""
-    models = sorted(
-        models_of(model),
-        key=lambda m: table.title not in get_args(getattr(m.model_fields.get("type"), "annotation", None)),
+def model_of(table: ParameterTable, model: type[BaseModel]) -> type[BaseModel]:
+    """The model that has the table's parameters: the one of that name, else the file's."""
+    named = (
+        m for m in models_of(model) if table.title in get_args(getattr(m.model_fields.get("type"), "annotation", None))
     )
-    texts: dict[str, str] = {}
-    for found in models:
-        for key, text in field_texts(found).items():
-            texts.setdefault(key, text)
-    return texts
+    return next(named, model)
 
 
 def block(table: RegisterMap) -> str:

@@ -6,6 +6,7 @@ import copy
 import json
 import re
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -418,6 +419,25 @@ def test_every_parameter_of_the_library_has_a_field_or_is_an_output():
         names = {row.name.partition(".")[0] for row in kind.inputs}
         assert names <= set(kind.model.model_fields)
         assert len({row.name.upper() for row in kind.table.rows}) == len(kind.table.rows)
+
+
+TIMES = ("Tfd", "Tc", "Tlag", "Tlead", "DelayTime", "SampleTime")
+"""Of the manual's parameters those whose unit is seconds, whatever else is set."""
+
+
+def test_every_time_of_the_library_is_in_seconds():
+    rows = [row for kind in BLOCK_TYPES.values() for row in kind.table.rows]
+    assert {row.name for row in rows if row.unit == "s"} == {*TIMES}
+    assert {row.unit for row in rows if row.name in TIMES} == {"s"}
+
+
+def test_the_page_of_parameters_tells_one_mode_from_the_other():
+    page = (Path(__file__).parents[1] / "docs/nextopid-registers.md").read_text("utf-8")
+    rows = [line.split(" | ") for line in page.splitlines() if "| input" in line and "Mode`" in line]
+    assert {row[0]: row[4] for row in rows} == {
+        "| `AutoTuneParam.Mode`": "The controller that is tuned.",
+        "| `Mode`": "Which valve opens where: 1 to 4.",
+    }
 
 
 def test_what_an_int_cannot_hold_is_a_misfit_at_its_place():

@@ -184,6 +184,22 @@ def test_a_truth_has_no_unit():
     assert fan["FAN.SP"].unit == "degC"
 
 
+def test_blocks_beside_the_loops_have_units_too():
+    text = (EXAMPLES / "nextopid/heatexchanger.yaml").read_text("utf-8")
+    fan = "  - {name: FAN, type: ControlON_OFF, SP: 30, DeadBand: 2, MinPV: 0, MaxPV: 60}\n"
+    found = {p.name: p for p in sheets(text.replace("blocks:\n", f"blocks:\n{fan}")).plcs[0].parameters}
+
+    assert (found["LL_Inlet.Tlead"].unit, found["LL_Inlet.Tlag"].unit, found["FAN.SP"].unit) == ("s", "s", "PV unit")
+
+
+def test_the_interval_of_a_task_has_its_unit():
+    text = (EXAMPLES / "dpide/chiller.yaml").read_text("utf-8")
+    plc = sheets(text.replace("loops:", "plc: {interrupt_task: 500}\nloops:", 1)).plcs[0]
+    (interval,) = (s for group in plc.groups for s in group.settings if s.path == "plc.interrupt_task")
+
+    assert (interval.value, interval.unit) == (500, "ms")
+
+
 def test_the_bits_of_a_bit_word_are_spelled_out():
     word = registers(example("dl06/reactor"), 2)["V2100"]
     bits = {bit.bits: (bit.state, bit.value) for bit in word.bits}

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from pidcfg.conversion.ledger import json_value
 from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.encoders.decoding import name_in
-from pidcfg.schemas.base import UNIT_WORDS, Duration, Limits, Minutes, Quantity, Rate, Seconds, unit_text, units_of
+from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Rate, Seconds, limits_at, unit_text, units_of
 from pidcfg.schemas.expressions import (
     CONSTANT,
     FUNCTIONS,
@@ -140,7 +140,8 @@ def _field_unit(path: Path, model: type[BaseModel], key: str, vendor: Vendor) ->
     table, text = units_by_path(vendor), path_text(path)
     unit = next((table[place] for place in (text, f"{text}.0", text.rpartition("].")[2]) if place in table), "")
     marks = [] if unit else model.model_fields[key].metadata
-    unit = unit or next((m.unit for m in marks if isinstance(m, Limits) and m.unit), "")
+    limits = None if unit else limits_at(model, key)
+    unit = unit or (limits.unit if limits else "")
     if not unit and key in RANGES:
         return str(path[-2])
     return unit or next((TIMES[m] for m in marks if any(m is time or m == time for time in TIMES)), "")

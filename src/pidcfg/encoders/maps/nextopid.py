@@ -102,9 +102,12 @@ SPLIT_OUTPUTS = (("MV1", REAL, "Output to valve 1, %"), ("MV2", REAL, "Output to
 UNITS = {
     **dict.fromkeys(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"), "pv"),
     **dict.fromkeys(("BIAS", "ManualMV", "TRK_VAL", "MaxMV", "MinMV"), "output"),
-    "MaxVarMV": "output/cycle", "Kp": "output/pv",
+    **dict.fromkeys(("MV", "ProportionalAction", "DerivativeAction", "IntegralAction"), "output"),
+    "MaxVarMV": "output/cycle", "Kp": "output/pv", "AutoTuneResult.Kp": "output/pv",
 }
 """Of a controller's parameters: in what the PV or the output is in."""
+OWN_UNITS = {"Tc": "s", "Tlag": "s", "SampleTime": "s", "SPLIT": "%"}
+"""Of parameters of all blocks."""
 # fmt: on
 Outputs = tuple[tuple[str, IecType, str], ...]
 
@@ -138,14 +141,21 @@ def _type_in(annotation: Any) -> IecType | None:
     return None
 
 
+def unit_of(model: type[BaseModel], name: str, kind: IecType) -> str:
+    """The unit of a block's parameter; none of a BOOL, and of what takes that of whatever is wired to it."""
+    if kind is BOOL:
+        return ""
+    return OWN_UNITS.get(name, "") or (UNITS.get(name, "") if issubclass(model, schema.Controller) else "")
+
+
 def inputs_of(model: type[BaseModel], basis: Basis, prefix: str = "") -> Iterator[Parameter]:
     """The inputs of a block: the fields of its model that have a type; a structure's members with a dot."""
     for name, field in model.model_fields.items():
         kind = next((m for m in field.metadata if isinstance(m, IecType)), None) or _type_in(field.annotation)
         if kind is not None:
             limits = next((m for m in field.metadata if isinstance(m, Limits)), None) or limits_at(model, name)
-            unit = UNITS.get(name, "") if issubclass(model, schema.Controller) and kind is not BOOL else ""
-            yield Parameter(prefix + name, kind, (limits.unit if limits else "") or unit, "", basis)
+            unit = (limits.unit if limits else "") or unit_of(model, name, kind)
+            yield Parameter(prefix + name, kind, unit, "", basis)
         elif name == "AutoTuneParam":
             yield from inputs_of(schema.TuneParam, basis, f"{name}.")
 
@@ -161,7 +171,10 @@ def block_type(
     first = [row for row in inputs if base is None or row.name in base.model_fields]
     rest = [row for row in inputs if row not in first]
     results = [
-        [Parameter(key, INT if whole and key == "MV" else kind, "", text, basis, "output") for key, kind, text in part]
+        [
+            Parameter(key, INT if whole and key == "MV" else kind, unit_of(model, key, kind), text, basis, "output")
+            for key, kind, text in part
+        ]
         for part in outputs
     ]
     rows = [*first, *results[0], *rest, *(row for part in results[1:] for row in part)]

@@ -401,7 +401,8 @@ def _parameter(
         text, unit = f":= {entry.raw.text}", ""
     else:
         text = shown_content(entry.type, entry.raw)
-        unit = "" if isinstance(entry.raw, bool) else unit if units is None else units.get(entry.field, "")
+        unit = unit_text(unit, SIDES) if units is None else units.get(entry.field, "")
+        unit = "" if isinstance(entry.raw, bool) else unit
     return content.Parameter(entry.address, entry.type.name, text, unit, meaning, entry.device or "")
 
 
