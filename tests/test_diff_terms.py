@@ -100,7 +100,7 @@ def rows(result, loop):
         ("dpide", "Kc_Kp: 40.0", "Kc_Kp: 30", "OVEN", ("Kc_Kp", 40, 30, "ms/degC", "D112", "40.0", "30.0")),
         ("dpide", "PID_DIR: true", "PID_DIR: false", "OVEN",
          ("PID_DIR", True, False, "", "OVEN.PID_DIR", "TRUE", "FALSE")),
-        ("nextopid", "Tc: 2.0", "Tc: 3", "FILTER", ("Tc", 2, 3, "", "FILTER.Tc", "2.0", "3.0")),
+        ("nextopid", "Tc: 2.0", "Tc: 3", "FILTER", ("Tc", 2, 3, "s", "FILTER.Tc", "2.0", "3.0")),
         ("generic", "high: 115", "high: 110", "TIC-1",
          ("alarms.pv.high", 115, 110, "degC", "TIC-1.alarms.pv.high", "115.0", "110.0")),
     ],
