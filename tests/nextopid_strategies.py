@@ -12,7 +12,7 @@ from pidcfg.encoders.nextopid.image import encode
 from pidcfg.schemas.iec import BOOL, IecType, parse_signal, signal_type
 from pidcfg.schemas.nextopid import NextopidFile
 
-TYPES = (sorted(LOOP_TYPES), sorted(set(BLOCK_TYPES) - LOOP_TYPES))
+TYPES = (tuple(sorted(LOOP_TYPES)), tuple(sorted(set(BLOCK_TYPES) - LOOP_TYPES)))
 TIMES = st.integers(0, 0xFFFFFFFF).map(lambda ms: f"T#{ms}ms")
 TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), min_size=1, max_size=12)
 """Names and descriptions, with all that could end a comment."""
@@ -66,10 +66,15 @@ def joined_bools(operands: st.SearchStrategy) -> st.SearchStrategy:
     return two.map(lambda p: f"({p[0]}){p[1]}({p[2]})") | operands.map(lambda text: f"NOT ({text})")
 
 
+TRUTH_PLACE = re.compile(r"\{(\d+)\}")
+TRUTHS = st.integers(0, 999).map(lambda place: f"{{{place}}}") | st.sampled_from(("TRUE", "false"))
+CONDITIONS = st.recursive(TRUTHS | COMPARED.map(lambda text: f"({text})"), joined_bools, max_leaves=4)
+
+
 def condition(draw, bools: list[str], numbers: list[str]) -> str:
     """A condition over these names."""
-    leaves = st.sampled_from([*bools, "TRUE", "false"]) | COMPARED.map(lambda text: f"({text})")
-    text = draw(st.recursive(leaves, joined_bools, max_leaves=4))
+    text = draw(CONDITIONS)
+    text = TRUTH_PLACE.sub(lambda place: bools[int(place.group(1)) % len(bools)] if bools else "TRUE", text)
     text = PLACE.sub(lambda place: numbers[int(place.group(1)) % len(numbers)] if numbers else "(1)", text)
     return f"({text})" if text.lower() in {"true", "false"} else text
 
@@ -121,7 +126,7 @@ def items(draw, name: str, kind: str, chosen: dict[str, str], wireable: dict[str
             "PercHystPV": draw(number("0.01", "1")),
             "PercMaxPeakPV": draw(number("0.1", "50")),
             "NumCycles": draw(st.integers(1, 10)),
-            "Mode": draw(st.sampled_from(["P", "PI", "PID"])),
+            "Mode": draw(st.sampled_from(("P", "PI", "PID"))),
         }
     return data | ({"description": draw(TEXTS)} if draw(st.booleans()) else {})
 
@@ -129,7 +134,7 @@ def items(draw, name: str, kind: str, chosen: dict[str, str], wireable: dict[str
 @st.composite
 def beside(draw):
     """What a loop has that is no parameter."""
-    data = {"sample_time": draw(st.sampled_from(["100 ms", 0.2, "1 s", "90 s"]))} if draw(st.booleans()) else {}
+    data = {"sample_time": draw(st.sampled_from(("100 ms", 0.2, "1 s", "90 s")))} if draw(st.booleans()) else {}
     if draw(st.booleans()):
         data["pv"] = {"unit": draw(TEXTS)}
     if draw(st.booleans()):
@@ -147,7 +152,7 @@ def copies(draw, signals: dict, loops: list, wireable: dict[str, IecType]):
     bools = [name for name, kind in wireable.items() if kind is BOOL]
     numbers = [name for name, kind in wireable.items() if kind.kind in {"real", "whole", "time"}]
     if wireable[target] is BOOL:
-        value = draw(st.sampled_from([True, False, None]))
+        value = draw(st.sampled_from((True, False, None)))
         value = condition(draw, bools, numbers) if value is None else value
     elif draw(st.booleans()):
         value = draw(st.integers(-300, 300))
