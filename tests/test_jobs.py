@@ -112,7 +112,9 @@ def test_the_number_of_processes_changes_no_byte(folder, words, most, code):
 
 def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
     monkeypatch.setattr("pidcfg.study.verification.verify.MANY_LOOPS", 2)
-    source = EXAMPLES / "ezlogix/dosing.yaml"
+    loop = "output_raises_pv: true, sample_time: 1, pv: {range: [0, 9]}, setpoint: {value: 5}, output: {range: [0, 9]}"
+    loops = [f"  - {{name: L{i}, {loop}, tuning: {{gain: {i}, integral_time: 20}}}}\n" for i in (1, 2)]
+    source = "pidcfg: 1\nvendor: generic\nloops:\n" + "".join(loops)
     one, two = (pidcfg.convert(source, "click", verify=True, jobs=jobs) for jobs in (1, 2))
     assert len(one.verified) == 2
     assert (one.to_json(), one.verified) == (two.to_json(), two.verified)

@@ -486,6 +486,7 @@ def test_functions_are_short():
     assert not breaches, report(breaches)
 
 
+@cache
 def loaded_by(code):
     """The modules that a Python program has imported when it ends."""
     tail = "\nprint('loaded', *sys.modules, file=sys.stderr)"

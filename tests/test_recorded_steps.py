@@ -5,12 +5,10 @@ Every variant is either identified within 3 % of the truth, or refused with its 
 
 from __future__ import annotations
 
-import functools
 import math
 import random
 from datetime import datetime, timedelta, timezone
 from itertools import pairwise
-from unittest.mock import patch
 
 import pytest
 
@@ -19,6 +17,7 @@ from pidcfg.tuning.identify import identify
 from pidcfg.tuning.record import UnreadableRecordError, identify_record
 from pidcfg.tuning.response import Record, RecordError, Request, Segment, response
 from pidcfg.tuning.sheet import seconds_of
+from record_rig import remembering
 
 GAIN, CONSTANT, DEAD = 1.5, 20.0, 4.0
 WITHIN = 0.03
@@ -246,18 +245,10 @@ def request(said) -> Request:
     return Request(**said)
 
 
-@functools.cache
-def once(time, output, pv, units, rest):
-    """What is identified in samples: most variants hold the same ones, and a search takes a third of a second."""
-    return identify(Record([*time], [*output], [*pv], units), rest)
-
-
 def read(text, said, name="step.csv"):
     """What is identified in a text."""
     data = text if isinstance(text, bytes) else text.encode()
-    with patch(
-        "pidcfg.tuning.record.identify", lambda r, rest: once(*map(tuple, (r.time, r.output, r.pv, r.units)), rest)
-    ):
+    with remembering():
         return identify_record(data, name, DEFAULT, request(said))[0]
 
 

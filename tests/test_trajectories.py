@@ -54,7 +54,7 @@ EXTRA_STEPS = 100
 def read_cases():
     """Every case with what its file says of all of them; the variants of ``each`` are cases of their own."""
     for path in sorted(FOLDER.glob("*/*.yaml")):
-        common = YAML(typ="safe", pure=True).load(path.read_text("utf-8"))
+        common = YAML(typ="safe").load(path.read_text("utf-8"))
         for case in common.pop("cases"):
             for number, variant in enumerate(case.get("each", [{}]), 1):
                 end = f" ({number})" if "each" in case else ""

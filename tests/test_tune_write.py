@@ -19,7 +19,10 @@ import pidcfg
 from command import run_text
 from pidcfg.cli.formats.tuning import as_text
 from pidcfg.output.arguments import ArgumentError
+from pidcfg.text.reader import DEFAULT
+from pidcfg.tuning.record import identify_record
 from pidcfg.vendors import VENDORS
+from record_rig import remembering
 from scenario_rig import rows
 
 KEYS = {
@@ -427,7 +430,9 @@ def test_a_record_in_other_units_is_refused(tmp_path, vendor, record, says):
     text = starter(vendor).replace("MV_MAX: 4000", "MV_MAX: 100")
     (tmp_path / "loop.yaml").write_text(text, "utf-8")
     (tmp_path / "step.csv").write_text(record, "utf-8")
-    result = run("--method", "simc", "--from-csv", "step.csv", "--write", "loop.yaml", cwd=tmp_path)
+    with remembering():
+        identify_record(record.encode(), "step.csv", DEFAULT)
+        result = run("--method", "simc", "--from-csv", "step.csv", "--write", "loop.yaml", cwd=tmp_path)
     assert result.returncode != 0
     assert "step.csv is in other units" in result.stderr
     assert says in result.stderr

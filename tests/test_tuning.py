@@ -6,8 +6,6 @@ import cmath
 import json
 import math
 import random
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 
 import pytest
@@ -15,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pidcfg
+from command import run as command
 from command import run_text
 from pidcfg.cli.formats.tuning import margin_chart as chart_of
 from pidcfg.pictures import figure as draw
@@ -191,7 +190,7 @@ PROCESS = ["--gain", "2", "--time-constant", "10", "--dead-time", "1"]
 
 def run(*args, cwd=None):
     """The command in a process of its own."""
-    return subprocess.run([sys.executable, "-m", "pidcfg", "tune", *args], cwd=cwd, capture_output=True, check=False)
+    return command("tune", *args, cwd=cwd)
 
 
 def test_the_command_s_json_has_the_interface_s_keys():

@@ -1,0 +1,31 @@
+"""Recorded steps of tests: what is identified in samples is found once, however many files hold them."""
+
+from __future__ import annotations
+
+import functools
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+from unittest.mock import patch
+
+from pidcfg.tuning.identify import identify
+from pidcfg.tuning.response import Record
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@functools.cache
+def once(time: tuple, output: tuple, pv: tuple, units: tuple, rest: float | None):
+    """What is identified in samples; the search takes a third of a second."""
+    return identify(Record([*time], [*output], [*pv], units), rest)
+
+
+@contextmanager
+def remembering() -> Iterator[None]:
+    """Samples that have been seen are not searched again, in this process and in its copies; files are read as ever."""
+
+    def found(record, rest=None):
+        return once(*map(tuple, (record.time, record.output, record.pv, record.units)), rest)
+
+    with patch("pidcfg.tuning.record.identify", found):
+        yield
