@@ -234,8 +234,9 @@ LOOP = {
 }
 FEWEST = {"dl06": 2, "click": 2, "ezlogix": 4}
 """Loops to begin with, where a PLC has not many; it has four times as many."""
-BOUND = {"dl06": 1.05, "click": 1.05, "ezlogix": 1.05}
-"""How many times the calls may be that so many more loops would take by the step before; few loops may be compared."""
+BOUND = {"dl06": 1.05, "click": 1.06, "ezlogix": 1.05}
+"""How many times the calls may be that so many more loops would take by the step before; few loops may be compared,
+and weigh more the fewer calls a loop takes by itself."""
 WORK = {
     "check": lambda text, _: pidcfg.check_text(text, "a.yaml"),
     "encode": lambda text, _: pidcfg.encode(text),
