@@ -120,7 +120,7 @@ class NeutralBuilder:
         self.set(to, became)
         self.mark(path, value, to, note=note, assumed=assumed)
 
-    def same(self, row: Same, value: Any) -> None:
+    def same(self, row: Same, value: object) -> None:
         """A field that keeps its value."""
         self.put(row.path, value, row.to or row.path, row.convert(value), row.note)
 
@@ -128,11 +128,11 @@ class NeutralBuilder:
         """A neutral field alone; the fields of the source that it comes from are marked."""
         put(self.loop.data, steps(to), value)
 
-    def mark(self, path: str, value: Any, *to: str, note: str = "", assumed: bool = False) -> None:
+    def mark(self, path: str, value: object, *to: str, note: str = "", assumed: bool = False) -> None:
         """A field of the source that is part of neutral fields which are set elsewhere."""
         self.loop.fields.append(SourceField(path, value, to, note, assumed))
 
-    def drop(self, path: str, value: Any, note: str) -> None:
+    def drop(self, path: str, value: object, note: str) -> None:
         """A field that the neutral form does not have, and what to program instead."""
         self.loop.fields.append(SourceField(path, value, note=note))
 
@@ -164,7 +164,7 @@ class TargetBuilder:
         put(self.data, steps(path), _plain(value))
         self.mark(path, neutral, note, **details)
 
-    def same(self, row: Same, value: Any) -> None:
+    def same(self, row: Same, value: object) -> None:
         """A field that keeps its value."""
         to = row.to or row.path
         if row.is_pair:
@@ -199,7 +199,7 @@ def target_file(vendor: str, file: GenericFile, builders: Sequence[TargetBuilder
     return TargetFile({**data, "loops": [b.data for b in builders]}, [b.fields for b in builders])
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """A value as a file has it."""
     if isinstance(value, tuple | list):
         return [_plain(item) for item in value]
@@ -317,7 +317,7 @@ class Same:
         value = value_at(model, steps(self.path))
         return None if self.skip_falsy and not value else value
 
-    def convert(self, value: Any) -> Any:
+    def convert(self, value: object) -> Any:
         """What a value is on the other side."""
         return value if self.words is None else self.words[value]
 
@@ -381,7 +381,7 @@ def has_alarms(loop: Any) -> bool:
     return any(key.startswith(("alarms.pv.", "alarms.deviation.")) for key in flatten(loop))
 
 
-def is_harmless(path: str, value: Any) -> bool:
+def is_harmless(path: str, value: object) -> bool:
     """Whether nothing is lost with this value in a target without such a field."""
     return path in HARMLESS and HARMLESS[path] == value
 
@@ -443,7 +443,7 @@ def rescale_output(one: Flat, two: Flat) -> Flat:
     return values | dict(zip(OUTPUT_RANGE, first, strict=True))
 
 
-def make_comparable(one: Any, two: Any) -> tuple[Flat, Flat]:
+def make_comparable(one: object, two: object) -> tuple[Flat, Flat]:
     """Two neutral loops by path, the second in the terms of the first.
 
     Where the first has no proportional action, the other two are compared as the second has them, with one or without.

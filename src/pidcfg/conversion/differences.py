@@ -171,7 +171,7 @@ ACTION_KEYS = ("action", "Direct", "PID_DIR", "output_raises_pv")
 """Keys of the direction of control, whatever the vendor calls it."""
 
 
-def judge_key(key: str, fields: Iterable[str], before: Any, after: Any) -> tuple[str, Risk, str]:
+def judge_key(key: str, fields: Iterable[str], before: object, after: object) -> tuple[str, Risk, str]:
     """The field that a key of a vendor is, how grave its difference is, and what it means.
 
     ``fields``: the neutral fields that it becomes; of several the one of which most can go wrong.
@@ -202,7 +202,7 @@ def _matching_field(name: str, key: str) -> str | None:
     return f"{name}.{end}" if other not in ends else name if end == other else None
 
 
-def _key_risk(key: str, before: Any, after: Any) -> tuple[Risk, str]:
+def _key_risk(key: str, before: object, after: object) -> tuple[Risk, str]:
     """How grave a difference of a key is that becomes no neutral field."""
     if key in LOOP_SET_KEYS:
         is_gone = before == CALCULATED
@@ -217,7 +217,7 @@ def _key_risk(key: str, before: Any, after: Any) -> tuple[Risk, str]:
     return ("high" if any(word in key for word in SIGNAL_WORDS) else "medium"), ""
 
 
-def judge_difference(field: str, before: Any, after: Any) -> Difference:
+def judge_difference(field: str, before: object, after: object) -> Difference:
     """The difference of a field, with its risk and what it means."""
     one, two = number_of(before), number_of(after)
     risk, note = _field_risk(field, before, after, one, two)
@@ -228,7 +228,9 @@ def judge_difference(field: str, before: Any, after: Any) -> Difference:
     return Difference(field, risk, json_value(before), json_value(after), note)
 
 
-def _field_risk(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
+def _field_risk(
+    field: str, before: object, after: object, one: Decimal | None, two: Decimal | None
+) -> tuple[Risk, str]:
     """How grave a difference is, and what it means."""
     if field in COSMETIC_FIELDS:
         return "cosmetic", ""
@@ -244,7 +246,9 @@ def _field_risk(field: str, before: Any, after: Any, one: Decimal | None, two: D
     return "medium", ""
 
 
-def _alarm_risk(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
+def _alarm_risk(
+    field: str, before: object, after: object, one: Decimal | None, two: Decimal | None
+) -> tuple[Risk, str]:
     if after is None:
         return "high", "the alarm is gone"
     if before is None:
@@ -332,7 +336,7 @@ def _tells_of(trouble: Trouble, register: str) -> bool:
 
 
 def _states(
-    trouble: Trouble, subject: Subject, register: str, number: Any, content: Any, meanings: Mapping[int | None, str]
+    trouble: Trouble, subject: Subject, register: str, number: object, content: Any, meanings: Mapping[int | None, str]
 ) -> Iterator[State]:
     """The states that a content shows."""
     space = subject.encoding.space

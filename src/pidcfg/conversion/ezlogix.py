@@ -256,7 +256,7 @@ NEUTRAL_FIELDS: Table[NeutralBuilder, ScaledLoop] = (
 # --- EZLogix loops: the mode is a bit that stays; a change to auto makes the integral of the CV (PID Loop Mode) -------
 
 
-def _pv_counts_options(config: EzlogixFile, source_places: Sequence[int]) -> dict[str, Any]:
+def _pv_counts_options(config: EzlogixFile, source_places: Sequence[int]) -> dict[str, object]:
     """How the PVs are counted."""
     return {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in source_places]}
 
@@ -301,7 +301,7 @@ D760 = Decision(
 )
 
 
-def stopped_section(builders: list[TargetBuilder], operations: Sequence[Operation]) -> dict[str, Any]:
+def stopped_section(builders: list[TargetBuilder], operations: Sequence[Operation]) -> dict[str, object]:
     """Whether the loops go on while the PLC is stopped (D760); nothing for loops that come from an EZLogix file."""
     answers = {operation.stopped for operation in operations}
     if not answers or Stopped.AS_GIVEN in answers:

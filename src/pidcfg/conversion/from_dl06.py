@@ -117,7 +117,7 @@ class Dl06Loop:
     scales: dict[str, Scale]
 
 
-def is_switched_on(b: NeutralBuilder, path: str, value: Any, bit: bool | None) -> bool:  # noqa: FBT001 - an enable bit
+def is_switched_on(b: NeutralBuilder, path: str, value: object, bit: bool | None) -> bool:  # noqa: FBT001 - an enable bit
     """Whether a value with an enable bit is switched on; a value that is not is dropped."""
     on = switched_on(bit, value)
     if not on and value is not None:
@@ -133,7 +133,7 @@ def limits(b: NeutralBuilder, path: str, pair: tuple[Quantity, Quantity], scale:
     b.put(path, [quantity_text(end) for end in pair], path, [low, high])
 
 
-def quantity_text(value: Any) -> Any:
+def quantity_text(value: object) -> Any:
     """A value as the file writes it."""
     if isinstance(value, Quantity):
         return f"{decimal_text(value.value)} counts" if value.counts else value.value
@@ -509,7 +509,7 @@ FORMAT_OPTIONS = ("reset_decimals", "derivative")
 """Keys of ``plc``, and options, that say what words mean."""
 
 
-def _format_options(config: Dl06File, source_places: Sequence[int]) -> dict[str, Any]:
+def _format_options(config: Dl06File, source_places: Sequence[int]) -> dict[str, object]:
     """The data format where all loops have the same, and how reset and rate words are read."""
     formats = {config.loops[i].pv.format for i in source_places}
     own: dict[str, Any] = {"data_format": formats.pop()} if len(formats) == 1 else {}

@@ -42,7 +42,7 @@ def to_neutral(config: GenericFile) -> list[NeutralLoop]:
     ]
 
 
-def fields_by_path(loop: Loop) -> Iterator[tuple[str, Any]]:
+def fields_by_path(loop: Loop) -> Iterator[tuple[str, object]]:
     """Every field that is given, by its path, with its value; limits as two."""
     for keys, value in given_fields(loop):
         path = dotted(keys)
@@ -54,7 +54,7 @@ def fields_by_path(loop: Loop) -> Iterator[tuple[str, Any]]:
             yield path, value
 
 
-def to_plain_data(value: Any) -> Any:
+def to_plain_data(value: object) -> Any:
     """What is given of a model, as a file has it."""
     if isinstance(value, BaseModel):
         return {
@@ -93,7 +93,7 @@ def operations(config: GenericFile) -> list[Operation]:
 
 def from_neutral(
     file: GenericFile,
-    options: Mapping[str, Any],
+    options: Mapping[str, object],
     operations: Sequence[Operation] = (),
 ) -> TargetFile:
     """The file as it is; an integral that some limit stops is one that the limits of the output stop (D342)."""

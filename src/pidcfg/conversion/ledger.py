@@ -114,7 +114,7 @@ class Change:
     field: str
     kind: Kind
     source: Any
-    target: Any
+    target: object
     error_percent: float = 0.0
     note: str = ""
     loss: bool = False
@@ -312,7 +312,7 @@ MAX_TEXT_LENGTH = 20
 """Signs of a number that is shown without an exponent."""
 
 
-def number_of(value: Any) -> Decimal | None:
+def number_of(value: object) -> Decimal | None:
     """The number of a value in its own unit; None: it is none."""
     if isinstance(value, bool) or value is None:
         return None
@@ -327,7 +327,7 @@ def number_of(value: Any) -> Decimal | None:
     return None
 
 
-def json_value(value: Any) -> Any:
+def json_value(value: object) -> Any:
     """A value as JSON has it."""
     if isinstance(value, Decimal):
         return plain_number(value)
@@ -338,7 +338,7 @@ def json_value(value: Any) -> Any:
     return [json_value(v) for v in value] if isinstance(value, list | tuple) else value
 
 
-def text_of(value: Any) -> str:
+def text_of(value: object) -> str:
     """A value as people read it."""
     value = json_value(value)
     if value is None:

@@ -54,13 +54,15 @@ if TYPE_CHECKING:
 # What a conversion within one vendor keeps: places and choices of the PLC, which the neutral form does not know.
 
 
-def add_own_scales(config: Any, vendor: Vendor, places: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:
+def add_own_scales(
+    config: Any, vendor: Vendor, places: Sequence[int], options: Mapping[str, object]
+) -> dict[str, object]:
     """Options with what the gains and times of a file depend on, unless they say it themselves."""
     return {**source_of(vendor).OWN_SETTINGS.scales(config, places), **options}
 
 
 def own_setting_lines(
-    config: Any, vendor: Vendor, places: Sequence[int], options: Mapping[str, Any]
+    config: Any, vendor: Vendor, places: Sequence[int], options: Mapping[str, object]
 ) -> dict[int, list[Change]]:
     """What the loops at some places of a file keep within their vendor, as lines by their number in the result."""
     own = source_of(vendor).OWN_SETTINGS
@@ -83,7 +85,7 @@ def _default(config: Any, path: str) -> Any:
     return value_at(config, keys) if path.startswith("/") and is_given(config, keys) else None
 
 
-def _as_data(config: Any, vendor: Vendor) -> dict[str, Any]:
+def _as_data(config: Any, vendor: Vendor) -> dict[str, object]:
     """A file as plain data; nothing where its words are no values."""
     image = encoder_of(vendor).encode(config).image
     try:
@@ -93,7 +95,7 @@ def _as_data(config: Any, vendor: Vendor) -> dict[str, Any]:
     return data
 
 
-def write_own_settings(data: dict[str, Any], lines: Mapping[int, Sequence[Change]]) -> None:
+def write_own_settings(data: dict[str, object], lines: Mapping[int, Sequence[Change]]) -> None:
     """Puts what is kept into the result."""
     for j, rows in lines.items():
         for row in rows:
@@ -139,7 +141,7 @@ def unreported_fields(
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 
-def fields_of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, Any]]:
+def fields_of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, object]]:
     """The fields that a file gives of a loop, and of the PLC beside it."""
     yield from given_fields(config.loops[i])
     if with_plc and getattr(config, "plc", None) is not None:
@@ -170,7 +172,7 @@ def items_beside_loops(config: Any, rows: Sequence[Change], reasons: Mapping[str
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 
-def _shown(value: Any) -> Any:
+def _shown(value: object) -> Any:
     """A value as JSON has it; what is neither number nor word as text."""
     plain = value.text if isinstance(value, Wire) else json_value(value)
     return plain if isinstance(plain, bool | int | float | str | list) else str(plain)
@@ -305,7 +307,7 @@ def convert(
     config: Any,
     source: Vendor,
     target: Vendor,
-    options: Mapping[str, Any],
+    options: Mapping[str, object],
     *,
     max_loss: MaxLoss = DEFAULT_MAX_LOSS,
     excluded: Mapping[int, str] | None = None,
@@ -333,7 +335,7 @@ def convert(
             dropped |= _problems_by_loop(error, kept)
 
 
-def _options_of_kept_loops(options: Mapping[str, Any], kept: Sequence[int], count: int) -> dict[str, Any]:
+def _options_of_kept_loops(options: Mapping[str, object], kept: Sequence[int], count: int) -> dict[str, object]:
     """Options without what they say of loops that are left out; one value alone is where all begin."""
     return {
         key: [item for i, item in enumerate(value) if i in kept or i >= count]
@@ -366,7 +368,7 @@ class _Conversion:
     source_places: list[int]
     """Their places in the source."""
 
-    def result(self, options: Mapping[str, Any], max_loss: MaxLoss, missing: tuple[Missing, ...]) -> Converted:
+    def result(self, options: Mapping[str, object], max_loss: MaxLoss, missing: tuple[Missing, ...]) -> Converted:
         """The target's file, and the report."""
         operations: list[Operation] = source_of(self.source).operations(self.config)
         before = [operations[i] for i in self.source_places]
@@ -508,7 +510,7 @@ class Sides:
         return (self.before[j].name, self.after[j].data.get("name")) in self._masters
 
     @cached_property
-    def _names(self) -> dict[Any, str]:
+    def _names(self) -> dict[object, str]:
         """The names of the source by those of the target."""
         return {after.data.get("name"): before.name for before, after in zip(self.before, self.after, strict=True)}
 

@@ -97,7 +97,7 @@ def path_in_file(loop: int, path: str) -> Path:
     return steps(path[1:]) if path.startswith("/") else ("loops", loop, *steps(path))
 
 
-def validate_data(target: Vendor, data: dict[str, Any]) -> Any:
+def validate_data(target: Vendor, data: dict[str, object]) -> Any:
     """Plain data as the target's model; raises `ConvertError` with the first key that it refuses."""
     try:
         return target.model.model_validate(data)
@@ -108,7 +108,7 @@ def validate_data(target: Vendor, data: dict[str, Any]) -> Any:
         raise ConvertError([Missing(path, f"{dotted(path)}: {text}")]) from None
 
 
-def _beyond_registers(data: Mapping[str, Any], encoding: AnyEncoding, target: Vendor) -> dict[Path, Stored]:
+def _beyond_registers(data: Mapping[str, object], encoding: AnyEncoding, target: Vendor) -> dict[Path, Stored]:
     """Numbers that registers cannot hold, brought to the end that they hold."""
     outside: dict[Path, Stored] = {}
     for path, misfit in encoding.misfits:
@@ -158,7 +158,7 @@ def _widths(encoding: AnyEncoding) -> Iterator[tuple[Path, Decimal]]:
 
 
 def _of_register(
-    data: dict[str, Any], path: Path, wanted: Decimal | None, held: Decimal | None, width: Decimal | None
+    data: dict[str, object], path: Path, wanted: Decimal | None, held: Decimal | None, width: Decimal | None
 ) -> Stored:
     """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``.
 
@@ -177,7 +177,7 @@ def _of_register(
     return Stored(written, "rounded", float(error * 100))
 
 
-def _of_other_kind(written: Any, wanted: Decimal, held: Decimal) -> Stored:
+def _of_other_kind(written: object, wanted: Decimal, held: Decimal) -> Stored:
     """What a field means where its number in the file is of another kind, or shorter than what the memory holds."""
     error = abs(held - wanted) / abs(wanted)
     if error <= REGISTER_PRECISION:
@@ -185,12 +185,12 @@ def _of_other_kind(written: Any, wanted: Decimal, held: Decimal) -> Stored:
     return Stored(plain_number(Decimal(f"{held:.4g}")), "rounded", float(error * 100))
 
 
-def read_back(model: BaseModel, data: Any, path: Path) -> Any:
+def read_back(model: BaseModel, data: object, path: Path) -> Any:
     """What decoded data say at a path, read as the field's own type; ``model`` shows the types on the way.
 
     A field alone is read, so that a decoded file need not be validated as a whole.
     """
-    here: Any = model
+    here: object = model
     for i, key in enumerate(path):
         below = value_at(here, (key,))
         if isinstance(here, BaseModel):
@@ -205,14 +205,14 @@ def read_back(model: BaseModel, data: Any, path: Path) -> Any:
     return None
 
 
-def _has_models(value: Any) -> bool:
+def _has_models(value: object) -> bool:
     """Whether the way to a number goes on through models."""
     inner: Sequence[Any] = value if isinstance(value, tuple | list) else (value,)
     return any(isinstance(item, BaseModel) for item in inner)
 
 
 @cache
-def _reader(model: type[BaseModel], key: str) -> TypeAdapter[Any]:
+def _reader(model: type[BaseModel], key: str) -> TypeAdapter[object]:
     """What reads the text of a field."""
     field = model.model_fields[key]
     kind: Any = field.annotation
@@ -363,5 +363,5 @@ def _within(key: str, name: str) -> bool:
     return key == name or key.startswith(f"{name}.")
 
 
-def _number(value: Any) -> Decimal | None:
+def _number(value: object) -> Decimal | None:
     return Decimal(value) if isinstance(value, Decimal | int) and not isinstance(value, bool) else None

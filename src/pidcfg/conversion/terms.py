@@ -192,7 +192,7 @@ def content_of(raw: Any) -> Any:
     return Wired(tuple(steps))
 
 
-def move_content(value: Any) -> Any:
+def move_content(value: object) -> Any:
     """What the wires of a move mean, however they are written; None for a content that is no move."""
     if not isinstance(value, dict) or "move" not in value:
         return None
@@ -200,7 +200,7 @@ def move_content(value: Any) -> Any:
     return tuple(sorted(parts))
 
 
-def order_moves(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+def order_moves(entry: Mapping[str, object]) -> Mapping[str, object]:
     """What stands beside the parameters, with its moves as they are executed: those before all blocks come first."""
     moves = entry.get("moves")
     if not isinstance(moves, list | tuple):
@@ -321,7 +321,7 @@ class Subject(NamedTuple):
         return self.reading is None or self.reading.listing.described
 
 
-def value_and_unit(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> tuple[Any, str]:
+def value_and_unit(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> tuple[object, str]:
     """A value as JSON has it, and its unit; ``units``: the loop's `unit_names`."""
     value = leaf.value
     if isinstance(getattr(value, "duration", value), Duration):
@@ -361,7 +361,7 @@ def kind_by(access: Access, writer: Written | None) -> Kind:
     return "setting" if access == "setting" else "reserved" if access == "reserved" else "live"
 
 
-def flat(entry: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+def flat(entry: Mapping[str, object], above: str = "") -> Iterator[tuple[str, object]]:
     """The values of nested mappings by their dotted keys, without what is nothing."""
     for key, value in entry.items():
         if isinstance(value, dict):
@@ -373,7 +373,7 @@ def flat(entry: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]
 
 
 def settings_beside(
-    entry: Mapping[str, Any], loop: Any, writers: Mapping[str, Written], faults: Mapping[str, str]
+    entry: Mapping[str, object], loop: Any, writers: Mapping[str, Written], faults: Mapping[str, str]
 ) -> dict[str, Item]:
     """What stands beside the words of a loop, by its keys; ``faults``: what is refused of it, and why."""
     units, items = unit_names(loop), {}

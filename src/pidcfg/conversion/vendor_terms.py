@@ -97,7 +97,7 @@ def _calculated(registers: Mapping[str, Item], held: Mapping[str, Any], i: int) 
     return {COUNT: replace(item, value=value, content=value, unit="", file_only=True)}
 
 
-def _shift(subject: Subject, held: Mapping[str, Any]) -> int:
+def _shift(subject: Subject, held: Mapping[str, object]) -> int:
     """How far the loops of a listing stand behind those whose places it is compared at."""
     start = held.get(TABLE)
     if subject.reading is None or not subject.reading.fault or start is None:
@@ -217,7 +217,7 @@ class _Block:
         at = self.block.start + word.offset
         return Item(key, value, unit, raw, address, text, kind, by, self.fault(word.offset), number=at)
 
-    def shown(self, word: Word, raw: int, key: str) -> tuple[str, Any, str]:
+    def shown(self, word: Word, raw: int, key: str) -> tuple[str, object, str]:
         """The key of a register, what the file says of it, and its unit; else what its content means."""
         other = None if word.instead is None or not self.is_own else value_at(self.model, steps(word.instead))
         if other is not None and word.instead is not None:
@@ -313,7 +313,7 @@ def owner_of(address: str, names: Collection[str]) -> str:
     return next((name for name in beginnings(address) if name in names), SIGNALS)
 
 
-def _content(cell: Entry, reading: Reading | None) -> tuple[Any, str, bool]:
+def _content(cell: Entry, reading: Reading | None) -> tuple[object, str, bool]:
     """The content of a parameter on a side, why it is no value, and whether the side has it."""
     if reading is None:
         return cell.raw, "", True
@@ -426,7 +426,7 @@ class Changes(NamedTuple):
 def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
     """What a PLC lacks that holds the words of a listing; ``live``: also words that the PLC or the process writes."""
     image = subject.encoding.image
-    written, left, operated = set[Any](), list[str](), list[str]()
+    written, left, operated = set[object](), list[str](), list[str]()
     given = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     for owner, item, place in _differing(subject, listing):
         told = [f"{owner} {item.key}".lstrip()] if place in listing.words else []
@@ -445,7 +445,7 @@ def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
     return Changes(replace(image, cells=cells), tuple(notes))
 
 
-def _differing(subject: Subject, listing: Listing) -> Iterator[tuple[str, Item, Any]]:
+def _differing(subject: Subject, listing: Listing) -> Iterator[tuple[str, Item, object]]:
     """Every register or parameter whose content differs: its owner, what it is, and its number."""
     held = Subject(*subject[:3], Reading(listing, subject.config, subject.encoding, {}, partial=True))
     for new, old in zip(terms_of(subject).owners, terms_of(held).owners, strict=False):

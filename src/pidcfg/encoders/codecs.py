@@ -250,7 +250,7 @@ class Implied:
 class Choice:
     """A switch: each of its two states by its value in the file."""
 
-    choices: Mapping[int, Any]
+    choices: Mapping[int, object]
 
     @property
     def notation(self) -> str:
@@ -260,7 +260,7 @@ class Choice:
         )
         return ", ".join(f"{bit} {value}" for bit, value in states)
 
-    def encode(self, value: Any) -> int:
+    def encode(self, value: object) -> int:
         """A value to its bit."""
         return next(bit for bit, chosen in self.choices.items() if chosen == value)
 

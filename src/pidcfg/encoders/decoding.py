@@ -156,17 +156,17 @@ def with_names(listing: Listing, image: Image) -> Listing:
     return replace(listing, settings=settings, plc={**image.plc, **listing.plc})
 
 
-def name_in(entry: Mapping[str, Any]) -> str:
+def name_in(entry: Mapping[str, object]) -> str:
     """The loop or block that settings beside the words are of."""
     return str(entry.get("loop") or entry.get("block") or "")
 
 
-def _is_held(name: Any, listing: Listing) -> bool:
+def _is_held(name: object, listing: Listing) -> bool:
     """Whether a listing may hold a loop: where its words have names, one of them begins with the loop's."""
     return any(not isinstance(word, str) or word.startswith(f"{name}.") for word in listing.words)
 
 
-def like_options(listing: Listing, options: Mapping[str, Any]) -> Mapping[str, Any]:
+def like_options(listing: Listing, options: Mapping[str, object]) -> Mapping[str, object]:
     """The options of a decoder for a listing that takes its names from another image."""
     return options if listing.settings else {**options, "names_only": True}
 
@@ -179,7 +179,9 @@ def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
     return merged
 
 
-def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any], like: Image | None = None) -> Decoded:
+def decode_listing(
+    listing: Listing, vendor: Vendor, options: Mapping[str, object], like: Image | None = None
+) -> Decoded:
     """The configuration that a listing holds; the notes name words that do not come back when it is encoded again.
 
     ``like``: an image that gives names, ranges and units where the listing does not.
@@ -212,7 +214,7 @@ def _doubts(listing: Listing, encoding: Any) -> tuple[tuple[str, ...], str]:
     return tuple(beside(found)), suggested(listing, encoding, found) if found else ""
 
 
-def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[Decoded, list[str]]:
+def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, object]) -> tuple[Decoded, list[str]]:
     """What the words of a listing say, and which of them are no values of their format: those count as 0 (D50).
 
     Raises `DecodeError` where something else is wrong with them.
@@ -226,7 +228,7 @@ def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -
             wrong.append(str(error))
 
 
-def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
+def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, object]) -> tuple[str, tuple[str, ...]]:
     """A listing with a meaning beside every word, also of words that are no values; with the reader's notes."""
     try:
         text: str = vendor.load("explainer").annotate(listing, options)
@@ -299,7 +301,7 @@ class Reading:
     """Why the listing gives no configuration at all: it is then compared at the places of the other side."""
 
 
-def reading_of(listing: Listing, vendor: Vendor, like: Any = None) -> Reading:
+def reading_of(listing: Listing, vendor: Vendor, like: object = None) -> Reading:
     """The loops of a listing; raises `ListingError` where nothing tells where they are.
 
     ``like``: a configuration and its encoding, which gives names, ranges and units, and what is missing or refused.
@@ -380,7 +382,7 @@ class _Reader:
             return self._settled((name_in(entry), dotted(path)), entry, self._other(entry, i), path, error)
         return self._without_section(error)
 
-    def _other(self, entry: Mapping[str, Any], i: int) -> Mapping[str, Any]:
+    def _other(self, entry: Mapping[str, object], i: int) -> Mapping[str, object]:
         """The settings of the other side for a loop: by its name, else by its place."""
         entries: Sequence[Mapping[str, Any]] = self.image.settings
         named = next((other for other in entries if name_in(other) == name_in(entry)), None)
@@ -389,8 +391,8 @@ class _Reader:
     def _settled(
         self,
         key: tuple[str, str],
-        entry: dict[str, Any],
-        other: Mapping[str, Any],
+        entry: dict[str, object],
+        other: Mapping[str, object],
         path: Path,
         error: RefusedError,
     ) -> bool:

@@ -166,7 +166,7 @@ class Encoding:
         """Values that their registers hold only rounded, each with its place."""
         return tuple(((*b.place, *steps(r.path)), r) for b in self.blocks for r in b.encoded.rounded)
 
-    def places_under(self, loop: str, key: str, _: Iterable[Any]) -> Iterator[int]:
+    def places_under(self, loop: str, key: str, _: Iterable[object]) -> Iterator[int]:
         """The registers that hold a section of a loop."""
         for block in self.blocks:
             if block.loop == loop:
@@ -240,7 +240,7 @@ def quantity(value: Quantity | Decimal) -> int | float | str:
     return plain_number(value)
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Any:
     """A field's value as the file writes it; a pair is a list."""
     if isinstance(value, Quantity | Decimal):
         return quantity(value)
@@ -286,7 +286,7 @@ def fields(model: type[Model]) -> tuple[Field, ...]:
     )
 
 
-def _section(annotation: Any) -> type[Model] | None:
+def _section(annotation: object) -> type[Model] | None:
     kinds = get_args(annotation) if get_origin(annotation) in {Union, UnionType} else (annotation,)
     return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Model)), None)
 
@@ -309,14 +309,14 @@ def values_of(loop: Model, tables: Iterable[RegisterMap], unset: Mapping[str, An
     return {path: _value(loop, path, unset) for table in tables for path in table.paths()}
 
 
-def _value(loop: Model, path: str, unset: Mapping[str, Any]) -> Any:
+def _value(loop: Model, path: str, unset: Mapping[str, object]) -> Any:
     if path.endswith(ENABLED):
         return is_enabled(loop, path)
     value = value_at(loop, steps(path))
     return _default(type(loop), path, unset) if value is None else value
 
 
-def _default(model: type[Model], path: str, unset: Mapping[str, Any]) -> Any:
+def _default(model: type[Model], path: str, unset: Mapping[str, object]) -> Any:
     value = default_of(model, path)
     return unset.get(path) if value is None else value
 
@@ -338,7 +338,7 @@ def is_enabled(loop: Model, path: str) -> bool:
     return section is not None and any(value is not None for value in dict(section).values())
 
 
-def defaults_of(model: type[Model], tables: Iterable[RegisterMap], unset: Mapping[str, Any] = NOTHING) -> Data:
+def defaults_of(model: type[Model], tables: Iterable[RegisterMap], unset: Mapping[str, object] = NOTHING) -> Data:
     """The value of every register by path for a loop whose file gives none."""
     return {path: _default(model, path, unset) for table in tables for path in table.paths()}
 
@@ -373,17 +373,17 @@ def file_data(
     return data
 
 
-def _switched_on(values: Mapping[str, Any], path: str, above: str) -> bool:
+def _switched_on(values: Mapping[str, object], path: str, above: str) -> bool:
     """Whether the enable bit of a field, or of all of its section, is on."""
     return bool(values.get(f"{path}_{ENABLED}") or values.get(above + ENABLED))
 
 
-def _differs(field: Field, path: str, values: Mapping[str, Any], unset: Mapping[str, Any]) -> bool:
+def _differs(field: Field, path: str, values: Mapping[str, object], unset: Mapping[str, object]) -> bool:
     absent = _whole(unset, path)
     return bool(_whole(values, path) != (field.default if absent is None else absent))
 
 
-def _whole(values: Mapping[str, Any], path: str) -> Any:
+def _whole(values: Mapping[str, object], path: str) -> Any:
     """A value, or both ends of a pair."""
     low, high = f"{path}.0", f"{path}.1"
     return (values[low], values[high]) if low in values else values.get(path)

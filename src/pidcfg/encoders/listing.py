@@ -62,7 +62,7 @@ class Listing:
     """The file is about more than loops, so that words outside them are nothing to tell."""
     lines: dict[Any, int] = field(default_factory=dict)
     """Where each word stands, and how its address is written."""
-    shown: dict[Any, str] = field(default_factory=dict)
+    shown: dict[object, str] = field(default_factory=dict)
     described: bool = False
     """Whether it says what no register holds as pidcfg writes it, so that what it does not say is not there."""
     notes: tuple[str, ...] = ()
@@ -110,7 +110,7 @@ def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n", delimiter: str 
     return out.getvalue()
 
 
-def json_listing(image: AnyImage, checklist: tuple[str, ...], words: list[dict[str, Any]]) -> str:
+def json_listing(image: AnyImage, checklist: tuple[str, ...], words: list[dict[str, object]]) -> str:
     """A JSON listing of words that are ready to be written."""
     document = {
         "version": VERSION,
@@ -388,7 +388,7 @@ def read_json(text: str, space: Space) -> Listing:
     return fill_from_json(Listing(), text, word)
 
 
-def _json_content(entry: Mapping[str, Any], kind: Kind, place: str) -> int:
+def _json_content(entry: Mapping[str, object], kind: Kind, place: str) -> int:
     """The raw content of an entry; its hexadecimal digits must say the same as its value."""
     value = entry.get("value")
     raw = kind.read(value)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.listing import (
     FileKind,
@@ -155,7 +155,7 @@ def read_json(text: str) -> Listing:
     )
 
 
-def _json_content(entry: Mapping[str, Any], place: str) -> Content | Wire:
+def _json_content(entry: Mapping[str, object], place: str) -> Content | Wire:
     kind = TYPES.get(str(entry.get("type")))
     if kind is None:
         raise ListingError(f"{place}: {json.dumps(entry.get('type'))} is not one of the types {', '.join(TYPES)}")

@@ -551,7 +551,7 @@ class NamedLoops:
             put(data, steps(path), value)
         return data
 
-    def _check_pairs(self, loop: str, values: Mapping[str, Any]) -> None:
+    def _check_pairs(self, loop: str, values: Mapping[str, object]) -> None:
         """Refuses one end of a pair alone."""
         for low in (name for name in self.rows if name.endswith(".0")):
             ends = (low, f"{low.removesuffix('0')}1")

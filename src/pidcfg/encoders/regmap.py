@@ -97,7 +97,7 @@ class Word:
     """It owns every bit of its register."""
 
     @property
-    def choices(self) -> Mapping[int, Any] | None:
+    def choices(self) -> Mapping[int, object] | None:
         """The value of each raw content; None: the register holds a number."""
         return getattr(self.codec, "choices", None)
 
@@ -106,7 +106,7 @@ class Word:
         """The scale that its values are on; None: it needs none."""
         return getattr(self.codec, "scale", None)
 
-    def encode(self, value: Any, scales: Mapping[str, Scale] = NO_SCALES) -> int:
+    def encode(self, value: object, scales: Mapping[str, Scale] = NO_SCALES) -> int:
         """A value to raw content; raises `EncodeError`."""
         if self.scale is None:
             return cast("Codec", self.codec).encode(value)
@@ -126,7 +126,7 @@ class Bits:
     offset: int
     bits: tuple[int, ...]
     path: str | None
-    choices: Mapping[int, Any]
+    choices: Mapping[int, object]
     title: str
     access: Access = "setting"
     unit: ClassVar[str] = ""
@@ -135,7 +135,7 @@ class Bits:
     """When the controller reads it: with the register that it is a part of."""
     instead: ClassVar[str | None] = None
     """No other key says the same."""
-    in_place: dict[Any, int] = field(init=False, compare=False, default_factory=dict)
+    in_place: dict[object, int] = field(init=False, compare=False, default_factory=dict)
     """Each value's bits where they stand in the word; of several codes of one value the first."""
 
     def __post_init__(self) -> None:
@@ -147,7 +147,7 @@ class Bits:
         """The bits this row owns."""
         return sum(1 << b for b in self.bits)
 
-    def encode(self, value: Any, _: Mapping[str, Scale] = NO_SCALES) -> int:
+    def encode(self, value: object, _: Mapping[str, Scale] = NO_SCALES) -> int:
         """The bits of a value, in place."""
         return self.in_place[value]
 
@@ -263,7 +263,7 @@ class RegisterMap:
         """Where each value stands in a configuration, and its unit."""
         return ((word.path, word.unit) for word in self.words if word.path is not None)
 
-    def encode(self, values: Mapping[str, Any], scales: Mapping[str, Scale]) -> Encoded:
+    def encode(self, values: Mapping[str, object], scales: Mapping[str, Scale]) -> Encoded:
         """Values by path to the words of the block. A path that is missing, or None, leaves its word 0."""
         image = Encoded([0] * self.size, [], [], values)
         for word in self.words:
@@ -274,7 +274,7 @@ class RegisterMap:
                 image.words[row.offset] |= row.encode(values[row.path])
         return image
 
-    def held(self, values: Mapping[str, Any], scales: Mapping[str, Scale]) -> dict[str, Any]:
+    def held(self, values: Mapping[str, object], scales: Mapping[str, Scale]) -> dict[str, object]:
         """What the words of the block hold of values by path."""
         return self.decode(self.encode(values, scales).words, scales)
 
@@ -304,7 +304,7 @@ class RegisterMap:
                 values[word.path] = self.decode_word(word, words[word.offset], scales)
         return values
 
-    def decode_bits(self, words: Sequence[int]) -> dict[str, Any]:
+    def decode_bits(self, words: Sequence[int]) -> dict[str, object]:
         """The choices alone; they decide the scales of the words."""
         return {row.path: self._decode_bits(row, words) for row in self.bits if row.path is not None}
 
@@ -487,7 +487,7 @@ WriterKind = Literal["live", "operated", "compared"]
 """The PLC or the process, all the time; the operator or the program; now and then, and it then stays."""
 
 
-def always(values: Mapping[str, Any]) -> bool:
+def always(values: Mapping[str, object]) -> bool:
     """Whatever the loop's other values are."""
     del values
     return True
@@ -503,7 +503,7 @@ class Written(NamedTuple):
     when: Callable[[Mapping[str, Any]], bool] = always
 
 
-def writer_of(table: Iterable[Written], name: str, values: Mapping[str, Any]) -> Written | None:
+def writer_of(table: Iterable[Written], name: str, values: Mapping[str, object]) -> Written | None:
     """The first row of a register or parameter that holds for a loop; None: it is the engineer's alone."""
     return next((row for row in table if row.name == name and row.when(values)), None)
 

@@ -6,7 +6,7 @@ import json
 import re
 from collections import Counter, defaultdict
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.frozen import frozen
@@ -157,7 +157,7 @@ def from_text(text: str) -> list[Entry]:
     return entries
 
 
-def _read(number: int, row: Any) -> list[Entry]:
+def _read(number: int, row: object) -> list[Entry]:
     """One row of a file, as often as it counts."""
     if not isinstance(row, dict) or row.keys() != {*Entry._fields, COUNT} or not _is_sound(row):
         null = " and ".join(OR_NULL)
@@ -173,7 +173,7 @@ OR_NULL = ("value", "quotes")
 """Keys of an entry that may have nothing to say."""
 
 
-def _is_sound(row: dict[str, Any]) -> bool:
+def _is_sound(row: dict[str, object]) -> bool:
     """Whether a row has the right types."""
     count = row[COUNT]
     whole = isinstance(count, int) and not isinstance(count, bool) and 0 < count <= MAX_FINDINGS

@@ -239,7 +239,7 @@ class ReadableLoops:
             loops[i] = {**loops[self.readable[0]], **({"name": name} if name else {})}
         return {**(self.doc.data or {}), LOOPS: loops}
 
-    def _without_unreadable(self) -> dict[str, Any]:
+    def _without_unreadable(self) -> dict[str, object]:
         return {**(self.doc.data or {}), LOOPS: [self._loops[i] for i in self.readable]}
 
     @property
@@ -360,7 +360,7 @@ def _findings_of_rules(vendor: Vendor, config: Any, encoding: AnyEncoding, doc: 
 def _findings_of_readable_loops(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:
     """What the rules find at loops that can be read, beside some that cannot."""
 
-    def judge(data: dict[str, Any]) -> list[Diagnostic] | None:
+    def judge(data: dict[str, object]) -> list[Diagnostic] | None:
         config, _ = read_model(vendor.model, replace(doc, data=data))
         return None if config is None else _findings_of_rules(vendor, config, encoder_of(vendor).encode(config), doc)
 
@@ -390,7 +390,7 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     return None, [Diagnostic("PID031", Severity.ERROR, message, doc.file, span, path, help=suggestion, edits=edits)]
 
 
-def run_rules(rules: Iterable[Rule], context: Context[Any, Any], doc: Document) -> Iterator[Diagnostic]:
+def run_rules(rules: Iterable[Rule], context: Context[Any, object], doc: Document) -> Iterator[Diagnostic]:
     """The findings of rules, with positions."""
     quotes = QuotedNumbers(doc)
     for rule in rules:

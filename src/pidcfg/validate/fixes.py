@@ -264,7 +264,7 @@ def expected_data(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
     return data
 
 
-def same_but_quotes(quoted: Any, plain: Any) -> bool:
+def same_but_quotes(quoted: object, plain: object) -> bool:
     """Whether data are equal but for quoted words that have a placeholder as long as them and their quotes."""
     if type(plain) is Plain and set(plain) == {PLACEHOLDER} and type(quoted) is str:
         return len(plain) == len(quoted) + 2
@@ -337,7 +337,7 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], after: M
     return made
 
 
-def _apart(data: Any) -> Any:
+def _apart(data: object) -> Any:
     """Data in which aliases share nothing."""
     if isinstance(data, dict):
         return {key: _apart(value) for key, value in data.items()}

@@ -450,7 +450,7 @@ def _hash(text: str) -> str:
     return f"sha256:{hashlib.sha256(text.encode('utf-8', 'backslashreplace')).hexdigest()[:HASH]}"
 
 
-def _text(plain: Any) -> str:
+def _text(plain: object) -> str:
     """Plain data as text: a list of scalars as the file has it, anything else as JSON."""
     if isinstance(plain, str):
         return plain
@@ -459,7 +459,7 @@ def _text(plain: Any) -> str:
     return json.dumps(plain, ensure_ascii=False, sort_keys=True)
 
 
-def _child(data: Any, step: str | int) -> Any:
+def _child(data: object, step: str | int) -> Any:
     """What is one step below; None where nothing is."""
     if isinstance(data, dict):
         return data.get(step)
@@ -472,7 +472,7 @@ def _name(item: Any) -> str | None:
     return str(name) if isinstance(name, str) else None
 
 
-def _plain(data: Any) -> Any:
+def _plain(data: object) -> Any:
     """Data with every scalar in one spelling."""
     if isinstance(data, dict):
         return {str(key): _plain(value) for key, value in data.items()}

@@ -211,7 +211,7 @@ def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic
     return (None if findings else config), findings
 
 
-def _nulls(value: Any, path: Path) -> Iterator[Path]:
+def _nulls(value: object, path: Path) -> Iterator[Path]:
     """Places of keys without a value."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for step, inner in items:
@@ -293,7 +293,7 @@ def _same_word(error: Any) -> str | None:
     return same_word(value, _choices(context.get("expected_tags") or context.get("expected", "")))
 
 
-def file_place(place: Path, data: Any) -> Path:
+def file_place(place: Path, data: object) -> Path:
     """A place of pydantic's as the file has it: without the word that chose one of several models."""
     path: list[str | int] = []
     for step in place:
@@ -529,7 +529,7 @@ def _key_and_value(doc: Document, path: Path) -> tuple[Any, Node] | None:
 
 
 def key_edits(
-    new_keys: dict[Path, str], faults: list[Any], model: type[BaseModel], doc: Document
+    new_keys: dict[Path, str], faults: list[object], model: type[BaseModel], doc: Document
 ) -> dict[Path, tuple[Edit, ...]]:
     """The edits of keys that may be renamed: nothing has the new key yet, and its value is right for it."""
     uses = Counter((path[:-1], key) for path, key in new_keys.items())
@@ -560,7 +560,7 @@ def _fits(model: type[BaseModel], data: Any, new_keys: dict[Path, str], faults: 
     return True
 
 
-def _rename(data: Any, path: Path, key: str) -> bool:
+def _rename(data: object, path: Path, key: str) -> bool:
     """Renames one key, wherever an alias shares its mapping; False where the new key is taken or has no value."""
     parent = value_at(data, path[:-1])
     if path[-1] not in parent:

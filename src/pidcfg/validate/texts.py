@@ -9,7 +9,6 @@ import json
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from pidcfg.text.frozen import frozen
 
@@ -66,7 +65,7 @@ def listed(begin: str) -> dict[str, RuleText]:
     return {code: rule for code, rule in texts().items() if matches(code, begin)}
 
 
-def as_data(rule: RuleText) -> dict[str, Any]:
+def as_data(rule: RuleText) -> dict[str, object]:
     """A rule as the JSON output spells it."""
     return {
         "code": rule.code,

@@ -266,7 +266,7 @@ def _transfer(transfer: Transfer | None) -> tuple[int, int, int] | int | None:
     return transfer.base, transfer.slot or 0, transfer.channel or 0
 
 
-def _plc_settings(config: Dl06File) -> dict[str, Any]:
+def _plc_settings(config: Dl06File) -> dict[str, object]:
     """What no register holds for the whole file; a choice only when the file has made it."""
     stated = {key: getattr(config.plc, key) for key in STATED if key in config.plc.model_fields_set}
     return present({"name": config.name, "description": config.description}) | stated

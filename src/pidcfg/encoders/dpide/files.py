@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.st_read import read_st
 from pidcfg.encoders.dpide.st_scope import read_symbols
@@ -148,7 +148,7 @@ LITERALS = True
 """An operand without a device is a number of the program."""
 
 
-def mode_of(values: Mapping[str, Any]) -> str:
+def mode_of(values: Mapping[str, object]) -> str:
     """The mode that these operands make."""
     if not values["PID_RUN"]:
         return "off"

@@ -449,7 +449,7 @@ class _Reader:
     def _is_global(self, unit: Any, item: Any) -> bool:
         return unit.name is None or item.section in {"VAR_GLOBAL", "VAR_EXTERNAL"}
 
-    def _described(self, places: list[Comment]) -> dict[str, tuple[Mapping[str, Any], Comment]]:
+    def _described(self, places: list[Comment]) -> dict[str, tuple[Mapping[str, object], Comment]]:
         """What the comments say of each loop, by how its symbols begin."""
         found: dict[str, tuple[Mapping[str, Any], Comment]] = {}
         for entry, place in zip(self.listing.settings, places, strict=True):
@@ -582,7 +582,7 @@ class _Reader:
                 found.setdefault(made, []).append((step, widths[0], values))
         return found
 
-    def _pulses(self, found: Instruction) -> dict[str, Any] | None:
+    def _pulses(self, found: Instruction) -> dict[str, object] | None:
         """GPWM whose width is the MV of an instruction."""
         output = found.operands["MV"].text.upper()
         for step, width, values in self.pulses.get(f"REAL_TO_INT({output})", ()):

@@ -67,7 +67,7 @@ def unset_limits(scales: Mapping[str, Scale]) -> Data:
     return {f"setpoint.limits.{i}": end for i, end in enumerate(scales["sp"].ends)}
 
 
-def _plc_settings(config: EzlogixFile) -> dict[str, Any]:
+def _plc_settings(config: EzlogixFile) -> dict[str, object]:
     """What no register holds for the whole file; that the PLC goes on when it is stopped, always."""
     names = config.plc.tag_names
     return present(
@@ -185,7 +185,7 @@ def mode_of(raw: int) -> str:
     return "auto" if raw else "manual"
 
 
-def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, Any]) -> list[Area]:  # noqa: ARG001 - they say nothing of places
+def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, object]) -> list[Area]:  # noqa: ARG001 - they say nothing of places
     """The blocks of all loops; raises `DecodeError` naming the option that is missing."""
     entries = with_options(() if like is None else like.settings, options, PLACES)
     return [

@@ -61,7 +61,7 @@ class SpanBcd:
         counts = self.bcd.decode(word)
         return scale.span_value_by(counts, lambda q: self._same(q, scale, word))
 
-    def _same(self, value: Any, scale: Scale, word: int) -> bool:
+    def _same(self, value: object, scale: Scale, word: int) -> bool:
         try:
             return self._word(value, scale) == word
         except EncodeError:

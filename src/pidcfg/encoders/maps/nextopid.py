@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from pidcfg.encoders.parameters import Parameter, ParameterTable, TunedParameters
 from pidcfg.encoders.regmap import Meaning, Written
@@ -133,7 +133,7 @@ class BlockType:
         return tuple(row for row in self.table.rows if row.access == "output")
 
 
-def _type_in(annotation: Any) -> IecType | None:
+def _type_in(annotation: object) -> IecType | None:
     for inner in (*getattr(annotation, "__metadata__", ()), *get_args(annotation)):
         kind = inner if isinstance(inner, IecType) else _type_in(inner)
         if kind is not None:

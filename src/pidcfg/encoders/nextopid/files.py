@@ -103,7 +103,7 @@ MODE_KEYS = ("Manual", "CASC")
 LITERALS = False
 
 
-def mode_of(values: Mapping[str, Any]) -> str:
+def mode_of(values: Mapping[str, object]) -> str:
     """The mode that these parameters ask for."""
     if values["Manual"]:
         return "manual"

@@ -158,7 +158,7 @@ def read_moves(layout: Layout, moves: Iterable[Move], wired: Collection[str], gi
     return sorted(copies, key=lambda copy: not copy.at_start)
 
 
-def entry_of(move: Move) -> dict[str, Any]:
+def entry_of(move: Move) -> dict[str, object]:
     """A move as it stands beside the parameters of a listing."""
     value = move.move.text if isinstance(move.move, Wire) else plain(move.move)
     entry: dict[str, Any] = {"move": value, "to": move.to}
@@ -326,7 +326,7 @@ def _copies(
     return tuple(copies), misfits
 
 
-def _settings(block: Placed) -> dict[str, Any]:
+def _settings(block: Placed) -> dict[str, object]:
     """What no parameter says of a block: its type, and what is for people and reports."""
     entry: dict[str, Any] = {"loop" if block.is_loop else "block": block.item.name, "type": block.kind.name}
     entry |= present({"description": block.item.description})
@@ -342,7 +342,7 @@ def _settings(block: Placed) -> dict[str, Any]:
     )
 
 
-def _plc_settings(config: NextopidFile) -> dict[str, Any]:
+def _plc_settings(config: NextopidFile) -> dict[str, object]:
     program = config.plc.program
     return present(
         {
@@ -438,7 +438,7 @@ def decode(
     return Decoded(data)
 
 
-def read_item(entry: Mapping[str, Any], number: int) -> ItemSettings:
+def read_item(entry: Mapping[str, object], number: int) -> ItemSettings:
     """The settings of a block, whose type the library must have."""
     item = read_settings(ItemSettings, entry, f"settings[{number}]")
     if (item.loop is None) == (item.block is None):

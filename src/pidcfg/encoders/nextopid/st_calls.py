@@ -542,7 +542,7 @@ class Calls:
         inside = (Token("sign", ":=", guarded.line, end.column), *guarded.value)
         self.left.pass_over((*guarded.target, *inside, Token(END, "", end.line, end.column)))
 
-    def sample_times(self, plc: Mapping[str, Any]) -> None:
+    def sample_times(self, plc: Mapping[str, object]) -> None:
         """The intervals of the loops that are not called in every cycle; they must agree with the comments."""
         for item, place in self.gates:
             if place.upper not in self.counts or place.upper in self.scope.assigned:

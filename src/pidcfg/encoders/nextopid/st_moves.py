@@ -285,7 +285,7 @@ class Moves:
 
     # --- order -------------------------------------------------------------------------------------------------------
 
-    def _placed(self) -> Iterator[dict[str, Any]]:
+    def _placed(self) -> Iterator[dict[str, object]]:
         needed = self._needed()
         at_start = [self._at_start(read, needed) for read in self.found]
         written, touched = set[str](), set[str]()  # by those before that are executed at the end

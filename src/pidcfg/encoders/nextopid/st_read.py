@@ -37,7 +37,6 @@ from pidcfg.schemas.numbers import decimal_text, plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-    from typing import Any
 
     from pidcfg.encoders.nextopid.st_calls import Assignment
     from pidcfg.encoders.nextopid.st_scope import Item
@@ -101,7 +100,7 @@ def with_zeros(listing: Listing) -> Listing:
     return listing
 
 
-def _with_task(plc: Mapping[str, Any], interval: Decimal, at: Token) -> dict[str, Any]:
+def _with_task(plc: Mapping[str, object], interval: Decimal, at: Token) -> dict[str, object]:
     """What is beside the parameters, with the interval of the task; raises `ListingError` where the comments differ."""
     said = plc.get("sample_time")
     if said is not None and not _is_time(said, interval):
@@ -109,7 +108,7 @@ def _with_task(plc: Mapping[str, Any], interval: Decimal, at: Token) -> dict[str
     return {**plc, "sample_time": plain_number(interval)}
 
 
-def _is_time(said: Any, interval: Decimal) -> bool:
+def _is_time(said: object, interval: Decimal) -> bool:
     """Whether a comment says that time; what is none is another one."""
     try:
         return parse_seconds(said) == interval
@@ -117,7 +116,7 @@ def _is_time(said: Any, interval: Decimal) -> bool:
         return False
 
 
-def _with_program(plc: Mapping[str, Any], program: Token) -> dict[str, Any]:
+def _with_program(plc: Mapping[str, object], program: Token) -> dict[str, object]:
     """What is beside the parameters, with the name that the program has."""
     check_name(program.text, program.line, program.column)
     entry = {key: value for key, value in plc.items() if key != "program"}

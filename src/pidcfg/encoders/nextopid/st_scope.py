@@ -211,7 +211,7 @@ def can_wire(model: Any, name: str) -> bool:
     return any(can_wire(inner, rest) if rest else _takes_wire(inner) for inner in inside)
 
 
-def _takes_wire(annotation: Any) -> bool:
+def _takes_wire(annotation: object) -> bool:
     return annotation is Wire or any(_takes_wire(inner) for inner in get_args(annotation))
 
 
@@ -261,7 +261,7 @@ class Scope:
                     self.aliases[declaration.name.upper] = (item, row)
         return self
 
-    def _add_described(self, entry: dict[str, Any], place: Comment) -> None:
+    def _add_described(self, entry: dict[str, object], place: Comment) -> None:
         """An item of the settings; instances must be declared, and as what they say."""
         name, kind = entry.get("loop") or entry.get("block"), LIBRARY.get(str(entry.get("type")).upper())
         if not isinstance(name, str) or kind is None:

@@ -7,7 +7,7 @@ from decimal import Decimal
 from functools import cached_property
 from html import escape
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
@@ -401,7 +401,7 @@ def content(cell: Entry) -> Content:
     return cell.raw.text if isinstance(cell.raw, Wire) else cell.raw
 
 
-def cycles_of(entry: Mapping[str, Any], plc: Mapping[str, Any]) -> int:
+def cycles_of(entry: Mapping[str, object], plc: Mapping[str, object]) -> int:
     """The interval of a loop in cycles of the task; raises `UnwritableError` where it is no multiple."""
     interval, task = entry.get("sample_time"), plc.get("sample_time")
     if interval is None:

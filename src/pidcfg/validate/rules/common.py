@@ -90,13 +90,13 @@ def plan(model: type[BaseModel]) -> tuple[tuple[tuple[str, Limits], ...], tuple[
     return tuple(limited), tuple(deeper)
 
 
-def _metadata(annotation: Any) -> Iterator[Any]:
+def _metadata(annotation: object) -> Iterator[object]:
     yield from getattr(annotation, "__metadata__", ())
     for inner in get_args(annotation):
         yield from _metadata(inner)
 
 
-def _types(annotation: Any) -> Iterator[Any]:
+def _types(annotation: object) -> Iterator[object]:
     yield annotation
     for inner in get_args(annotation):
         yield from _types(inner)
@@ -408,7 +408,7 @@ def pulses_of_one_period(context: AnyContext) -> Findings:
             yield finding(items, i, *path, count=counts[period], period=_text(period), unit=unit)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     """A value as a message quotes it: one of very many digits to six of them."""
     text = decimal_text(value) if isinstance(value, Decimal) else str(value)
     number = getattr(value, "value", value)
