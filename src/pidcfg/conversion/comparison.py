@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from pidcfg.conversion.differences import Status
     from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.conversion.terms import Terms
+    from pidcfg.encoders.parameters import AnyEncoding
+    from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.schemas.generic import Loop
     from pidcfg.vendors import Vendor
 
@@ -122,7 +124,7 @@ class NeutralSide:
     """In the neutral form; None: it has none."""
 
 
-def neutral_side(config: Any, vendor: Vendor, *, partial: bool = False) -> NeutralSide:
+def neutral_side(config: ConfigurationFile, vendor: Vendor, *, partial: bool = False) -> NeutralSide:
     """A configuration as its PLC holds it.
 
     Raises `ConvertError` where it does not say what its values mean, unless it may be ``partial``: loops without a
@@ -146,7 +148,9 @@ def neutral_side(config: Any, vendor: Vendor, *, partial: bool = False) -> Neutr
 SCALES = ("pv", "output")
 
 
-def fields_of(vendor: Vendor, config: Any, encoding: Any) -> dict[str, list[tuple[str, tuple[str, ...]]]]:
+def fields_of(
+    vendor: Vendor, config: ConfigurationFile, encoding: AnyEncoding
+) -> dict[str, list[tuple[str, tuple[str, ...]]]]:
     """By loop, each key with the neutral fields that it becomes; a key of a block stands with the block's name."""
     try:
         loops: list[NeutralLoop] = source_of(vendor).to_neutral(with_ranges(config, encoding))
@@ -169,7 +173,7 @@ def neutral_fields(fields: Mapping[str, list[tuple[str, tuple[str, ...]]]], owne
             yield from names
 
 
-def with_ranges(config: Any, encoding: Any) -> Any:
+def with_ranges(config: ConfigurationFile, encoding: AnyEncoding) -> Any:
     """A configuration in which a scale without a range counts from end to end, so that it has a neutral form."""
     scales = {block.place[1]: block.scales for block in encoding.blocks if block.place[:1] == ("loops",)}
     loops = []

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from pidcfg.conversion.ledger import MaxLoss, Stored
     from pidcfg.conversion.operation import Operation, VendorSettings
     from pidcfg.encoders.parameters import AnyEncoding
+    from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.vendors import Vendor
@@ -55,14 +56,14 @@ if TYPE_CHECKING:
 
 
 def add_own_scales(
-    config: Any, vendor: Vendor, places: Sequence[int], options: Mapping[str, object]
+    config: ConfigurationFile, vendor: Vendor, places: Sequence[int], options: Mapping[str, object]
 ) -> dict[str, object]:
     """Options with what the gains and times of a file depend on, unless they say it themselves."""
     return {**source_of(vendor).OWN_SETTINGS.scales(config, places), **options}
 
 
 def own_setting_lines(
-    config: Any, vendor: Vendor, places: Sequence[int], options: Mapping[str, object]
+    config: ConfigurationFile, vendor: Vendor, places: Sequence[int], options: Mapping[str, object]
 ) -> dict[int, list[Change]]:
     """What the loops at some places of a file keep within their vendor, as lines by their number in the result."""
     own = source_of(vendor).OWN_SETTINGS
@@ -79,13 +80,13 @@ def own_setting_lines(
     return lines
 
 
-def _default(config: Any, path: str) -> Any:
+def _default(config: ConfigurationFile, path: str) -> Any:
     """A choice that the file gives although it is the default; decoding leaves those of the PLC out."""
     keys = path.removeprefix("/").split(".")
     return value_at(config, keys) if path.startswith("/") and is_given(config, keys) else None
 
 
-def _as_data(config: Any, vendor: Vendor) -> dict[str, object]:
+def _as_data(config: ConfigurationFile, vendor: Vendor) -> dict[str, object]:
     """A file as plain data; nothing where its words are no values."""
     image = encoder_of(vendor).encode(config).image
     try:
@@ -141,14 +142,17 @@ def unreported_fields(
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 
-def fields_of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, object]]:
+def fields_of_loop(config: ConfigurationFile, i: int, *, with_plc: bool) -> Iterator[tuple[Path, object]]:
     """The fields that a file gives of a loop, and of the PLC beside it."""
     yield from given_fields(config.loops[i])
-    if with_plc and getattr(config, "plc", None) is not None:
-        yield from given_fields(config.plc, ("plc",))
+    plc = getattr(config, "plc", None)
+    if with_plc and plc is not None:
+        yield from given_fields(plc, ("plc",))
 
 
-def items_beside_loops(config: Any, rows: Sequence[Change], reasons: Mapping[str, str]) -> Iterator[Change]:
+def items_beside_loops(
+    config: ConfigurationFile, rows: Sequence[Change], reasons: Mapping[str, str]
+) -> Iterator[Change]:
     """Blocks, signals and moves that stand beside the loops and go with one of them; ``rows`` of all loops.
 
     ``reasons``: why nothing is lost of some of them.
@@ -266,7 +270,7 @@ class Converted:
     vendor: Vendor
     data: dict[str, Any]
     loops: tuple[LoopReport, ...]
-    config: Any
+    config: ConfigurationFile
     """The file as the vendor's model."""
     missing: tuple[Missing, ...] = ()
     """What the loops that were dropped lack, by their places in the source."""
@@ -287,7 +291,7 @@ class Converted:
         return encoder_of(self.vendor).encode(self.config)
 
 
-def neutral_loops(config: Any, source: Vendor) -> tuple[GenericFile, list[NeutralLoop]]:
+def neutral_loops(config: ConfigurationFile, source: Vendor) -> tuple[GenericFile, list[NeutralLoop]]:
     """The neutral file of a configuration; raises `ConvertError` for what it must say before."""
     loops: list[NeutralLoop] = source_of(source).to_neutral(config)
     missing = [entry for loop in loops for entry in loop.missing]
@@ -296,7 +300,7 @@ def neutral_loops(config: Any, source: Vendor) -> tuple[GenericFile, list[Neutra
     return generic_file(config, loops), loops
 
 
-def generic_file(config: Any, loops: Sequence[NeutralLoop]) -> GenericFile:
+def generic_file(config: ConfigurationFile, loops: Sequence[NeutralLoop]) -> GenericFile:
     """The neutral file of a configuration's loops."""
     data = {"pidcfg": 1, "vendor": "generic", "loops": [loop.data for loop in loops]}
     data |= {key: getattr(config, key) for key in ("name", "description") if getattr(config, key) is not None}
@@ -304,7 +308,7 @@ def generic_file(config: Any, loops: Sequence[NeutralLoop]) -> GenericFile:
 
 
 def convert(
-    config: Any,
+    config: ConfigurationFile,
     source: Vendor,
     target: Vendor,
     options: Mapping[str, object],
@@ -361,7 +365,7 @@ def _problems_by_loop(error: ConvertError, places: Sequence[int]) -> dict[int, l
 class _Conversion:
     """Loops on their way from one vendor to another."""
 
-    config: Any
+    config: ConfigurationFile
     source: Vendor
     target: Vendor
     loops: list[NeutralLoop]

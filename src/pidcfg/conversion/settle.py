@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.encoders.regmap import Word
+    from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.schemas.generic import Loop
     from pidcfg.text.paths import Path
     from pidcfg.vendors import Vendor
@@ -241,7 +242,7 @@ class Rest:
     counts: Decimal
 
 
-def rests_of(config: Any, encoding: AnyEncoding) -> dict[Path, Rest]:
+def rests_of(config: ConfigurationFile, encoding: AnyEncoding) -> dict[Path, Rest]:
     """What rounding leaves of the values of a file, by their places."""
     rests = {}
     for path, word, scale, held in _scaled_words(encoding):

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.decoding import Reading
     from pidcfg.encoders.regmap import Access, Tuned, Written
+    from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.text.paths import Path
     from pidcfg.vendors import Vendor
 
@@ -298,7 +299,7 @@ class Subject(NamedTuple):
     """What is put into terms: a configuration, its encoding, and the listing that both were read from."""
 
     vendor: Vendor
-    config: Any
+    config: ConfigurationFile
     encoding: Any
     reading: Reading | None = None
 

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Block
     from pidcfg.encoders.listing import Listing
+    from pidcfg.encoders.parameters import AnyImage
     from pidcfg.encoders.regmap import Bits, Point, Word
     from pidcfg.vendors import Vendor
 
@@ -419,7 +420,7 @@ D347 = Decision(
 class Changes(NamedTuple):
     """An image of the words that differ, and what is to be told of them."""
 
-    image: Any
+    image: AnyImage
     notes: tuple[str, ...]
 
 

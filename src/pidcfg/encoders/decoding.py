@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of, formats_of
-from pidcfg.encoders.image import Decoded, NoValueError, RefusedError, read_settings
+from pidcfg.encoders.image import Decoded, Encoding, NoValueError, RefusedError, read_settings
 from pidcfg.encoders.listing import HEADERS, Listing, ListingError, columns, few, first_line, kind_of
 from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.regmap import NoRegisterError
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.listing import FileKind
-    from pidcfg.encoders.parameters import AnyImage
+    from pidcfg.encoders.parameters import AnyEncoding, AnyImage
     from pidcfg.text.paths import Path
     from pidcfg.text.reader import Limits
     from pidcfg.vendors import Vendor
@@ -206,10 +206,12 @@ def decode_listing(
     )
 
 
-def _doubts(listing: Listing, encoding: Any) -> tuple[tuple[str, ...], str]:
+def _doubts(listing: Listing, encoding: AnyEncoding) -> tuple[tuple[str, ...], str]:
     """Notes on words that seem typed in decimal, and the listing without them; empty: none does."""
     from pidcfg.encoders.doubts import beside, suggested, suspects
 
+    if not isinstance(encoding, Encoding):
+        return (), ""
     found = suspects(listing.words, encoding)
     return tuple(beside(found)), suggested(listing, encoding, found) if found else ""
 
@@ -288,7 +290,7 @@ class Reading:
     listing: Listing
     config: Any
     """The configuration; what is refused, or is not there, is that of the other side."""
-    encoding: Any
+    encoding: AnyEncoding
     """Where the words of that configuration are, and what they mean."""
     unreadable: Mapping[Any, str]
     """Words that are no values, and why."""
@@ -343,7 +345,7 @@ class _Reader:
                 if not is_cured:
                     return self._reading(self.like[0], self.like[1], str(error))
 
-    def _reading(self, config: Any, encoding: Any, fault: str = "") -> Reading:
+    def _reading(self, config: Any, encoding: AnyEncoding, fault: str = "") -> Reading:
         note = (f"compared word by word at the places of the other side: {fault}",) if fault else ()
         notes = (*self.listing.notes, *note)
         return Reading(self.listing, config, encoding, self.unreadable, self.partial, notes, self.refused, fault)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.codecs import Bcd, typed_digits
 from pidcfg.encoders.image import Cell, Encoding, Image
@@ -47,10 +47,8 @@ class Suspect(NamedTuple):
         return f"{self.raw:04X} is {self.as_bcd}, or {self.as_decimal} if {self.raw} was typed in decimal"
 
 
-def suspects(words: Mapping[Any, Any], encoding: Any) -> tuple[Suspect, ...]:
+def suspects(words: Mapping[int, int], encoding: Encoding) -> tuple[Suspect, ...]:
     """Words that are no BCD but would be a number typed in decimal, and the other BCD words of the same loops."""
-    if not isinstance(encoding, Encoding):
-        return ()
     found = {suspect.number: suspect for suspect in _bcd_words(words, encoding)}
     loops = {suspect.loop for suspect in found.values() if not suspect.as_bcd}
     return tuple(found[number] for number in sorted(found) if found[number].loop in loops)
@@ -79,7 +77,7 @@ def beside(found: tuple[Suspect, ...]) -> Iterator[str]:
             yield f"{loop}: beside {first} these may be typed in decimal, too: {'; '.join(others)}"
 
 
-def suggested(listing: Listing, encoding: Any, found: tuple[Suspect, ...]) -> str:
+def suggested(listing: Listing, encoding: Encoding, found: tuple[Suspect, ...]) -> str:
     """The listing as text with BCD in place of the words that are none, and all readings beside them."""
     by_number = {suspect.number: suspect for suspect in found}
     known = {cell.number: cell for cell in encoding.image.cells}

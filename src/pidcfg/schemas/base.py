@@ -6,7 +6,7 @@ import re
 from copy import deepcopy
 from decimal import Decimal
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
 from pydantic_core.core_schema import no_info_plain_validator_function
@@ -286,6 +286,12 @@ class ConfigurationFile(Model):
     """Name of the machine or plant section."""
     description: Text | None = None
     """Anything worth knowing."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def loops(self) -> tuple[Any, ...]:
+            """The loops, each of the vendor's own model."""
 
 
 class SectionSettings(Model):

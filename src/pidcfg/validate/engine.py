@@ -24,6 +24,8 @@ from pidcfg.vendors import VENDORS, Vendor
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from pydantic import BaseModel
+
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
@@ -351,7 +353,7 @@ def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tu
     return bare, config, in_key_units(vendor, bare, errors)
 
 
-def _findings_of_rules(vendor: Vendor, config: Any, encoding: AnyEncoding, doc: Document) -> list[Diagnostic]:
+def _findings_of_rules(vendor: Vendor, config: BaseModel, encoding: AnyEncoding, doc: Document) -> list[Diagnostic]:
     """What the vendor's rules find."""
     context = vendor.load("context")(config, encoding)
     return list(run_rules(vendor.load("rules").values(), context, doc))

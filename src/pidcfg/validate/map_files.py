@@ -126,7 +126,7 @@ def _without(vendor: Vendor, image: AnyImage | None, file: str) -> str:
     return f"{said}; {cure}, with rows of symbol, table, register (from 0) and type such as {example(rows)}; {write}"
 
 
-def check_map(document: Document, vendor: Vendor, image: Any, reader: Reader) -> list[Diagnostic]:
+def check_map(document: Document, vendor: Vendor, image: AnyImage, reader: Reader) -> list[Diagnostic]:
     """What is wrong with the map that a configuration names: it must be there and cover the loops."""
     try:
         stated = named_map(document, reader)
