@@ -115,7 +115,7 @@ class NeutralBuilder:
     index: int
     loop: NeutralLoop = field(default_factory=NeutralLoop)
 
-    def put(self, path: str, value: Any, to: str, became: Any, note: str = "", *, assumed: bool = False) -> None:
+    def put(self, path: str, value: object, to: str, became: Any, note: str = "", *, assumed: bool = False) -> None:
         """A field of the source with its value, and the neutral field with what it became."""
         self.set(to, became)
         self.mark(path, value, to, note=note, assumed=assumed)
@@ -156,7 +156,7 @@ class TargetBuilder:
     data: dict[str, Any] = field(default_factory=dict)
     fields: list[TargetField] = field(default_factory=list)
 
-    def put(self, path: str, value: Any, neutral: str | None, note: str = "", **details: Any) -> None:
+    def put(self, path: str, value: object, neutral: str | None, note: str = "", **details: Any) -> None:
         """A field of the target, and the neutral field that it came from; None: chosen here.
 
         Decimals become plain numbers without the noise of their last digits; ``details``: see `TargetField`.
@@ -192,7 +192,7 @@ class TargetBuilder:
         raise ConvertError([Missing(("loops", self.index, *steps(path)), message)])
 
 
-def target_file(vendor: str, file: GenericFile, builders: Sequence[TargetBuilder], **sections: Any) -> TargetFile:
+def target_file(vendor: str, file: GenericFile, builders: Sequence[TargetBuilder], **sections: object) -> TargetFile:
     """The target's file of its loops; empty ``sections`` are left out."""
     data = {"pidcfg": 1, "vendor": vendor} | present({"name": file.name, "description": file.description})
     data |= {key: section for key, section in sections.items() if section}
@@ -376,7 +376,7 @@ def drop_unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, 
 HYSTERESIS = "alarms.hysteresis"
 
 
-def has_alarms(loop: Any) -> bool:
+def has_alarms(loop: object) -> bool:
     """Whether a neutral loop has an alarm that a hysteresis could act on."""
     return any(key.startswith(("alarms.pv.", "alarms.deviation.")) for key in flatten(loop))
 
@@ -396,7 +396,7 @@ ON_OUTPUT_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.
 
 def flatten(model: Any, prefix: str = "") -> dict[str, Any]:
     """Every value of a neutral loop by its path; limits that are not given are the ends of their range."""
-    values: dict[str, Any] = {}
+    values: dict[str, object] = {}
     for name in type(model).model_fields:
         value, path = getattr(model, name), f"{prefix}{name}"
         if isinstance(value, BaseModel):

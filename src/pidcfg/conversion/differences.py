@@ -279,7 +279,7 @@ class Trouble(NamedTuple):
     text: str = "{meaning}"
     bits: tuple[int, ...] = ()
     """Each of these by itself; their meanings are the titles of the map."""
-    contents: tuple[Any, ...] = ()
+    contents: tuple[object, ...] = ()
     """Without bits: these; none given: whatever is not 0."""
 
 
@@ -353,7 +353,7 @@ def _states(
         yield State(trouble.kind, text.format(content=content, register=register) + more, register, address, word)
 
 
-def _meaning(vendor: Vendor, register: str, content: Any) -> str:
+def _meaning(vendor: Vendor, register: str, content: object) -> str:
     """What a number, or the state of a switch, stands for."""
     tables = tables_of(vendor)
     codes = (code.title for code in getattr(tables, "CODES", ()) if (code.register, code.number) == (register, content))

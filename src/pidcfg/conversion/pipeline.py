@@ -128,7 +128,7 @@ UNKNOWN = "no conversion knows this field: see what it does in the source, and p
 
 
 def unreported_fields(
-    given: Iterable[tuple[Path, Any]], rows: Sequence[Change], reasons: Mapping[str, str], target: Mapping[str, Any]
+    given: Iterable[tuple[Path, Any]], rows: Sequence[Change], reasons: Mapping[str, str], target: Mapping[str, object]
 ) -> Iterator[Change]:
     """The lines of those fields that no row is about; ``target``: the loop's data there."""
     for path, value in given:
@@ -519,7 +519,7 @@ class Sides:
         return {after.data.get("name"): before.name for before, after in zip(self.before, self.after, strict=True)}
 
     @cached_property
-    def _masters(self) -> set[tuple[Any, Any]]:
+    def _masters(self) -> set[tuple[Any, object]]:
         """The loops that loops take their set points from, on both sides."""
         sides = zip(self.before, self.after, strict=True)
         return {(before.setpoint.source, after.data.get("setpoint", {}).get("source")) for before, after in sides}

@@ -82,7 +82,7 @@ def leaves(model: BaseModel, above: Path = (), *, given: bool = True) -> Iterato
             yield Leaf(path, value, model, key, written)
 
 
-def _is_raw(leaf: Leaf, unit: str, loop: Any) -> bool:
+def _is_raw(leaf: Leaf, unit: str, loop: object) -> bool:
     """Whether a quantity is raw counts: written so, or on a scale without a range."""
     quantities = leaf.value if isinstance(leaf.value, tuple) and type(leaf.value) is tuple else (leaf.value,)
     if not all(isinstance(part, Quantity) for part in quantities):
@@ -91,7 +91,7 @@ def _is_raw(leaf: Leaf, unit: str, loop: Any) -> bool:
     return all(part.counts for part in quantities) or getattr(section, "range", None) is None
 
 
-def unit_of(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> str:
+def unit_of(leaf: Leaf, loop: object, vendor: Vendor, units: Mapping[str, str]) -> str:
     """The unit of a setting as a reader needs it, with nothing left to be chosen.
 
     ``units``: those of PV and output, or what stands for them.
@@ -174,7 +174,7 @@ def _renamed(operand: float | str | None, names: Mapping[str, str]) -> float | s
     return f"{names.get(block, block)}{dot}{key}"
 
 
-def content_of(raw: Any) -> Any:
+def content_of(raw: object) -> Any:
     """A content as it is compared: of a wire what it means."""
     if not isinstance(raw, Wire):
         return raw
@@ -322,7 +322,7 @@ class Subject(NamedTuple):
         return self.reading is None or self.reading.listing.described
 
 
-def value_and_unit(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> tuple[object, str]:
+def value_and_unit(leaf: Leaf, loop: object, vendor: Vendor, units: Mapping[str, str]) -> tuple[object, str]:
     """A value as JSON has it, and its unit; ``units``: the loop's `unit_names`."""
     value = leaf.value
     if isinstance(getattr(value, "duration", value), Duration):
@@ -345,7 +345,7 @@ def number(value: Any) -> Any:
     return json_value(value)
 
 
-def unit_names(loop: Any) -> dict[str, str]:
+def unit_names(loop: object) -> dict[str, str]:
     """The units of PV and output of a loop, empty where it does not say them."""
     return {"pv": "", "output": "", **units_of(loop)}
 
@@ -374,7 +374,7 @@ def flat(entry: Mapping[str, object], above: str = "") -> Iterator[tuple[str, ob
 
 
 def settings_beside(
-    entry: Mapping[str, object], loop: Any, writers: Mapping[str, Written], faults: Mapping[str, str]
+    entry: Mapping[str, object], loop: object, writers: Mapping[str, Written], faults: Mapping[str, str]
 ) -> dict[str, Item]:
     """What stands beside the words of a loop, by its keys; ``faults``: what is refused of it, and why."""
     units, items = unit_names(loop), {}

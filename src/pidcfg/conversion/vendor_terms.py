@@ -325,7 +325,9 @@ def _content(cell: Entry, reading: Reading | None) -> tuple[object, str, bool]:
     return raw if held is None else held, reading.unreadable.get(cell.address, ""), True
 
 
-def _item(subject: Subject, cell: Entry, key: str, model: Any, units: Mapping[str, str], who: Written | None) -> Item:
+def _item(
+    subject: Subject, cell: Entry, key: str, model: object, units: Mapping[str, str], who: Written | None
+) -> Item:
     """A parameter; one that is wired is a setting, whoever writes what it is wired to."""
     content, fault, known = _content(cell, subject.reading)
     has_unit = model is not None and not isinstance(content, Wire)
@@ -374,7 +376,7 @@ def raw_terms(listing: Listing, vendor: Vendor) -> Terms:
 
 
 def unplaced_words(
-    listing: Listing, vendor: Vendor, words: Collection[Any], names: Collection[str]
+    listing: Listing, vendor: Vendor, words: Collection[object], names: Collection[str]
 ) -> Iterator[tuple[str, Item]]:
     """What a listing holds besides certain ``words`` and the settings of loops of certain ``names``."""
     space = getattr(vendor.module("registers"), "SPACE", None)

@@ -171,7 +171,7 @@ def like_options(listing: Listing, options: Mapping[str, object]) -> Mapping[str
     return options if listing.settings else {**options, "names_only": True}
 
 
-def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, object]:
     merged = {**under, **over}
     for key in under.keys() & over.keys():
         if isinstance(under[key], dict) and isinstance(over[key], dict):
@@ -386,7 +386,7 @@ class _Reader:
 
     def _other(self, entry: Mapping[str, object], i: int) -> Mapping[str, object]:
         """The settings of the other side for a loop: by its name, else by its place."""
-        entries: Sequence[Mapping[str, Any]] = self.image.settings
+        entries: Sequence[Mapping[str, object]] = self.image.settings
         named = next((other for other in entries if name_in(other) == name_in(entry)), None)
         return named or (entries[i] if i < len(entries) else {})
 

@@ -274,7 +274,7 @@ class Field(NamedTuple):
     key: str
     section: type[Model] | None
     required: bool
-    default: Any
+    default: object
 
 
 @cache
@@ -304,7 +304,7 @@ def default_of(model: type[Model], path: str) -> Any:
     return value
 
 
-def values_of(loop: Model, tables: Iterable[RegisterMap], unset: Mapping[str, Any] = NOTHING) -> Data:
+def values_of(loop: Model, tables: Iterable[RegisterMap], unset: Mapping[str, object] = NOTHING) -> Data:
     """The value of every register of a loop, by path; None where there is none."""
     return {path: _value(loop, path, unset) for table in tables for path in table.paths()}
 
@@ -345,7 +345,7 @@ def defaults_of(model: type[Model], tables: Iterable[RegisterMap], unset: Mappin
 
 def file_data(
     model: type[Model],
-    values: Mapping[str, Any],
+    values: Mapping[str, object],
     unset: Mapping[str, Any] = NOTHING,
     always: frozenset[str] = frozenset(),
     above: str = "",
@@ -408,7 +408,7 @@ def default_name(index: int) -> str:
     return f"LOOP-{index + 1}"
 
 
-def read_settings(model: type[S], entry: Mapping[str, Any], place: str) -> S:
+def read_settings(model: type[S], entry: Mapping[str, object], place: str) -> S:
     """Settings from beside the words, as strictly as from a file; raises `RefusedError`."""
     try:
         return model.model_validate(entry)
@@ -427,7 +427,7 @@ class LoopOption(NamedTuple):
 
 
 def with_options(
-    settings: Sequence[Mapping[str, Any]],
+    settings: Sequence[Mapping[str, object]],
     options: Mapping[str, Any],
     rows: Sequence[LoopOption],
     name: Callable[[int], str] = default_name,
@@ -472,7 +472,7 @@ def settings_of(
     return entry | {key: f"{prefix}{entry[key]}" for key, prefix in banks.items()}
 
 
-def _settings(model: type[Model], section: Any, explicit: frozenset[str], above: str) -> Data:
+def _settings(model: type[Model], section: object, explicit: frozenset[str], above: str) -> Data:
     data: Data = {}
     for part in fields(model):
         path, value = above + part.key, getattr(section, part.key, None)
@@ -551,7 +551,7 @@ class LoopBlock:
 
 def read_loops(
     model: type[S],
-    settings: Sequence[Mapping[str, Any]],
+    settings: Sequence[Mapping[str, object]],
     words: Mapping[int, int],
     space: Space,
     blocks: Mapping[str, tuple[str, RegisterMap]],

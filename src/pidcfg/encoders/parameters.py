@@ -467,7 +467,7 @@ class NamedLoops:
         """The loops of names with a known parameter, in their order."""
         return list(dict.fromkeys(loop for loop, _ in map(self.split, words) if loop))
 
-    def values_of(self, loop: Any) -> Iterator[tuple[Parameter, Any]]:
+    def values_of(self, loop: object) -> Iterator[tuple[Parameter, Any]]:
         """Parameters with their values; what is not given and has no default is left out."""
         for row, path in self.places:
             value = self.first[row.name] if path is None else value_at(loop, path)
@@ -493,9 +493,9 @@ class NamedLoops:
     def decode(
         self,
         words: Mapping[str, Content | Wire],
-        settings: Sequence[Mapping[str, Any]] = (),
+        settings: Sequence[Mapping[str, object]] = (),
         plc: Mapping[str, Any] | None = None,
-        options: Mapping[str, Any] | None = None,
+        options: Mapping[str, object] | None = None,
     ) -> Decoded:
         """The configuration that these parameters hold; raises `DecodeError` for what is missing or is no value.
 

@@ -296,7 +296,7 @@ class RegisterMap:
             if meant is not None:
                 image.rounded.append(Rounded(path, word, value.value, meant))
 
-    def decode(self, words: Sequence[int], scales: Mapping[str, Scale]) -> dict[str, Any]:
+    def decode(self, words: Sequence[int], scales: Mapping[str, Scale]) -> dict[str, object]:
         """The words of the block to values by path; `DecodeError` names the register of a word that is no value."""
         values: dict[str, Any] = self.decode_bits(words)
         for word in self.words:

@@ -198,7 +198,7 @@ class QuotedNumbers:
         return re.compile(rf"(?<![\w.\-])(?:{'|'.join(map(re.escape, several))})(?!\w|\.\d)") if several else None
 
 
-def _is_named(item: Any) -> bool:
+def _is_named(item: object) -> bool:
     return isinstance(item, dict) and isinstance(item.get("name"), str)
 
 
@@ -392,7 +392,7 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     return None, [Diagnostic("PID031", Severity.ERROR, message, doc.file, span, path, help=suggestion, edits=edits)]
 
 
-def run_rules(rules: Iterable[Rule], context: Context[Any, object], doc: Document) -> Iterator[Diagnostic]:
+def run_rules(rules: Iterable[Rule], context: Context[object, object], doc: Document) -> Iterator[Diagnostic]:
     """The findings of rules, with positions."""
     quotes = QuotedNumbers(doc)
     for rule in rules:

@@ -117,7 +117,7 @@ def action_word(vendor: Vendor, *, raises_pv: bool) -> str:
     return (tuned.heating if raises_pv else tuned.cooling).rpartition(" ")[2].lower()
 
 
-def action_of(vendor: Vendor, loop: Any) -> Action | None:
+def action_of(vendor: Vendor, loop: object) -> Action | None:
     """The action of a loop; None where an expression gives it."""
     texts = {action_word(vendor, raises_pv=rises): rises for rises in (True, False)}
     key = action_key(vendor)

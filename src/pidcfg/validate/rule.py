@@ -466,7 +466,7 @@ def _child(data: object, step: str | int) -> Any:
     return data[step] if isinstance(data, list) and isinstance(step, int) and 0 <= step < len(data) else None
 
 
-def _name(item: Any) -> str | None:
+def _name(item: object) -> str | None:
     """The name of an item of a list."""
     name = item.get("name") if isinstance(item, dict) else None
     return str(name) if isinstance(name, str) else None

@@ -546,7 +546,7 @@ def key_edits(
     return {path: edits for path, key in accepted.items() if (edits := key_edit(doc, path, key))}
 
 
-def _fits(model: type[BaseModel], data: Any, new_keys: dict[Path, str], faults: list[Any]) -> bool:
+def _fits(model: type[BaseModel], data: object, new_keys: dict[Path, str], faults: list[Any]) -> bool:
     """Whether data with other keys lose faults, and get none that is new."""
     copy = deepcopy(data)
     if not all(_rename(copy, path, key) for path, key in new_keys.items()):

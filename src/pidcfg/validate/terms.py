@@ -265,7 +265,7 @@ class Stated(NamedTuple):
         return f"the key is in {self.own}, not in {self.unit}: write the number of {self.own} alone"
 
 
-def stated_number(vendor: Vendor, loop: Any, path: Path, text: str) -> Stated | None:
+def stated_number(vendor: Vendor, loop: object, path: Path, text: str) -> Stated | None:
     """A number with a unit, for a key of a loop that has one, too, or is held in counts; None for any other text."""
     match = WITH_UNIT.fullmatch(text)
     if not match or not NUMBER.fullmatch(match["number"]):
@@ -276,7 +276,7 @@ def stated_number(vendor: Vendor, loop: Any, path: Path, text: str) -> Stated | 
     return Stated(match["number"], _spelling(match["unit"]), _spelling(own) if own else None, bare)
 
 
-def side_without_range(vendor: Vendor, loop: Any, path: Path) -> str | None:
+def side_without_range(vendor: Vendor, loop: object, path: Path) -> str | None:
     """The side whose counts a key of a loop is in, for want of a range; None: its numbers are in their unit."""
     side = next(iter(_sides(_table_unit(vendor, path) or "")), None)
     if side is None or value_at(loop, (side, "range")) is not None:
@@ -313,7 +313,7 @@ def _sides(unit: str) -> list[str]:
     return [part for part in re.split("/| per ", unit) if part in SIDES]
 
 
-def _unit_of(vendor: Vendor, loop: Any, path: Path) -> str | None:
+def _unit_of(vendor: Vendor, loop: object, path: Path) -> str | None:
     """The unit of a key in the loop's own words; None where it has none, or the loop does not say it."""
     units = units_of(loop)
     if len(path) > 1 and path[1] in RANGES:

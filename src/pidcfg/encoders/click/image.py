@@ -94,9 +94,9 @@ def default_name(index: int) -> str:
 
 def decode(
     words: Mapping[int, int],
-    settings: Sequence[Mapping[str, Any]] = (),
+    settings: Sequence[Mapping[str, object]] = (),
     plc: Mapping[str, Any] | None = None,
-    options: Mapping[str, Any] | None = None,
+    options: Mapping[str, object] | None = None,
 ) -> Decoded:
     """The configuration that these registers hold; raises `DecodeError` with the address of what is no value.
 

@@ -458,7 +458,7 @@ def _almost_loops(claims: list[Claim]) -> Iterator[str]:
 def _loops(claims: list[Claim]) -> Iterator[Mapping[str, Any]]:
     names = [claim.loop for claim in claims if claim.row.nickname == claim.loop + ACTION.suffix]
     for name in dict.fromkeys(names):
-        entry: dict[str, Any] = {"loop": name}
+        entry: dict[str, object] = {"loop": name}
         for bank, key in KEYS.items():
             block_claims = [claim for claim in claims if claim.loop == name and claim.bank == bank]
             if block_claims:

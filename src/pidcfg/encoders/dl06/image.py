@@ -411,7 +411,7 @@ def _transfer_data(value: tuple[int, int, int] | int | None) -> Data | None:
 
 def decode(
     words: Mapping[int, int],
-    settings: Sequence[Mapping[str, Any]] = (),
+    settings: Sequence[Mapping[str, object]] = (),
     plc: Mapping[str, Any] | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Decoded:

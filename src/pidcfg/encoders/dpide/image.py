@@ -28,9 +28,9 @@ encode = LOOPS.encode
 
 def decode(
     words: Mapping[str, Content | Wire],
-    settings: Sequence[Mapping[str, Any]] = (),
+    settings: Sequence[Mapping[str, object]] = (),
     plc: Mapping[str, Any] | None = None,
-    options: Mapping[str, Any] | None = None,
+    options: Mapping[str, object] | None = None,
 ) -> Decoded:
     """The configuration of these operands; raises `DecodeError` with the name of what is no value.
 

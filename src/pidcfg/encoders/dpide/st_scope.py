@@ -425,7 +425,7 @@ def _loops(listing: SymbolListing) -> Iterator[dict[str, Any]]:
                 continue
             full = f"{loop}.{operand}"
             listing.add(full, Elsewhere(row.name) if content is None else content, full, row.line)
-        entry: dict[str, Any] = {"loop": loop}
+        entry: dict[str, object] = {"loop": loop}
         entry |= {"device": devices.pop("I_MV")} if "I_MV" in devices else {}
         yield entry | ({"devices": devices} if devices else {})
 

@@ -408,7 +408,7 @@ class PlcSettings(SectionSettings):
 def decode(
     words: Mapping[str, Content | Wire],
     settings: Sequence[Mapping[str, Any]] = (),
-    plc: Mapping[str, Any] | None = None,
+    plc: Mapping[str, object] | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Decoded:
     """The configuration of these parameters; raises `DecodeError` with the name of what is no value.

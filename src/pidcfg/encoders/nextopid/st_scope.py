@@ -203,7 +203,7 @@ class Item:
         return self.place is not None
 
 
-def can_wire(model: Any, name: str) -> bool:
+def can_wire(model: object, name: str) -> bool:
     """Whether a parameter takes an expression; ``name`` may be that of a structure's member."""
     key, _, rest = name.partition(".")
     field = getattr(model, "model_fields", {}).get(key)

@@ -449,7 +449,7 @@ SWITCH = Decimal("0.0125")
 # --- Where each vendor has its scales, and what an error makes of the output ------------------------------------------
 
 
-def _pair(loop: Any, *keys: str) -> Ends | None:
+def _pair(loop: object, *keys: str) -> Ends | None:
     """Two numbers under one key or two; None where they are not given, are counts, or an expression."""
     held = [value_at(loop, key.split(".")) for key in keys]
     ends = [
@@ -475,7 +475,7 @@ class Scales:
         """What 0 % and 100 % of the output are; None: the file does not say."""
         return self.whole or _pair(loop, "output.range")
 
-    def share(self, loop: Any) -> Decimal | None:
+    def share(self, loop: object) -> Decimal | None:
         """Output ranges that an error of the whole PV range makes; None: the file does not say, or not by a gain."""
         gain, pv, output = (
             value_at(loop, self.gain.split(".")),
@@ -496,7 +496,7 @@ class Scales:
 class Shares(Scales):
     """Those of a DL06, whose gain is ranges per range, whatever the units are."""
 
-    def share(self, loop: Any) -> Decimal | None:
+    def share(self, loop: object) -> Decimal | None:
         """The gain itself."""
         return Decimal(value_at(loop, self.gain.split("."))) if self.plain(loop) else None
 
