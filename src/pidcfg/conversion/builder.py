@@ -20,6 +20,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from pidcfg.encoders.image import Data
     from pidcfg.schemas.base import BankRange
     from pidcfg.schemas.generic import GenericFile, Loop
 
@@ -153,7 +154,7 @@ class TargetBuilder:
     """Fills a loop of the target: the one at ``index`` of its file."""
 
     index: int = 0
-    data: dict[str, Any] = field(default_factory=dict)
+    data: Data = field(default_factory=dict)
     fields: list[TargetField] = field(default_factory=list)
 
     def put(self, path: str, value: object, neutral: str | None, note: str = "", **details: Any) -> None:
@@ -394,7 +395,7 @@ OUTPUT_RANGE = ("output.range.0", "output.range.1")
 ON_OUTPUT_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
 
 
-def flatten(model: Any, prefix: str = "") -> dict[str, Any]:
+def flatten(model: Any, prefix: str = "") -> Data:
     """Every value of a neutral loop by its path; limits that are not given are the ends of their range."""
     values: dict[str, object] = {}
     for name in type(model).model_fields:

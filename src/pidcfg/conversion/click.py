@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.conversion.builder import (
     HUNDRED,
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.builder import Table
     from pidcfg.conversion.ledger import NeutralLoop, TargetFile
+    from pidcfg.encoders.image import Settings
     from pidcfg.schemas.click import ClickFile
     from pidcfg.schemas.click import Loop as SourceLoop
     from pidcfg.schemas.generic import Deviation, GenericFile, Loop, Points
@@ -464,7 +465,7 @@ class ClickLoop:
 
 def from_neutral(
     file: GenericFile,
-    options: Mapping[str, Any],
+    options: Settings,
     operations: Sequence[Operation] = (),
 ) -> TargetFile:
     """A CLICK file with these loops."""

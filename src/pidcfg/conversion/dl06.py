@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.conversion.builder import (
     ZERO,
@@ -43,12 +43,13 @@ from pidcfg.text.paths import is_given
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from pidcfg.conversion.builder import Table
     from pidcfg.conversion.ledger import TargetFile
     from pidcfg.conversion.operation import Operation
     from pidcfg.encoders.codecs import Scale
+    from pidcfg.encoders.image import Data, Settings
     from pidcfg.schemas.generic import GenericFile, Loop
 
 __all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
@@ -63,7 +64,7 @@ class Dl06Target:
 
     file: GenericFile
     neutral: Loop
-    plc: Mapping[str, Any]
+    plc: Settings
     """Settings of the CPU."""
     form: str
     """Data format of PV and output."""
@@ -235,7 +236,7 @@ PULSE_NOTE = "a DL06 loop has no pulse output: pulse a discrete output in the pr
 
 def from_neutral(
     file: GenericFile,
-    options: Mapping[str, Any],
+    options: Settings,
     operations: Sequence[Operation] = (),
 ) -> TargetFile:
     """The configuration with the exact values, and where each neutral field was put."""
@@ -244,7 +245,7 @@ def from_neutral(
         raise ConvertError([Missing(("loops",), message)])
     start, form = options.get("loop_table"), options.get("data_format") or DEFAULT_DATA_FORMAT
     start = DEFAULT_LOOP_TABLE if start is None else start
-    plc: dict[str, Any] = {"loop_table": v_name(start)}
+    plc: Data = {"loop_table": v_name(start)}
     plc |= {key: options[key] for key in ("reset_decimals", "derivative") if options.get(key) is not None}
     builders = [_loop(file, i, plc, form) for i in range(len(file.loops))]
     if any(field.path == DERIVATIVE_KEY for b in builders for field in b.fields):
@@ -254,7 +255,7 @@ def from_neutral(
     return target_file("dl06", file, builders, plc=plc)
 
 
-def _loop(file: GenericFile, index: int, plc: Mapping[str, Any], form: str) -> TargetBuilder:
+def _loop(file: GenericFile, index: int, plc: Settings, form: str) -> TargetBuilder:
     loop = file.loops[index]
     table = scales(form, None, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
     fastest = Decimal(CPU.fast_rate if len(file.loops) <= CPU.fast_loops else CPU.slow_rate)

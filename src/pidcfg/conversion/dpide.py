@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.conversion.builder import (
     ALARMS,
@@ -27,10 +27,11 @@ from pidcfg.text.paths import steps, value_at
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from pidcfg.conversion.builder import Table
     from pidcfg.conversion.ledger import NeutralLoop, TargetFile
+    from pidcfg.encoders.image import Settings
     from pidcfg.schemas.dpide import DpideFile
     from pidcfg.schemas.generic import GenericFile, Loop
 
@@ -252,7 +253,7 @@ BY_PROGRAM = {
 """Neutral fields that a DPIDE does not have, with what to program instead."""
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = ()) -> TargetFile:
+def from_neutral(file: GenericFile, options: Settings, operations: Sequence[Operation] = ()) -> TargetFile:
     """DPIDE instructions of neutral loops, their I_MV blocks one after the other from D0."""
     devices = options.get("device") or []
     builders = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.conversion.builder import (
     HUNDRED,
@@ -48,11 +48,12 @@ from pidcfg.text.paths import is_given
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from pidcfg.conversion.builder import Table
     from pidcfg.conversion.ledger import NeutralLoop, TargetFile
     from pidcfg.encoders.codecs import Scale
+    from pidcfg.encoders.image import Settings
     from pidcfg.schemas.base import Quantity
     from pidcfg.schemas.ezlogix import EzlogixFile
     from pidcfg.schemas.ezlogix import Loop as SourceLoop
@@ -356,7 +357,7 @@ class EzlogixLoop:
     """The discrete output, if it pulses."""
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = ()) -> TargetFile:
+def from_neutral(file: GenericFile, options: Settings, operations: Sequence[Operation] = ()) -> TargetFile:
     """An EZLogix file with these loops."""
     count = len(file.loops)
     blocks = {

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from pidcfg.conversion.builder import Table
     from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.encoders.codecs import Scale
+    from pidcfg.encoders.image import Data
     from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoak
     from pidcfg.schemas.dl06 import Transfer as Dl06Transfer
 
@@ -512,7 +513,7 @@ FORMAT_OPTIONS = ("reset_decimals", "derivative")
 def _format_options(config: Dl06File, source_places: Sequence[int]) -> dict[str, object]:
     """The data format where all loops have the same, and how reset and rate words are read."""
     formats = {config.loops[i].pv.format for i in source_places}
-    own: dict[str, Any] = {"data_format": formats.pop()} if len(formats) == 1 else {}
+    own: Data = {"data_format": formats.pop()} if len(formats) == 1 else {}
     return own | {key: getattr(config.plc, key) for key in FORMAT_OPTIONS if key in config.plc.model_fields_set}
 
 

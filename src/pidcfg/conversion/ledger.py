@@ -15,6 +15,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from pidcfg.encoders.image import Data
     from pidcfg.text.paths import Path
 
 # --- What became of every field: the two halves of a conversion, and the report that they make together ---------------
@@ -88,7 +89,7 @@ class ConvertError(Exception):
 class NeutralLoop:
     """One loop of the source: its neutral data, and what each of its fields became."""
 
-    data: dict[str, Any] = field(default_factory=dict)
+    data: Data = field(default_factory=dict)
     fields: list[SourceField] = field(default_factory=list)
     missing: list[Missing] = field(default_factory=list)
     beside: dict[str, str] = field(default_factory=dict)
@@ -99,7 +100,7 @@ class NeutralLoop:
 class TargetFile:
     """A vendor's file as plain data, and where the neutral fields of each loop were put."""
 
-    data: dict[str, Any]
+    data: Data
     fields: list[list[TargetField]]
     model: Any = None
     """The data as the vendor's model, as long as it is up to date."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from math import gcd
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.conversion.builder import (
     ALARMS,
@@ -35,11 +35,12 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from pidcfg.conversion.builder import Span, Table
     from pidcfg.conversion.ledger import TargetFile
     from pidcfg.conversion.operation import Operation
+    from pidcfg.encoders.image import Data, Settings
     from pidcfg.schemas.generic import GenericFile, Loop
 
 __all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
@@ -224,11 +225,11 @@ class Program:
 
     task: Task
     names: Names = field(default_factory=Names)
-    signals: dict[str, Any] = field(default_factory=dict)
-    blocks: list[dict[str, Any]] = field(default_factory=list)
-    moves: list[dict[str, Any]] = field(default_factory=list)
+    signals: Data = field(default_factory=dict)
+    blocks: list[Data] = field(default_factory=list)
+    moves: list[Data] = field(default_factory=list)
 
-    def add(self, block: dict[str, Any]) -> str:
+    def add(self, block: Data) -> str:
         """Adds a block; returns its path in the file."""
         self.blocks.append(block)
         return f"/blocks.{len(self.blocks) - 1}"
@@ -256,7 +257,7 @@ class NextopidLoop:
 
 def from_neutral(
     file: GenericFile,
-    options: Mapping[str, Any],
+    options: Settings,
     operations: Sequence[Operation] = (),
 ) -> TargetFile:
     """A NextoPID file with these loops."""
@@ -282,7 +283,7 @@ def from_neutral(
     return target
 
 
-def bumpless(b: TargetBuilder, loop: Loop, first: int, *, stays: bool) -> list[dict[str, Any]]:
+def bumpless(b: TargetBuilder, loop: Loop, first: int, *, stays: bool) -> list[Data]:
     """The moves of figure 16-1: MV into ManualMV in automatic, PV into SP in manual."""
     name, moves = b.data["name"], []
     if stays:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.ledger import Kind, NeutralLoop, TargetFile
     from pidcfg.encoders.contract import Parts
+    from pidcfg.encoders.image import Data, Settings
     from pidcfg.schemas.generic import GenericFile, Loop
 
 # --- Decisions on what a conversion says of a loop that is switched, limited or stopped -------------------------------
@@ -236,7 +237,7 @@ class VendorSettings:
     """Where loops stand; with an option, which may move them, none of these is kept."""
     choices: Mapping[str, str] = field(default_factory=dict)
     """What belongs to the PLC and its modules, each with the option that says otherwise; empty: none does."""
-    scales: Callable[[Any, Sequence[int]], dict[str, Any]] = lambda _config, _kept: {}
+    scales: Callable[[Any, Sequence[int]], Data] = lambda _config, _kept: {}
     """Options that gains and times depend on, as the loops at some places of a file have them."""
     hand: Hand = Hand.LIMITED
     zero: Zero = Zero.OF_UNIT
@@ -405,9 +406,7 @@ class Source(Protocol):
 class Target(Protocol):
     """``conversion.<vendor>``: from the neutral form to a configuration."""
 
-    def from_neutral(
-        self, file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = (), /
-    ) -> TargetFile:
+    def from_neutral(self, file: GenericFile, options: Settings, operations: Sequence[Operation] = (), /) -> TargetFile:
         """The configuration with the exact values."""
 
 

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.ledger import MaxLoss, Stored
     from pidcfg.conversion.operation import Operation, VendorSettings
+    from pidcfg.encoders.image import Data
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.text.document import Document
@@ -90,7 +91,7 @@ def _as_data(config: ConfigurationFile, vendor: Vendor) -> dict[str, object]:
     """A file as plain data; nothing where its words are no values."""
     image = encoder_of(vendor).encode(config).image
     try:
-        data: dict[str, Any] = encoder_of(vendor).decode(image.words, image.settings, image.plc).data
+        data: Data = encoder_of(vendor).decode(image.words, image.settings, image.plc).data
     except DecodeError:
         return {}
     return data
@@ -268,7 +269,7 @@ class Converted:
     """The target's file as plain data and as its model, and the report by loop; its registers when asked for."""
 
     vendor: Vendor
-    data: dict[str, Any]
+    data: Data
     loops: tuple[LoopReport, ...]
     config: ConfigurationFile
     """The file as the vendor's model."""

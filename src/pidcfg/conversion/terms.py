@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from pidcfg.encoders.decoding import Reading
+    from pidcfg.encoders.image import Settings
     from pidcfg.encoders.regmap import Access, Tuned, Written
     from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.text.paths import Path
@@ -304,7 +305,7 @@ class Subject(NamedTuple):
     reading: Reading | None = None
 
     @property
-    def settings(self) -> list[Mapping[str, Any]]:
+    def settings(self) -> list[Settings]:
         """What this side itself says beside its words, an entry a loop or block; nothing that a listing was given."""
         if self.reading is None:
             return list(self.encoding.image.settings)
@@ -425,7 +426,7 @@ def overlap(key: str, other: str) -> bool:
 
 def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
     """The keys of a file that belong to no loop; ``registers``: those that a register holds."""
-    entry: Mapping[str, Any] = subject.encoding.image.plc
+    entry: Settings = subject.encoding.image.plc
     if subject.reading is not None:
         entry = subject.reading.listing.plc
     items = dict(registers)

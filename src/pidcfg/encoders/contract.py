@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.encoders.image import Decoded
+    from pidcfg.encoders.image import Decoded, Settings
     from pidcfg.encoders.listing import FileKind
     from pidcfg.encoders.parameters import AnyEncoding, ParameterTable
     from pidcfg.encoders.regmap import LoopTuning, RegisterMap, Tuned, Written
@@ -30,9 +30,9 @@ class Encoder(Protocol):
     def decode(
         self,
         words: Any,
-        settings: Sequence[Mapping[str, Any]] = (),
-        plc: Mapping[str, Any] | None = None,
-        options: Mapping[str, Any] | None = None,
+        settings: Sequence[Settings] = (),
+        plc: Settings | None = None,
+        options: Settings | None = None,
     ) -> Decoded:
         """The configuration of words by address, or by name; raises `DecodeError`."""
 

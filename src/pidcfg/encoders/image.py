@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import field
 from decimal import Decimal
@@ -21,7 +22,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, given_fields, has_key, put, steps, value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
     from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.regmap import Access, Encoded, Misfit, RegisterMap, Rounded, Space, Word, Written
@@ -69,7 +70,7 @@ class Cell:
         """The hexadecimal digits of an infinity or of what is no number, which JSON has no word for; empty: it has."""
         return "" if isfinite(self.value) else self.hex
 
-    def data(self) -> dict[str, Any]:
+    def data(self) -> Data:
         """The register as JSON has it, exactly."""
         return {"address": self.address, "hex": self.hex, "loop": self.loop, "field": self.field}
 
@@ -80,8 +81,8 @@ class Image:
 
     vendor: str
     cells: tuple[Cell, ...]
-    settings: tuple[Mapping[str, Any], ...] = ()
-    plc: Mapping[str, Any] = field(default_factory=dict)
+    settings: tuple[Settings, ...] = ()
+    plc: Settings = field(default_factory=dict)
 
     @property
     def words(self) -> dict[int, int]:
@@ -133,8 +134,8 @@ class Encoding:
     vendor: str
     blocks: tuple[Block, ...]
     space: Space
-    settings: tuple[Mapping[str, Any], ...] = ()
-    plc: Mapping[str, Any] = field(default_factory=dict)
+    settings: tuple[Settings, ...] = ()
+    plc: Settings = field(default_factory=dict)
     entries: ClassVar[tuple[()]] = ()
     """It has no parameters with names."""
 
@@ -181,7 +182,7 @@ class Encoding:
 class Decoded:
     """A configuration as plain data in the order of its file, and notes on what it could not carry."""
 
-    data: dict[str, Any]
+    data: Data
     notes: tuple[str, ...] = ()
     status: tuple[int, ...] = ()
     """Words outside the loops that the PLC writes: a listing may hold them, no configuration does."""
@@ -231,6 +232,9 @@ class Area(NamedTuple):
 # --- Values as the plain data of a configuration file has them --------------------------------------------------------
 
 Data = dict[str, Any]
+"""A part of a configuration file as plain data."""
+Settings = Mapping[str, Any]
+"""What stands beside words as plain data: of a loop, of the PLC, or what options of a command say."""
 
 
 def quantity(value: Quantity | Decimal) -> int | float | str:
@@ -428,10 +432,10 @@ class LoopOption(NamedTuple):
 
 def with_options(
     settings: Sequence[Mapping[str, object]],
-    options: Mapping[str, Any],
+    options: Settings,
     rows: Sequence[LoopOption],
     name: Callable[[int], str] = default_name,
-) -> list[dict[str, Any]]:
+) -> list[Data]:
     """The settings of each loop with what options say; what neither says and is needed is asked for.
 
     The number of loops is that of the settings, or of the longest option; an option that is shorter than that speaks

@@ -22,6 +22,7 @@ from pidcfg.text.writer import json_line, json_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from pidcfg.encoders.image import Settings
     from pidcfg.encoders.parameters import AnyImage, Program
     from pidcfg.encoders.regmap import Kind, Space
 
@@ -55,8 +56,8 @@ class Listing:
     """What a memory listing holds: raw content by address, or by name where a vendor's parameters have names."""
 
     words: dict[Any, Any] = field(default_factory=dict)
-    settings: tuple[Mapping[str, Any], ...] = ()
-    plc: Mapping[str, Any] = field(default_factory=dict)
+    settings: tuple[Settings, ...] = ()
+    plc: Settings = field(default_factory=dict)
     vendor: str | None = None
     mixed: bool = False
     """The file is about more than loops, so that words outside them are nothing to tell."""
@@ -110,7 +111,7 @@ def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n", delimiter: str 
     return out.getvalue()
 
 
-def json_listing(image: AnyImage, checklist: tuple[str, ...], words: list[dict[str, object]]) -> str:
+def json_listing(image: AnyImage, checklist: tuple[str, ...], words: Sequence[Mapping[str, object]]) -> str:
     """A JSON listing of words that are ready to be written."""
     document = {
         "version": VERSION,
@@ -381,7 +382,7 @@ def write_json(image: Image, checklist: tuple[str, ...] = ()) -> str:
 def read_json(text: str, space: Space) -> Listing:
     """``words`` with address and value, and the settings."""
 
-    def word(entry: Mapping[str, Any], place: str) -> tuple[int, int]:
+    def word(entry: Settings, place: str) -> tuple[int, int]:
         address = _address(entry["address"], space, 1, 1)
         return address, _json_content(entry, space.kind(address), place)
 

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from pidcfg.encoders.image import Data, LoopOption
+    from pidcfg.encoders.image import Data, LoopOption, Settings
     from pidcfg.encoders.regmap import GainUnit, Rounded
     from pidcfg.schemas.base import Limits, Model
     from pidcfg.text.paths import Path
@@ -137,7 +137,7 @@ class Entry(NamedTuple):
         """Empty: JSON has a word for every content."""
         return ""
 
-    def data(self) -> dict[str, Any]:
+    def data(self) -> Data:
         """The parameter as JSON has it; a wired one has its expression in place of a value."""
         content = {"expression": self.raw.text} if isinstance(self.raw, Wire) else {"value": self.raw}
         device = {} if self.device is None else {"device": self.device}
@@ -151,8 +151,8 @@ class Program:
 
     vendor: str
     cells: tuple[Entry, ...]
-    settings: tuple[Mapping[str, Any], ...] = ()
-    plc: Mapping[str, Any] = field(default_factory=dict)
+    settings: tuple[Settings, ...] = ()
+    plc: Settings = field(default_factory=dict)
 
     @property
     def words(self) -> dict[str, Content | Wire]:
@@ -494,7 +494,7 @@ class NamedLoops:
         self,
         words: Mapping[str, Content | Wire],
         settings: Sequence[Mapping[str, object]] = (),
-        plc: Mapping[str, Any] | None = None,
+        plc: Settings | None = None,
         options: Mapping[str, object] | None = None,
     ) -> Decoded:
         """The configuration that these parameters hold; raises `DecodeError` for what is missing or is no value.

@@ -24,6 +24,8 @@ from pidcfg.validate.rule import BY_KIND, OTHER_KIND, loop_name
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from pydantic_core import ErrorDetails
+
     from pidcfg.text.document import Document, Node
     from pidcfg.text.paths import Path
 
@@ -258,7 +260,7 @@ def _comma(doc: Document, path: Path) -> str | None:
     return help_text and f"{help_text}; {number},{path[-1]} inside braces is two keys"
 
 
-def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic:
+def _diagnostic(error: ErrorDetails, model: type[BaseModel], doc: Document) -> Diagnostic:
     place: Path = tuple(step for step in error["loc"] if step != OF_A_KEY)
     kind = error["type"]
     if kind in UNION_KINDS and not isinstance(error["input"], dict):
@@ -286,7 +288,7 @@ def _misspelt(path: Path, doc: Document) -> Diagnostic:
     return Diagnostic("PID020", Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure)
 
 
-def _same_word(error: Any) -> str | None:
+def _same_word(error: ErrorDetails) -> str | None:
     """The only word of a choice that differs from the value in capitals alone."""
     value = error["input"].get(UNION_KEY) if isinstance(error["input"], dict) else error["input"]
     context = error.get("ctx", {})
@@ -309,7 +311,7 @@ def file_place(place: Path, data: object) -> Path:
     return tuple(path)
 
 
-def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str | None]:
+def _wording(error: ErrorDetails, path: Path, model: type[BaseModel]) -> tuple[str, str | None]:
     """Message and cure, in place of pydantic's."""
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     key = str(path[-1]) if path else "the file"
@@ -469,7 +471,7 @@ def _chosen_by(model: type[BaseModel]) -> str | None:
 
 
 def renames(
-    errors: list[tuple[Diagnostic, Any]], model: type[BaseModel], doc: Document
+    errors: list[tuple[Diagnostic, ErrorDetails]], model: type[BaseModel], doc: Document
 ) -> dict[Path, tuple[Edit, ...]]:
     """The edits that correct unknown keys, by their paths: where one key alone is likely and takes the value."""
     unknown = [(d.path, e["loc"][:-1]) for d, e in errors if d.code == "PID020"][:MOST_KEYS]
@@ -529,7 +531,7 @@ def _key_and_value(doc: Document, path: Path) -> tuple[Any, Node] | None:
 
 
 def key_edits(
-    new_keys: dict[Path, str], faults: list[object], model: type[BaseModel], doc: Document
+    new_keys: dict[Path, str], faults: list[ErrorDetails], model: type[BaseModel], doc: Document
 ) -> dict[Path, tuple[Edit, ...]]:
     """The edits of keys that may be renamed: nothing has the new key yet, and its value is right for it."""
     uses = Counter((path[:-1], key) for path, key in new_keys.items())
@@ -546,7 +548,7 @@ def key_edits(
     return {path: edits for path, key in accepted.items() if (edits := key_edit(doc, path, key))}
 
 
-def _fits(model: type[BaseModel], data: object, new_keys: dict[Path, str], faults: list[Any]) -> bool:
+def _fits(model: type[BaseModel], data: object, new_keys: dict[Path, str], faults: list[ErrorDetails]) -> bool:
     """Whether data with other keys lose faults, and get none that is new."""
     copy = deepcopy(data)
     if not all(_rename(copy, path, key) for path, key in new_keys.items()):

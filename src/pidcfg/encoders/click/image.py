@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.image import (
     Area,
@@ -31,7 +31,7 @@ from pidcfg.schemas.numbers import decimal_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.image import Image, LoopBlock
+    from pidcfg.encoders.image import Image, LoopBlock, Settings
     from pidcfg.schemas.click import ClickFile
 
 # --- A CLICK configuration to its C, DS and DF registers --------------------------------------------------------------
@@ -95,7 +95,7 @@ def default_name(index: int) -> str:
 def decode(
     words: Mapping[int, int],
     settings: Sequence[Mapping[str, object]] = (),
-    plc: Mapping[str, Any] | None = None,
+    plc: Settings | None = None,
     options: Mapping[str, object] | None = None,
 ) -> Decoded:
     """The configuration that these registers hold; raises `DecodeError` with the address of what is no value.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import field, replace
 from decimal import Decimal
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import DecodeError, Scale, bcd_digits
 from pidcfg.encoders.image import (
@@ -55,7 +55,7 @@ from pidcfg.text.frozen import frozen
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.image import Image
+    from pidcfg.encoders.image import Image, Settings
     from pidcfg.schemas.dl06 import Dl06File, Plc, RampSoak, Transfer
     from pidcfg.text.paths import Path
 
@@ -412,8 +412,8 @@ def _transfer_data(value: tuple[int, int, int] | int | None) -> Data | None:
 def decode(
     words: Mapping[int, int],
     settings: Sequence[Mapping[str, object]] = (),
-    plc: Mapping[str, Any] | None = None,
-    options: Mapping[str, Any] | None = None,
+    plc: Settings | None = None,
+    options: Settings | None = None,
 ) -> Decoded:
     """The configuration that these words hold.
 
@@ -463,14 +463,14 @@ def _no_loop_runs(count: int) -> str:
     return f"{v_name(LOOP_COUNT)} is 0: the PLC calculates no loop{cure}"
 
 
-def _option(options: Mapping[str, Any], key: str, stored: int | None, title: str) -> int:
+def _option(options: Settings, key: str, stored: int | None, title: str) -> int:
     value = stored if options.get(key) is None else options[key]
     if value is None:
         raise DecodeError(f"the listing does not hold {title}; give it with --{key.replace('_', '-')}")
     return int(value)
 
 
-def _count(options: Mapping[str, Any], words: Mapping[int, int], settings: Sequence[LoopSettings]) -> int:
+def _count(options: Settings, words: Mapping[int, int], settings: Sequence[LoopSettings]) -> int:
     """How many loops to read; the listing of a set-up that is wrong on purpose says so in its settings."""
     stored = words.get(LOOP_COUNT)
     if options.get("number_of_loops") is not None:
@@ -530,7 +530,7 @@ def mode_of(raw: int) -> str:
     return intended_mode(raw, "")
 
 
-def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, Any]) -> list[Area]:
+def areas(words: Mapping[int, int], like: Image | None, options: Settings) -> list[Area]:
     """The blocks that are known from the words that have been read; at first the set-up words alone.
 
     ``like``: the image of a configuration, which says names, and where the table is that the PLC itself does not tell.
@@ -549,7 +549,7 @@ def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, An
     return found
 
 
-def _start(words: Mapping[int, int], like: Image | None, options: Mapping[str, Any]) -> int:
+def _start(words: Mapping[int, int], like: Image | None, options: Settings) -> int:
     """Where the loop table begins: as an option says, as the PLC says, else as the file says."""
     given = options.get("loop_table")
     start = int(words[TABLE_POINTER] if given is None else given)
@@ -561,7 +561,7 @@ def _start(words: Mapping[int, int], like: Image | None, options: Mapping[str, A
     raise AreaError(f"{said}; give it with --loop-table", TABLE_POINTER)
 
 
-def _loop_count(words: Mapping[int, int], like: Image | None, options: Mapping[str, Any]) -> int:
+def _loop_count(words: Mapping[int, int], like: Image | None, options: Settings) -> int:
     """How many loops there are, in the same order of who says so."""
     if options.get("number_of_loops") is not None:
         return min(int(options["number_of_loops"]), CPU.loops)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.maps.dpide import LOOPS, NEEDED, TUNED
@@ -14,7 +14,7 @@ from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.encoders.image import Decoded
+    from pidcfg.encoders.image import Decoded, Settings
     from pidcfg.encoders.parameters import Content
     from pidcfg.schemas.dpide import DpideFile, Loop
     from pidcfg.schemas.iec import Wire
@@ -29,7 +29,7 @@ encode = LOOPS.encode
 def decode(
     words: Mapping[str, Content | Wire],
     settings: Sequence[Mapping[str, object]] = (),
-    plc: Mapping[str, Any] | None = None,
+    plc: Settings | None = None,
     options: Mapping[str, object] | None = None,
 ) -> Decoded:
     """The configuration of these operands; raises `DecodeError` with the name of what is no value.

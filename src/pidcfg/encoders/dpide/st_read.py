@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.dpide.st_scope import Guard, Unit
     from pidcfg.encoders.dpide.symbols import Row
+    from pidcfg.encoders.image import Data
     from pidcfg.encoders.parameters import Content
     from pidcfg.encoders.structured_text import Comment, Token
     from pidcfg.schemas.iec import Wire
@@ -388,7 +389,7 @@ class ProgramListing(ParameterListing):
                 f"the symbol table has symbols of {few(others)}, which the program does not call",
             )
 
-    def _place(self, entry: dict[str, Any], operand: str, binding: Binding, row: Row) -> None:
+    def _place(self, entry: Data, operand: str, binding: Binding, row: Row) -> None:
         """The device of a symbol; raises `ListingError` where the program has another one."""
         device = device_in(ROWS[operand], row)
         if binding.device and device != binding.device:
@@ -462,7 +463,7 @@ class _Reader:
 
     # --- loops -------------------------------------------------------------------------------------------------------
 
-    def _loop(self, number: int, found: Instruction) -> dict[str, Any]:
+    def _loop(self, number: int, found: Instruction) -> Data:
         """The words of an instruction, and what stands beside them."""
         entry = self._entry(number, found)
         name = entry["loop"]
@@ -485,7 +486,7 @@ class _Reader:
         call = dict(self._call(name, found))
         return entry | ({"call": call} if call else {})
 
-    def _entry(self, number: int, found: Instruction) -> dict[str, Any]:
+    def _entry(self, number: int, found: Instruction) -> Data:
         """What the comments say of the loop; its name without one is that of its symbols, or its number."""
         stems = [found.operands["I_MV"].symbol, found.instance]
         for text, suffix in zip(stems, (SUFFIXES["I_MV"], INSTANCE), strict=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.dpide.st_write import WITHOUT_NUMBER
 from pidcfg.encoders.dpide.symbols import SUFFIXES, Row, Table, parse, registers_of
@@ -35,6 +35,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from pidcfg.encoders.image import Data
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.parameters import Content, Parameter
     from pidcfg.encoders.structured_text import Comment, Declaration
@@ -404,7 +405,7 @@ def read_symbols(text: str) -> Listing:
     return listing
 
 
-def _loops(listing: SymbolListing) -> Iterator[dict[str, Any]]:
+def _loops(listing: SymbolListing) -> Iterator[Data]:
     rows = listing.table.by_name
     for block in [row for row in listing.table.rows if any(row.cells) and _is_block(row)]:
         loop = block.name[: -len(BLOCK_SUFFIX)]

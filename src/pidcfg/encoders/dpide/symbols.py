@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.listing import (
     CONFLICT,
@@ -30,6 +30,7 @@ from pidcfg.text.signs import printable
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from pidcfg.encoders.image import Data, Settings
     from pidcfg.encoders.parameters import Entry, Parameter, Program
 
 # --- The operand table: a row an operand with device, value and unit, for people who enter a DPIDE instruction --------
@@ -52,7 +53,7 @@ def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
     return csv_text(OPERAND_COLUMNS, rows, comments(image))
 
 
-def _row(row: Parameter, entries: Mapping[str, Entry], settings: Mapping[str, Any]) -> tuple[str, ...]:
+def _row(row: Parameter, entries: Mapping[str, Entry], settings: Settings) -> tuple[str, ...]:
     entry = entries.get(row.name)
     value = "" if entry is None or row.name == "I_MV" else content_text(row.type, entry.raw)  # type: ignore[arg-type]
     device = device_of(settings, row.name) or ""
@@ -60,13 +61,13 @@ def _row(row: Parameter, entries: Mapping[str, Entry], settings: Mapping[str, An
     return row.name, row.type.name, device, value, unit, row.title, settings["loop"]
 
 
-def device_of(settings: Mapping[str, Any], operand: str) -> str | None:
+def device_of(settings: Settings, operand: str) -> str | None:
     """The device of an operand, as the settings have it."""
     device = settings.get("device") if operand == "I_MV" else (settings.get("devices") or {}).get(operand)
     return None if device is None else str(device)
 
 
-def unit_of(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> str:
+def unit_of(row: Parameter, settings: Settings, *, dependent: bool) -> str:
     """The unit of an operand: the PV's, the output's, or that of a time or an integral gain."""
     if row.name == "Ti_Ki":
         return "s" if dependent else "1/s"
@@ -123,7 +124,7 @@ def _take_device(devices: dict[str, str], operand: str, device: str, line: int) 
 
 def _take_devices(listing: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
     """Devices of the rows into the settings; where both say one, they must agree."""
-    settings: list[dict[str, Any]] = [dict(entry) for entry in listing.settings or ({"loop": loop} for loop in devices)]
+    settings: list[Data] = [dict(entry) for entry in listing.settings or ({"loop": loop} for loop in devices)]
     for entry in settings:
         if not isinstance(entry.get("devices", {}), dict):
             continue
@@ -277,7 +278,7 @@ def unusable(loop: str) -> str | None:
     return None
 
 
-def _comment(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> Iterator[str]:
+def _comment(row: Parameter, settings: Settings, *, dependent: bool) -> Iterator[str]:
     yield f"{row.name}: {row.title}"
     if row.name == "I_MV":
         yield f"30 registers {place_of(row.name, settings['device'])}"

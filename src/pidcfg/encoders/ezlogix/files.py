@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.codecs import Choice, Distance, Implied, Position
 from pidcfg.encoders.listing import (
@@ -31,7 +31,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from pidcfg.encoders.image import Cell, Image
+    from pidcfg.encoders.image import Cell, Data, Image
     from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.ezlogix import EzlogixFile
 
@@ -158,9 +158,9 @@ def _rows(text: str, listing: Listing) -> list[tuple[int, dict[str, str]]]:
     return rows
 
 
-def _loops(rows: Iterable[tuple[int, Mapping[str, str]]]) -> Iterator[dict[str, Any]]:
+def _loops(rows: Iterable[tuple[int, Mapping[str, str]]]) -> Iterator[Data]:
     """Where the blocks of each loop begin, as its tags say; they must agree."""
-    loops: dict[str, dict[str, Any]] = {}
+    loops: dict[str, Data] = {}
     for line, row in rows:
         number, name = SPACE.parse(row["address"]), row.get("loop")
         prefix = "" if number is None else SPACE.place(number)[0].prefix

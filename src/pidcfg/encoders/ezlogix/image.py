@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import DecodeError, Position, Scale
 from pidcfg.encoders.image import (
@@ -30,7 +30,7 @@ from pidcfg.schemas.numbers import EXACT_CONTEXT
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.image import Image, LoopBlock
+    from pidcfg.encoders.image import Image, LoopBlock, Settings
     from pidcfg.schemas.ezlogix import EzlogixFile, OutputSettings, PvSettings
     from pidcfg.schemas.ezlogix import Output as OutputSection
     from pidcfg.schemas.ezlogix import Pv as PvSection
@@ -110,7 +110,7 @@ ALWAYS = frozenset({"mode", *TIMES})
 def decode(
     words: Mapping[int, int],
     settings: Sequence[Mapping[str, object]] = (),
-    plc: Mapping[str, Any] | None = None,
+    plc: Settings | None = None,
     options: Mapping[str, object] | None = None,
 ) -> Decoded:
     """The configuration that these registers hold; raises `DecodeError` with the address of what is no value.
@@ -195,7 +195,7 @@ def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, ob
     ]
 
 
-def tags(entry: Mapping[str, Any]) -> Iterator[tuple[str, int, Position]]:
+def tags(entry: Settings) -> Iterator[tuple[str, int, Position]]:
     """PV and output of a loop, which stand outside of its blocks: the signal, its register, and what it is on."""
     for signal, key, scale in (("PV", "pv", "pv"), ("OUT", "output", "output")):
         number = MAP_SPACE.parse(str(entry[key]["tag"]))

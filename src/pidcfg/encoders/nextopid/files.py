@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.listing import FileKind
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, SIGNAL, WRITTEN
@@ -22,6 +22,7 @@ from pidcfg.schemas.numbers import decimal_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from pidcfg.encoders.image import Settings
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.nextopid import NextopidFile
 
@@ -118,7 +119,7 @@ def points(program: Program) -> Symbols:
     return Symbols("a parameter or a signal of the program", found, PARAMETERS)
 
 
-def _of_block(program: Program, entry: Mapping[str, Any]) -> Iterator[Point]:
+def _of_block(program: Program, entry: Settings) -> Iterator[Point]:
     kind = BLOCK_TYPES[entry["type"]]
     name, loop = str(entry.get("loop") or entry.get("block")), entry.get("loop")
     if kind.function:

@@ -31,6 +31,7 @@ from pidcfg.text.signs import closest_name
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
+    from pidcfg.encoders.image import Settings
     from pidcfg.encoders.maps.nextopid import BlockType
     from pidcfg.encoders.parameters import Content
     from pidcfg.encoders.regmap import Rounded
@@ -161,7 +162,7 @@ def read_moves(layout: Layout, moves: Iterable[Move], wired: Collection[str], gi
 def entry_of(move: Move) -> dict[str, object]:
     """A move as it stands beside the parameters of a listing."""
     value = move.move.text if isinstance(move.move, Wire) else plain(move.move)
-    entry: dict[str, Any] = {"move": value, "to": move.to}
+    entry: Data = {"move": value, "to": move.to}
     if move.when is not True:
         entry["when"] = move.when.text if isinstance(move.when, Wire) else move.when
     return entry | ({"at": move.at} if move.at == "start" else {})
@@ -328,7 +329,7 @@ def _copies(
 
 def _settings(block: Placed) -> dict[str, object]:
     """What no parameter says of a block: its type, and what is for people and reports."""
-    entry: dict[str, Any] = {"loop" if block.is_loop else "block": block.item.name, "type": block.kind.name}
+    entry: Data = {"loop" if block.is_loop else "block": block.item.name, "type": block.kind.name}
     entry |= present({"description": block.item.description})
     if not isinstance(block.item, Controller):
         return entry
@@ -407,9 +408,9 @@ class PlcSettings(SectionSettings):
 
 def decode(
     words: Mapping[str, Content | Wire],
-    settings: Sequence[Mapping[str, Any]] = (),
+    settings: Sequence[Settings] = (),
     plc: Mapping[str, object] | None = None,
-    options: Mapping[str, Any] | None = None,
+    options: Settings | None = None,
 ) -> Decoded:
     """The configuration of these parameters; raises `DecodeError` with the name of what is no value.
 

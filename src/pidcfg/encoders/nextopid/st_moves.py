@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_calls import MOST_GUARDS
@@ -20,6 +20,7 @@ from pidcfg.schemas.iec import BOOL, REAL
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from pidcfg.encoders.image import Data
     from pidcfg.encoders.nextopid.st_calls import Calls, Guard, Guarded, Label
     from pidcfg.encoders.nextopid.st_scope import Item, Scope
     from pidcfg.encoders.structured_text import Token
@@ -161,7 +162,7 @@ class Target(NamedTuple):
 class Read(NamedTuple):
     """A move as read: the entry of the listing, what it writes and reads, and the assignment."""
 
-    entry: dict[str, Any]
+    entry: Data
     target: Target
     reads: frozenset[str]
     source: Guarded
@@ -191,7 +192,7 @@ class Moves:
     def __post_init__(self) -> None:
         self.conditions = Conditions(self.scope.resolve)
 
-    def read(self) -> list[dict[str, Any]]:
+    def read(self) -> list[Data]:
         """The entries of the listing, in the order of execution."""
         waiting = self._read_concerned()
         if self.everything:
@@ -253,7 +254,7 @@ class Moves:
             content = wire_text(wiring.code, wiring.constants, wiring.names.__getitem__)
             if len(content) > MAX_LENGTH:
                 raise guarded.value[0].error(LONGER)
-        entry: dict[str, Any] = {"move": content, "to": target.name}
+        entry: Data = {"move": content, "to": target.name}
         if guarded.guards:
             entry["when"] = self._when(guarded, condition)
         return Read(entry, target, names, guarded)

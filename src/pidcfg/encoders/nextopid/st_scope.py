@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from pydantic_core import PydanticCustomError
 
@@ -53,6 +53,7 @@ from pidcfg.text.signs import closest_name
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from pidcfg.encoders.image import Data
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.maps.nextopid import BlockType
     from pidcfg.encoders.parameters import Parameter
@@ -190,7 +191,7 @@ class Item:
 
     name: str
     kind: BlockType
-    entry: dict[str, Any]
+    entry: Data
     place: Token | None = None
     """Its call, once the reader is past it."""
     turn: int = -1
