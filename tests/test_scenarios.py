@@ -246,6 +246,15 @@ REFUSED = [
     ("expect: [{flag: V2}]\n", "expect.0.flag", "'V2' is no flag"),
     ("expect: [{loop: A, autotune: reset, min: 1}]\n", "expect.0.autotune", "'reset' is no result"),
     ("expect: [{loop: A, autotune: done, max: 1}]\n", "expect.0:", "true or false"),
+    ("tolerance: {C: 1}\n", "tolerance.C:", "'C' is no loop"),
+    ("tolerance: {A: 0}\n", "tolerance.A", "must be above 0"),
+    ("tolerance: {A: 3 s}\n", "tolerance.A", "must be above 0"),
+    ("tolerance: {A: 100 %}\n", "tolerance.A", "passes whatever the PV of A does"),
+    ("allow: [{loop: C, kind: not-proven, reason: old}]\n", "allow.0.loop", "'C' is no loop"),
+    ("allow: [{loop: A, kind: not-proven, reason: ' '}]\n", "allow.0.reason", "the reason is empty"),
+    ("assumed_signs: [A, C]\n", "assumed_signs.1", "'C' is no loop"),
+    ("loops: [C]\n", "loops.0", "'C' is no loop"),
+    ("loops: []\n", "loops", "no loop is judged"),
 ]
 
 
