@@ -7,13 +7,13 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
-from pidcfg.schemas.scenario import Bound, Scenario
+from pidcfg.schemas.scenario import Bound, Plant, Scenario
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.kernel import Span, is_steady
 from pidcfg.sim.engine.run import refused_modes, spans_of, swings_alike, window_of
 from pidcfg.sim.judgement import lasting as saturation
 from pidcfg.sim.judgement import standing as signals
-from pidcfg.sim.judgement.evidence import SHARE, Evidence, Look, Pace, Swings, band_of, limits_reached
+from pidcfg.sim.judgement.evidence import SHARE, Evidence, Look, Pace, Swings, band_of, lags, limits_reached
 from pidcfg.sim.judgement.meters import Meter, begin_calm, calm_oscillation, oscillation, watch_swings
 from pidcfg.sim.judgement.standing import LONG_SHARE, expected_errors, judge_alarms
 
@@ -29,6 +29,21 @@ def test_an_output_is_at_a_limit_within_half_of_what_is_no_difference(out, limit
 
     assert SHARE == 0.001
     assert limits_reached(Facts(plc=plc, signal_values=[out]), 0) == limit
+
+
+@pytest.mark.parametrize(
+    ("numbers", "times"),
+    [
+        ({"model": "first_order", "time_constant": 10}, [10]),
+        ({"model": "second_order", "time_constants": [5, 3]}, [5, 3]),
+        ({"model": "second_order", "time_constant": 10, "damping": 0.3}, [10]),
+        ({"model": "second_order", "time_constant": 10, "damping": 2}, [40]),
+        ({"model": "lead_lag", "lead": 1, "lag": 4}, [4]),
+        ({"model": "dead_time", "dead_time": 2}, []),
+    ],
+)
+def test_the_lags_of_a_plant_are_its_time_constants_and_two_that_do_not_swing_have_their_sum(numbers, times):
+    assert [*lags(Plant.model_validate({"input": "1", **numbers}))] == times
 
 
 @pytest.mark.parametrize(("steps", "passed"), [(0, True), (100, True), (101, False)])
