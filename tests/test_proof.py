@@ -10,7 +10,7 @@ from types import SimpleNamespace as Facts
 import pytest
 
 from pidcfg.sim.judgement import control
-from pidcfg.sim.judgement.meters import Meter, Rival
+from pidcfg.sim.judgement.meters import Meter, Rival, compare_errors
 from standing_rig import SCENARIO, SIDES, failures, outcome, unproven, verdict
 
 VENDORS = [*SIDES]
@@ -263,6 +263,19 @@ def test_an_allowance_that_allows_nothing_excuses_nothing():
     assert tank(one)[0] == "not-proven"
     assert unproven(one) == {"no-better"}
     assert (tank(two), two.passed) == (tank(one), False)
+
+
+@pytest.mark.parametrize(
+    ("control", "broken", "sums"), [(1, 0, (3.0, 9.0, 5.0)), (0, 0, (0.0, 0.0, 0.0)), (1, 1, (0.0, 0.0, 0.0))]
+)
+def test_errors_beyond_the_noise_are_summed_in_control_with_a_sound_sensor(control, broken, sums):
+    """The set point is 10 and the noise 1: errors of 2, 0.5 and 3 with the loop, of 5, 0 and 6 without it."""
+    rival = Rival(loop=0, slot=1, margin=1.0)
+    meter = Facts(control=control, broken=broken, sp=0)
+    for pv, held in ((12.0, 15.0), (9.5, 10.0), (7.0, 4.0)):
+        compare_errors([rival], [meter], [10.0, pv], [0.0, held])
+
+    assert (rival.error, rival.held_error, rival.widest) == sums
 
 
 @pytest.mark.parametrize(("error", "word"), [(70.0, "proven"), (70.1, "not-proven")])
