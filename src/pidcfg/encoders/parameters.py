@@ -128,6 +128,11 @@ class Entry(NamedTuple):
         return self.address
 
     @property
+    def content(self) -> Content:
+        """What it holds; the text of what it is wired to."""
+        return self.raw.text if isinstance(self.raw, Wire) else self.raw
+
+    @property
     def single(self) -> float | None:
         """The number, where it is one in single precision."""
         return self.raw if isinstance(self.raw, float) and not self.type.double else None

@@ -288,7 +288,7 @@ class RegisterMap:
             image.words[word.offset] = error.stored or 0
             return
         if getattr(word.codec, "rounds", False):
-            stored = cast("Codec", word.codec).decode(image.words[word.offset])
+            stored = word.decode(image.words[word.offset], scales)
             if stored != value:
                 image.rounded.append(Rounded(path, word, value, stored))
         elif isinstance(word.codec, Position | Distance):
@@ -606,8 +606,8 @@ class TunedWords:
 
     def stored(self, name: str, value: Decimal) -> Decimal:
         """What the register holds; raises `EncodeError`."""
-        codec = cast("Codec", self.table.word(name).codec)
-        held: Decimal = codec.decode(codec.encode(value))
+        word = self.table.word(name)
+        held: Decimal = word.decode(word.encode(value))
         return held
 
     def limits(self, model: type[BaseModel], name: str) -> Limits | None:

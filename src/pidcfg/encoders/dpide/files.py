@@ -20,12 +20,12 @@ from pidcfg.encoders.dpide.symbols import (
     write_symbols,
 )
 from pidcfg.encoders.listing import FileKind, columns
-from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS, WRITTEN, WRITTEN_BY_AUTOTUNE
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS, WRITTEN, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_rows
 from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.encoders.regmap import writer_of
 from pidcfg.encoders.structured_text import opening
-from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, place_of
+from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, LoopSettings, place_of
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -175,9 +175,9 @@ def points(program: Program) -> Symbols:
 
 
 def _of_loop(program: Program, entry: object) -> Iterator[Point]:
-    settings = LOOPS.settings.model_validate(entry)
-    loop = settings.loop  # type: ignore[attr-defined]  # every vendor's settings have it
-    devices = settings.devices.given() | {"I_MV": settings.device}  # type: ignore[attr-defined]  # those of DPIDE
+    settings = LoopSettings.model_validate(entry)
+    loop = settings.loop
+    devices = settings.devices.given() | {"I_MV": settings.device}
     held = {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
     values = {row.name: held.get(row.name, row.type.default) for row in DPIDE_TABLE.rows}
     for row in DPIDE_TABLE.rows:

@@ -146,7 +146,7 @@ class Instruction:
         """What stands at an operand."""
         if self.is_symbol(row.name):
             return self.symbols[row.name].name
-        return literal(row.type, self.cells[row.name].raw)  # type: ignore[arg-type]
+        return literal(row.type, self.cells[row.name].content)
 
     def declared(self) -> Iterator[str]:
         """The variables of the loop."""
@@ -155,7 +155,7 @@ class Instruction:
                 symbol = self.symbols[row.name]
                 cell = None if row.name in {"I_MV", "MV"} else self.cells.get(row.name)
                 place = f" AT {symbol.address}" if symbol.address else ""
-                value = "" if cell is None else f" := {literal(row.type, cell.raw)}"  # type: ignore[arg-type]
+                value = "" if cell is None else f" := {literal(row.type, cell.content)}"
                 note = comment_text(symbol.comment)
                 yield f"{symbol.name}{place} : {row.type.name}{value}; (* {note} *)"
         if self.call.GPWM is not None:

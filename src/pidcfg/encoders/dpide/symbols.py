@@ -55,7 +55,7 @@ def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
 
 def _row(row: Parameter, entries: Mapping[str, Entry], settings: Settings) -> tuple[str, ...]:
     entry = entries.get(row.name)
-    value = "" if entry is None or row.name == "I_MV" else content_text(row.type, entry.raw)  # type: ignore[arg-type]
+    value = "" if entry is None or row.name == "I_MV" else content_text(row.type, entry.content)
     device = device_of(settings, row.name) or ""
     unit = unit_of(row, settings, dependent=bool(entries["PID_EQ"].raw))
     return row.name, row.type.name, device, value, unit, row.title, settings["loop"]
@@ -249,7 +249,7 @@ def symbols(image: Program) -> Iterator[Symbol]:
             other = taken.setdefault(name.casefold(), str(settings["loop"]))
             if other != settings["loop"]:
                 raise UnwritableError(f"loops {other} and {settings['loop']} would share the symbol {name}")
-            content = "" if row.name in OUTSIDE else content_text(row.type, contents[row.name].raw)  # type: ignore[arg-type]
+            content = "" if row.name in OUTSIDE else content_text(row.type, contents[row.name].content)
             content = ZERO if content == "0.0" else content
             comment = _plain(", ".join(_comment(row, settings, dependent=dependent)))
             device = device_of(settings, row.name) or ""

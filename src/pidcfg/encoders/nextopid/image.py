@@ -6,7 +6,7 @@ from decimal import Decimal
 from functools import cached_property
 from itertools import product
 from math import expm1
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ConfigDict
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.regmap import Rounded
     from pidcfg.schemas.expressions import Expression
     from pidcfg.schemas.iec import IecType
-    from pidcfg.schemas.nextopid import Item, NextopidFile
+    from pidcfg.schemas.nextopid import Block, Item, Loop, NextopidFile
     from pidcfg.text.paths import Path
 
 # --- What a program copies beside the calls of its blocks: the MOVE instructions of figures 4-6 and 16-1 --------------
@@ -208,9 +208,9 @@ class Placed:
 
 def place_blocks(config: NextopidFile) -> list[Placed]:
     """All blocks in the order of the file, blocks before loops."""
-    blocks = [(("blocks", i), item) for i, item in enumerate(config.blocks)]
-    both = [*blocks, *((("loops", i), item) for i, item in enumerate(config.loops))]
-    return [Placed(place, cast("Item", item), BLOCK_TYPES[item.type]) for place, item in both]
+    items: list[tuple[Path, Block | Loop]] = [(("blocks", i), item) for i, item in enumerate(config.blocks)]
+    items += [(("loops", i), item) for i, item in enumerate(config.loops)]
+    return [Placed(place, item, BLOCK_TYPES[item.type]) for place, item in items]
 
 
 @frozen
