@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from nextopid_networks import network
 from nextopid_strategies import configurations
-from pidcfg.conversion.from_nextopid import NOTHING_LOST, to_neutral
-from pidcfg.conversion.nextopid import Names, common_step, from_neutral, task_of
+from pidcfg.conversion.nextopid import NOTHING_LOST, Names, common_step, from_neutral, task_of, to_neutral
 from pidcfg.conversion.pipeline import Converted, convert, neutral_loops
 from pidcfg.encoders.nextopid import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile

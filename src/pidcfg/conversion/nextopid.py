@@ -24,11 +24,22 @@ from pidcfg.conversion.builder import (
     same_fields,
     target_file,
 )
-from pidcfg.conversion.from_nextopid import MV_HELD_IN_BAND, NOTHING_LOST, OWN_SETTINGS, operations, to_neutral
-from pidcfg.conversion.operation import Manual
+from pidcfg.conversion.from_nextopid import MV_HELD_IN_BAND, to_neutral
+from pidcfg.conversion.operation import (
+    Deadband,
+    Filter,
+    Manual,
+    Master,
+    Operation,
+    Rate,
+    Smoothing,
+    VendorSettings,
+    Windup,
+)
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.schemas.iec import IDENTIFIER_LENGTH, KEYWORDS
+from pidcfg.encoders.nextopid.image import bumpless_moves, encode
+from pidcfg.schemas.iec import IDENTIFIER_LENGTH, KEYWORDS, Wire
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL, Controller, PidaReal, Plc
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
@@ -39,12 +50,67 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.builder import Span, Table
     from pidcfg.conversion.ledger import TargetFile
-    from pidcfg.conversion.operation import Operation
     from pidcfg.encoders.image import Data, Settings
+    from pidcfg.encoders.nextopid.image import NextopidEncoding
     from pidcfg.schemas.generic import GenericFile, Loop
+    from pidcfg.schemas.nextopid import Loop as SourceLoop
+    from pidcfg.schemas.nextopid import NextopidFile
 
 __all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
 """What a vendor gives; the way to the neutral form has a module of its own."""
+
+NOTHING_LOST = {
+    "type": "the neutral form has one kind of PID; field units of an INT block are those of its MinPV and MaxPV",
+    "PV": "the process's; what calculates it is reported",
+    **dict.fromkeys(("Indep", "DisableP", "CASC", "Manual"), "FALSE, as without it"),
+    **dict.fromkeys(("Tfd", "BIAS", "MaxVarMV", "DeadBand"), "0, as without it"),
+    "ManualMV": "0, as without it",
+    "plc.sample_time": "each loop says its own",
+    "plc.program": "the name of the program in this PLC",
+    "plc.map": "where this PLC's registers are",
+    "sample_time": "it is reported with the task's",
+    "SP_CASC": "0 while cascade mode is off and nothing gives it",
+    "TRK_VAL": "reported where TRK_IN or OVERR can be on",
+    "TRK_IN": "connections of a cascade go with it; others are reported",
+    "Windup_H_IN": "connections of a cascade go with it; others are reported",
+    "Windup_L_IN": "connections of a cascade go with it; others are reported",
+    "OVERR": "reported when it can be on",
+    "AutoTune": "reported when it can be on",
+    "DerivEr": "of no effect without a derivative",
+}
+"""Fields that may come without a line in the report, and why."""
+
+# --- NextoPID blocks: MV becomes ManualMV, and comes back without a bump (manual, ManualMV and chapter 16) ------------
+
+OWN_SETTINGS = VendorSettings()
+"""Nothing has an address, and nothing else is left out."""
+
+
+def operations(config: NextopidFile) -> list[Operation]:
+    """Of each block (D221, D222, D229); one whose MV is wired or copied into its ManualMV keeps it."""
+    encoding, first = encode(config), len(config.blocks)
+    return [
+        Operation(
+            manual=Manual.STAYS if _keeps_output(encoding, first + i, loop) else Manual.JUMPS,
+            windup=Windup.PARTIAL,
+            deadband=Deadband.HELD,
+            follows_output=True,
+            keeps_following=True,
+            smoothing=Smoothing.EXACT,
+            rate=Rate.KEPT_UP,
+            filter=Filter.SAMPLED if loop.sample_time in {None, config.plc.sample_time} else Filter.CYCLIC,
+            master=Master.FOLLOWS if isinstance(getattr(loop, "TRK_IN", None), Wire) else Master.INTEGRATES,
+        )
+        for i, loop in enumerate(config.loops)
+    ]
+
+
+def _keeps_output(encoding: NextopidEncoding, i: int, loop: SourceLoop) -> bool:
+    wire = loop.ManualMV
+    if bumpless_moves(encoding, i).holds_mv is not None:
+        return True
+    return isinstance(wire, Wire) and wire.text == f"{loop.name}.MV"
+
 
 # --- Names of the neutral loops as IEC identifiers, none like another but for capital letters -------------------------
 
