@@ -198,9 +198,9 @@ LINES = {
     "convert --help":    4_850,
     "encode --help":     2_900,
     "decode --help":     4_350,
-    "validate examples/dl06/reactor.yaml": 15_000,
-    "encode examples/dl06/reactor.yaml": 20_200,
-    "simulate examples/dl06/reactor.scenario.yaml": 30_850,
+    "validate examples/dl06/reactor.yaml": 14_950,
+    "encode examples/dl06/reactor.yaml": 20_150,
+    "simulate examples/dl06/reactor.scenario.yaml": 30_750,
 }
 RULE_LINES = 4_000
 """Most lines of the modules of rules that a file loads: a further rule is held by its case, not by this."""

@@ -623,13 +623,8 @@ SHOWN = 3
 
 def map_kind(rows: Callable[[Any], Rows]) -> FileKind:
     """The format ``modbus-map`` of a vendor."""
-    return FileKind(
-        FORMAT, "Modbus map to be filled in (CSV)", lambda image, _: _text(rows(image)), _read, _never, whole=False
-    )
-
-
-def _never(_text: str) -> bool:
-    return False
+    title = "Modbus map to be filled in (CSV)"
+    return FileKind(FORMAT, title, lambda image, _: _text(rows(image)), _read, lambda _: False, whole=False)
 
 
 def _read(_text: str) -> Listing:

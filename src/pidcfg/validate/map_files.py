@@ -15,7 +15,7 @@ from pidcfg.encoders.modbus_map import (
     read_map,
     read_symbol_map,
 )
-from pidcfg.text.diagnostics import Diagnostic, Severity, Span
+from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.reader import may_be_quoted, read_other, refusal
 from pidcfg.vendors import format_of
 
@@ -134,9 +134,5 @@ def check_map(document: Document, vendor: Vendor, image: AnyImage, reader: Reade
             numbering_of(vendor, stated, image, document.file)
     except UnusableMapError as error:
         message = error.said if error.name == document.file else str(error)
-        return [Diagnostic(CODE, Severity.ERROR, message, document.file, _span(document), PATH)]
+        return [Diagnostic(CODE, Severity.ERROR, message, document.file, document.locate(PATH), PATH)]
     return []
-
-
-def _span(document: Document) -> Span:
-    return document.locate(PATH)

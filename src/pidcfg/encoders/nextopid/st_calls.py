@@ -510,10 +510,6 @@ class Calls:
         self.counts[counter.upper] = cycles
         return True
 
-    def reads_of(self, item: Item) -> set[str]:
-        """What the wires of a block read."""
-        return self.reads.get(item.name, set())
-
     def settle_inputs(self) -> None:
         """Inputs that are assigned more than once: all of that are moves; refuses what a call writes over."""
         held = [self.left.is_held(one.target[0]) for one in self.branches.found]

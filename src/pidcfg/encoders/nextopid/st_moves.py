@@ -321,7 +321,7 @@ class Moves:
         called = {item.name: item for item in self.scope.items.values() if item.called}
         for item in called.values():
             found.writers |= {f"{item.name}.{row.name}": item.turn for row in item.kind.outputs}
-            for name in self.calls.reads_of(item):
+            for name in self.calls.reads.get(item.name, ()):
                 first, last = found.readers.get(name, (item.turn, item.turn))
                 found.readers[name] = (min(first, item.turn), max(last, item.turn))
         for name, row in self.calls.assignments:
