@@ -311,6 +311,34 @@ def test_every_vendor_gets_gains_that_it_holds(vendor):
     assert result.robust.found.result.ms <= 1.6
 
 
+SLOW = {"gain": 0.5, "time_constant": 5000, "dead_time": 500, "sample_time": 99, "vary": None}
+
+
+def test_a_slow_loop_of_a_dl06_has_its_reset_in_minutes():
+    """The best integral time is 2000 s; in seconds the word ends at half of it, with six times the IAE."""
+    found = tuned(vendor="dl06", pv_range=(0, 100), **SLOW)
+    reset = found.vendor.values[1]
+    assert (reset.unit, reset.problem) == ("min", None)
+    assert 60 * float(reset.stored) == pytest.approx(found.gains.integral_time)
+    assert 1900 < found.gains.integral_time < 2200
+    assert found.robust.found.cost_percent < 0.1
+    assert found.robust.assumed == ()
+
+
+@pytest.mark.parametrize(
+    ("integral", "unit", "said"), [(999.7, "seconds", True), (800, "seconds", False), (2000, "minutes", False)]
+)
+def test_a_file_s_reset_at_the_end_of_its_seconds_is_said(dl06, monkeypatch, integral, unit, said):
+    """The unit of a file's loop stays, since a rule changes gains alone."""
+    best = dl06.robust.found
+    one = replace(best, result=replace(best.result, gains=Gains(1.0, integral, 0.0)))
+    monkeypatch.setattr("pidcfg.output.robust.robust", lambda *_: one)
+    text = (files("pidcfg") / "cli/starters/dl06.yaml").read_text("utf-8")
+    text = text.replace("rate: 2.0 ", "rate: 99 ").replace("reset_unit: seconds", f"reset_unit: {unit}")
+    found = tuned(into=text.encode(), into_name="f.yaml", **SLOW)
+    assert any("reset_unit: minutes" in remark for remark in found.robust.assumed) == said
+
+
 def test_pid_is_better_than_pi():
     pi, pid = (tuned(form=form, vary=None, sample_time=1) for form in ("PI", "PID"))
     assert pid.robust.found.result.error < 0.8 * pi.robust.found.result.error

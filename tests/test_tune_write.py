@@ -206,8 +206,29 @@ def test_the_decimals_of_a_dl06_reset_count():
     text = starter("dl06").replace("  loop_table: V2000", "  reset_decimals: 2\n  loop_table: V2000")
     result = written(text.encode(), (1.0, 12.345, 0.0))
     assert result.values[1].new == "12.34"
-    with pytest.raises(ValueError, match=r"tuning\.reset: 120 is outside the word's range; nothing was written"):
+    says = (
+        r"tuning\.reset: 120 is outside the word's range; with `reset_unit: minutes` it is 2 min; nothing was written"
+    )
+    with pytest.raises(ValueError, match=says):
         written(text.encode(), (1.0, 120.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("unit", "seconds", "says"),
+    [
+        ("seconds", 9000.0, "9000 is outside the word's range; with `reset_unit: minutes` it is 150 min; nothing"),
+        (
+            "minutes",
+            2.0,
+            "0.033333 rounds to 0.0, which switches it off; with `reset_unit: seconds` it is 2 s; nothing",
+        ),
+        ("minutes", 60000.0, "1000 is outside the word's range; nothing"),
+    ],
+)
+def test_the_unit_that_holds_the_reset_of_a_dl06_is_named(unit, seconds, says):
+    text = starter("dl06").replace("reset_unit: seconds ", f"reset_unit: {unit} ")
+    with pytest.raises(ValueError, match=re.escape(says)):
+        written(text.encode(), (1.0, seconds, 0.0))
 
 
 @pytest.mark.parametrize(

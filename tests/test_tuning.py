@@ -105,7 +105,7 @@ def test_floats_hold_all_but_the_last_digits():
 
 
 def test_numbers_that_registers_cannot_hold_say_so():
-    found = fit(Gains(0.004, 7000, 0.03), VENDORS["dl06"], 100, 100)
+    found = fit(Gains(0.004, 70000, 0.03), VENDORS["dl06"], 100, 100)
     assert [f.stored is None for f in found] == [True, True, False]
     assert "switches it off" in found[0].problem
     assert [f.problem for f in fit(Gains(0.001, 7000, 0), VENDORS["click"], 1, 100)] == [
@@ -113,6 +113,16 @@ def test_numbers_that_registers_cannot_hold_say_so():
         "7000 is outside 0.01 to 6000",
         None,
     ]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "held", "unit"),
+    [(999.8, 999.8, "s"), (999.9, 16.7, "min"), (7000, 116.7, "min"), (59_988, 999.8, "min"), (0.05, None, "s")],
+)
+def test_a_reset_beyond_the_word_in_seconds_is_one_in_minutes(seconds, held, unit):
+    """9999 is an off code in either unit; 59988 s are 999.8 min. What is too short in seconds is so in minutes."""
+    reset = fit(Gains(1, seconds, 0), VENDORS["dl06"], 100, 100)[1]
+    assert (reset.stored if reset.stored is None else float(reset.stored), reset.unit) == (held, unit)
 
 
 def test_no_integral_term_in_each_vendor_s_way():

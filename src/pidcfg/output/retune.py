@@ -19,7 +19,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at
 from pidcfg.text.signs import closest_name
 from pidcfg.text.source import read_document
-from pidcfg.tuning.robust import DIGITS, fit_loop
+from pidcfg.tuning.robust import DIGITS, fit_in_other_unit, fit_loop
 from pidcfg.tuning.rules import TuningError
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import PlacingError, with_values
@@ -115,6 +115,10 @@ def retune_loop(
     fitted = fit_loop(gains, vendor.model, tuning)
     problems = [f"{value.key}: {value.problem}" for value in fitted if value.problem is not None]
     if problems:
+        other = fit_in_other_unit(gains, vendor.model, tuning, fitted[1])
+        if other is not None:
+            unit, held = "minutes" if other.unit == "min" else "seconds", decimal_text(other.stored or other.wanted)
+            problems.append(f"with `reset_unit: {unit}` it is {held} {other.unit}")
         raise TuningError(f"{where}: {'; '.join(problems)}; nothing was written")
     values = _values(where, doc, index, gains, tuning, fitted)
     data = _write_values(where, doc, into.data, index, values)

@@ -17,7 +17,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import reader_of
 from pidcfg.text.source import read_document
 from pidcfg.tuning.margins import finite
-from pidcfg.tuning.robust import Robust, Search, robust
+from pidcfg.tuning.robust import Robust, Search, in_other_unit, robust
 from pidcfg.tuning.rules import SEED, Spread, plants_of, read_spreads, spread_of
 from pidcfg.tuning.sampled import Sampling, absolute_error, default_sample_time
 from pidcfg.validate.engine import check_document
@@ -306,8 +306,18 @@ def search_gains(
     vendor, loop, target, assumed = _loop(target, limits)
     sampling, more = _sampling(known, process, loop, target)
     _refuse_too_fast(sampling, process)
-    search = Search(plants_of(process, spreads), sampling, wish.ms, derivative=chosen == "PID")
-    found = robust(chosen, search, loop, None if vendor is None else vendor.model, spreads)
+    plants = plants_of(process, spreads)
+
+    def held_by(loop: LoopTuning | None) -> Robust:
+        search = Search(plants, sampling, wish.ms, derivative=chosen == "PID")
+        return robust(chosen, search, loop, None if vendor is None else vendor.model, spreads)
+
+    found = held_by(loop)
+    longer = None if vendor is None or loop is None else _longer(found, vendor, loop)
+    if longer is not None and target.into is not None:
+        more = (*more, "the reset stays in seconds, of which its word is at the end; `reset_unit: minutes` has more")
+    elif longer is not None and (other := held_by(longer)).result.error < found.result.error:
+        found, loop = other, longer
     confirmation = None
     if wish.samples:
         confirmation = confirm_gains(found, process, vendor, loop, wish.samples, limits)
@@ -372,6 +382,18 @@ def _loop(target: Target, limits: Limits) -> tuple[Vendor | None, LoopTuning | N
         for low, high in (target.pv_range or (0, 1), target.output_range or PERCENT_RANGE)
     ]
     return vendor, LoopTuning(words, pv_span=spans[0], output_span=spans[1]), target, assumed
+
+
+NEAR_THE_END = 0.9
+"""Of the longest time that a word holds."""
+
+
+def _longer(found: Robust, vendor: Vendor, loop: LoopTuning) -> LoopTuning | None:
+    """The loop with its integral time in min, where the gains that were found use up what it holds in s."""
+    limits, other = loop.words.limits(vendor.model, loop.words.names[1]), in_other_unit(loop)
+    if other is None or loop.minutes or limits is None or limits.high is None:
+        return None
+    return other if found.result.gains.integral_time >= NEAR_THE_END * float(limits.high) else None
 
 
 def _sampling(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.regmap import FULL_OUTPUT, LoopTuning
+from pidcfg.schemas.base import RESET_UNIT
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -30,6 +31,15 @@ if TYPE_CHECKING:
 
 # --- Gains as a vendor's registers hold them: in its own terms, rounded, with the error that this makes ---------------
 
+D1086 = Decision(
+    1086,
+    "gains without a file have the reset in minutes where seconds do not hold it",
+    "`tune --for dl06` gives a reset in minutes that its word does not hold in seconds, and robust searches in minutes "
+    "where its gains come to the end of the seconds. Of a file's loop the unit stays; the message, or a line of the "
+    "result, names the other one.",
+    "Bit 4 of +01 chooses the unit, so that the word goes on to 999.8 min. A rule changes three numbers of a file and "
+    "nothing beside them.",
+)
 DIGITS = 12
 """Significant digits of a computed number: more are noise of the arithmetic."""
 
@@ -53,9 +63,13 @@ class Fitted:
 
 
 def fit(gains: Gains, vendor: Vendor, pv_span: float, output_span: float) -> list[Fitted]:
-    """Gain, integral and derivative time for a vendor; spans are engineering units from 0 % to 100 %."""
+    """Gain, integral and derivative time for a vendor; spans are engineering units from 0 % to 100 %.
+
+    An integral time that does not fit in s is in min where the PLC has both.
+    """
     loop = LoopTuning(tables_of(vendor).TUNED, pv_span=_decimal(pv_span), output_span=_decimal(output_span))
-    return fit_loop(gains, vendor.model, loop)
+    gain, integral, derivative = fit_loop(gains, vendor.model, loop)
+    return [gain, fit_in_other_unit(gains, vendor.model, loop, integral) or integral, derivative]
 
 
 def fit_loop(gains: Gains, model: type[BaseModel], loop: LoopTuning) -> list[Fitted]:
@@ -65,6 +79,18 @@ def fit_loop(gains: Gains, model: type[BaseModel], loop: LoopTuning) -> list[Fit
     wanted = (_decimal(gains.gain * gain_factor(loop)), integral, _decimal(derivative))
     rows = zip(words.names, loop.units(), wanted, strict=True)
     return [_fitted(model, words, *row) for row in rows]
+
+
+def fit_in_other_unit(gains: Gains, model: type[BaseModel], loop: LoopTuning, integral: Fitted) -> Fitted | None:
+    """An integral time that does not fit in s or in min, in the other unit; None: it fits, or not there either."""
+    other = in_other_unit(loop) if integral.problem is not None else None
+    held = None if other is None else fit_loop(gains, model, other)[1]
+    return held if held is not None and held.problem is None else None
+
+
+def in_other_unit(loop: LoopTuning) -> LoopTuning | None:
+    """The loop with its integral time in min in the place of s, or in s; None: its word has one unit alone."""
+    return replace(loop, minutes=not loop.minutes) if loop.words.unit(loop.words.names[1]) == RESET_UNIT else None
 
 
 def gain_factor(loop: LoopTuning) -> float:
