@@ -325,6 +325,14 @@ def test_a_slow_loop_of_a_dl06_has_its_reset_in_minutes():
     assert found.robust.assumed == ()
 
 
+def test_the_longest_time_that_is_tried_is_one_that_the_plc_holds():
+    """The best integral time is beyond the 6000 s of a CLICK; the steps of a grid must not end behind them."""
+    slow = {"gain": 0.5, "time_constant": 20000, "dead_time": 3000, "sample_time": 300, "vary": None}
+    reset = tuned(vendor="click", **slow).vendor.values[1]
+    assert reset.problem is None
+    assert 5900 < float(reset.stored) < 6000
+
+
 @pytest.mark.parametrize(
     ("integral", "unit", "said"), [(999.7, "seconds", True), (800, "seconds", False), (2000, "minutes", False)]
 )

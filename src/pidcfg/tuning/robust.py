@@ -468,7 +468,7 @@ class _Grid:
             low, high = middle / reach, middle * reach
         least, most = self._range(number, (low, high))
         count = max(0, int(log(most / least) / log(ratio) + 0.5)) if most > least else 0
-        return [least * ratio**i for i in range(count + 1)]
+        return [min(least * ratio**i, most) for i in range(count + 1)]
 
     def _range(self, number: int, wanted: tuple[float, float]) -> tuple[float, float]:
         """A range within what the PLC holds of a number, in the units of the search."""
