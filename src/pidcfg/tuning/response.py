@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from itertools import pairwise
 from math import exp, hypot, inf, sqrt
 from operator import mul
@@ -86,6 +87,11 @@ class Samples:
 
     time: Sequence[float]
     value: Sequence[float]
+
+    @cached_property
+    def centred(self) -> tuple[float, list[float]]:
+        """The mean of the values, and what each is beyond it."""
+        return centre(self.value)
 
     def averaged(self, points: int, apart: float) -> Samples:
         """At most so many points, each the mean of its neighbours, none of both sides of ``apart``."""
@@ -237,26 +243,37 @@ def _linear(
     columns = [[1.0] * len(samples.time), lags(samples.time, output, dead, *constants)]
     if drift:
         columns.insert(1, [t - begin for t in samples.time])
-    solved = least_squares(columns, samples.value)
+    solved = least_squares(columns, samples.value, samples.centred)
     if solved is None:
         return (fmean(samples.value), 0.0, 0.0), inf
-    rest = samples.value
-    for weight, column in zip(solved, columns, strict=True):
+    base, *weights = solved
+    rest = [y - base for y in samples.value]
+    for weight, column in zip(weights, columns[1:], strict=True):
         rest = [y - weight * x for y, x in zip(rest, column, strict=True)]
     return (solved[0], solved[1] if drift else 0.0, solved[-1]), _dot(rest, rest)
 
 
-def least_squares(columns: Sequence[Sequence[float]], values: Sequence[float]) -> list[float] | None:
-    """The weights of columns that come closest to values; None where columns are not independent."""
+def least_squares(
+    columns: Sequence[Sequence[float]], values: Sequence[float], centred: tuple[float, list[float]] | None = None
+) -> list[float] | None:
+    """The weights of columns that come closest to values; None where columns are not independent.
+
+    ``centred``: the mean of the values and what they are beyond it, where that is known.
+    """
     inverse = _inverse(_normal(columns))
     if inverse is None:
         return None
-    middle = fmean(values)
-    around = [y - middle for y in values]
+    middle, around = centred or centre(values)
     right = [_dot(column, around) for column in columns]
     weights = [_dot(row, right) for row in inverse]
     weights[0] += middle / columns[0][0]
     return weights
+
+
+def centre(values: Sequence[float]) -> tuple[float, list[float]]:
+    """The mean of values, and what each is beyond it."""
+    middle = fmean(values)
+    return middle, [y - middle for y in values]
 
 
 def _normal(columns: Sequence[Sequence[float]]) -> list[list[float]]:
