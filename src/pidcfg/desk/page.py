@@ -128,13 +128,17 @@ def page(
     )
 
 
+QUICKLY = 7
+"""Compression of a page: a percent larger than the best, and made in a third of the time."""
+
+
 def own(runtime: Runtime, left_out: tuple[str, ...]) -> bytes:
     """The installed pidcfg as a part of a page: a zip that is stored as it is, since everything is packed once."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
         for name, data in own_modules(runtime, Path(pidcfg.__file__).parent, left_out).items():
             archive.writestr(zipfile.ZipInfo(name, EPOCH), data)
-    return pack({"pidcfg.zip": buffer.getvalue()})
+    return pack({"pidcfg.zip": buffer.getvalue()}, QUICKLY)
 
 
 def text_of(name: str) -> str:

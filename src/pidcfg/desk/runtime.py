@@ -85,10 +85,10 @@ def entries(versions: dict[str, str], parts: dict[str, bytes], compiled: dict[st
     return {MANIFEST: manifest, PYTHON: pack(parts), **modules}
 
 
-def pack(parts: dict[str, bytes]) -> bytes:
+def pack(parts: dict[str, bytes], level: int = 9) -> bytes:
     """Files for the worker: the length of a list of names and sizes, the list, and the contents, compressed."""
     rows = json.dumps([[name, len(data)] for name, data in parts.items()]).encode()
-    return gzip.compress(len(rows).to_bytes(4, "big") + rows + b"".join(parts.values()), 9, mtime=0)
+    return gzip.compress(len(rows).to_bytes(4, "big") + rows + b"".join(parts.values()), level, mtime=0)
 
 
 def own_modules(runtime: Runtime, package: Path, left_out: tuple[str, ...]) -> dict[str, bytes]:
