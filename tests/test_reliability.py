@@ -280,7 +280,7 @@ def test_a_fault_in_a_table_reaches_what_is_made_from_it():
     assert users(one, lambda *_: True) == {("pidcfg/conversion/builder.py", "filter_time")}
     assert users(one, lambda path, _: path != one.path) == {
         ("pidcfg/conversion/operation.py", "Smoothing.time"),
-        ("pidcfg/conversion/click.py", "_pv_filter"),
+        ("pidcfg/conversion/click.py", "_neutral_pv_filter"),
         ("pidcfg/conversion/from_dl06.py", "_pv_filter"),
     }
 
