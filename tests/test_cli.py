@@ -244,6 +244,25 @@ def test_limits_end_with_exit_code_2_and_their_value(reactor, limit):
     assert limit.partition("=")[2] in result.stdout.decode()
 
 
+@pytest.mark.parametrize(("size", "code"), [(1 << 20, 0), ((1 << 20) + 1, 2)])
+def test_a_configuration_has_at_most_a_megabyte(tmp_path, size, code):
+    text = REACTOR.read_bytes()
+    text += b"# " + b"x" * (size - len(text) - 2)
+    (tmp_path / "x.yaml").write_bytes(text)
+    result = run("validate", str(tmp_path / "x.yaml"), "--no-cache")
+    assert result.returncode == code
+    assert ("larger than 1048576 bytes" in result.stdout.decode()) == (code == 2)
+
+
+@pytest.mark.parametrize(("size", "code"), [(3 << 20, 0), ((3 << 20) + 1, 2)])
+def test_what_a_program_has_written_may_be_three_times_as_large(tmp_path, size, code):
+    listing = run("encode", str(REACTOR), "--quiet").stdout
+    line = b"# " + b"x" * 998 + b"\n"
+    listing += line * ((size - len(listing)) // len(line))
+    (tmp_path / "x.txt").write_bytes(listing + b"\n" * (size - len(listing)))
+    assert run("decode", str(tmp_path / "x.txt"), "--vendor", "dl06").returncode == code
+
+
 def test_wrong_usage_is_exit_code_2():
     assert run("validate").returncode == 2
     assert run("nonsense").returncode == 2

@@ -193,14 +193,21 @@ def test_a_unit_of_several_lines_or_pages_spoils_no_comment():
     assert rows["DF101"].endswith(',"Setpoint (SP)"')
 
 
+def test_a_unit_comes_back_from_comments_that_are_all_ours():
+    text = NICKNAMES.write(image_of(LOOP), ())
+    assert NICKNAMES.read(text).settings[0]["pv"] == {"unit": "degF"}
+    assert "pv" not in NICKNAMES.read(text.replace('"Setpoint (SP), degF"', '"Setpoint (SP), by hand"')).settings[0]
+    assert "pv" not in NICKNAMES.read(text.replace(", degF", "")).settings[0]
+
+
 # --- nickname CSV: reading --------------------------------------------------------------------------------------------
 
 
 def test_loops_and_blocks_are_recovered_from_the_nicknames(image):
     found = NICKNAMES.read(NICKNAMES.write(image, ()))
     assert found.settings == (
-        {"loop": "TANK1", "bits": "C101", "integers": "DS101", "floats": "DF101"},
-        {"loop": "VAT_2", "bits": "C201", "integers": "DS201", "floats": "DF201"},
+        {"loop": "TANK1", "bits": "C101", "integers": "DS101", "floats": "DF101", "pv": {"unit": "degF"}},
+        {"loop": "VAT_2", "bits": "C201", "integers": "DS201", "floats": "DF201", "pv": {"unit": "degF"}},
     )
     assert setting_words(image).items() <= found.words.items()
 
@@ -417,7 +424,7 @@ def test_a_file_over_the_limit_is_refused_and_not_cut(folder):
         "-o",
         "new.csv",
         "--limit",
-        "file_bytes=900",
+        "file_bytes=300",
         cwd=folder,
     )
     assert result.returncode == 2

@@ -744,6 +744,34 @@ def test_addresses_stay_within_a_vendor(vendor):
     ]
 
 
+@pytest.mark.parametrize(
+    ("source", "target", "places"),
+    [
+        ("dl06", "click", {"plc.loop_table": "V2000"}),
+        ("click", "dl06", {"bits": "C101", "integers": "DS101", "floats": "DF101"}),
+        ("ezlogix", "dl06", {"registers": "R101", "discretes": "S101"}),
+        ("dpide", "dl06", {"device": "D500"}),
+    ],
+)
+def test_a_place_is_told_as_the_file_writes_it(source, target, places):
+    (loop,) = api.convert(SIDES[source].config, target).to_json()["loops"]
+    told = {row["field"]: row["from"] for row in loop["changes"] if row["kind"] == "dropped"}
+    assert places.items() <= told.items()
+
+
+@pytest.mark.parametrize("source", ["dpide", "nextopid"])
+@pytest.mark.parametrize(
+    ("terms", "is_lost"), [(("Ti_Ki: 20.0", "Ti_Ki: 20.0"), False), (("Ti_Ki: 20.0", "Ti_Ki: 0"), True)]
+)
+def test_no_bias_of_an_output_that_does_not_reach_0_is_lost_without_an_integral_alone(source, terms, is_lost):
+    text = SIDES[source].config.replace("MV_MIN: 0", "MV_MIN: 20").replace("MinMV: 0.0", "MinMV: 20").replace(*terms)
+    text = text.replace("    SV:", "    BIAS: 0\n    SV:").replace("    SP:", "    BIAS: 0\n    SP:")
+    (loop,) = api.convert(text, "ezlogix").to_json()["loops"]
+    assert [row["field"] for row in loop["changes"] if row["target_field"] == "output.offset" and row["loss"]] == (
+        ["output.offset"] * is_lost
+    )
+
+
 def test_a_line_names_the_key_of_the_result_too():
     rows = [row for row in api.convert(DL06_OWN % "I", "click").loops[0].changes if row.target_field]
     fields = {(row.field, row.target_field) for row in rows}

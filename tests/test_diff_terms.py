@@ -144,6 +144,24 @@ def test_values_that_are_the_same_on_another_scale_are_one_line():
     assert {d.key for d in loops(result)["TIC-101"].differences if not d.other_word_only} == {"pv.range.1"}
 
 
+def test_a_limit_of_0_counts_is_one_like_any_other():
+    text = FILES["ezlogix"]
+    scaled = edited(text, ("counts: [0, 4095]", "counts: [800, 4000]"))
+    rows_of = [d for d in loops(pidcfg.diff(text, scaled))["OVEN1"].differences if d.key == "setpoint.limits.0"]
+    assert [(d.before, d.after, d.other_word_only) for d in rows_of] == [(0, 0, True)]
+
+
+def test_a_gain_in_another_unit_is_no_action_that_is_switched():
+    text = (
+        "pidcfg: 1\nvendor: nextopid\nplc: {sample_time: 0.4}\nloops:\n  - {name: A, type: PIDA_REAL, SP: 30, Kp: 0.5, "
+        "Ti_Ki: 9, Td_Kd: 0, MinMV: 4, MaxMV: 20, MinPV: 0, MaxPV: 99, pv: {unit: degC}, output: {unit: mA}}\n"
+    )
+    found = pidcfg.diff(text, edited(text, ("unit: mA", "unit: V"), ("Kp: 0.5", "Kp: 2")))
+    assert [(d.before, d.after, d.risk, d.note) for d in loops(found)["A"].differences if d.key == "Kp"] == [
+        ("0.5 mA/degC", "2 V/degC", "medium", "")
+    ]
+
+
 def test_markdown_is_a_table_with_what_is_grave_in_bold():
     after = edited(REACTOR, ("action: reverse", "action: direct"), ("name: FIC-102", "name: FIC-1"))
     lines = as_markdown(pidcfg.diff(REACTOR, after, names=("a.yaml", "b.yaml"))).splitlines()

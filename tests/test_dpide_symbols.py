@@ -51,6 +51,15 @@ def test_every_operand_and_device_comes_back(config):
     assert table(found).replace("; ", ",").count("\n") == text.count("\n")
 
 
+def test_units_come_back_from_comments_that_are_all_ours():
+    config = configuration(pv={"unit": "degC"}, output={"unit": "%"})
+    text = table(config)
+    found = decode(text.encode("gbk"), "dpide")
+    assert table(DpideFile.model_validate(found.data)) == text
+    other = decode(text.replace("SV: Target value; degC", "SV: as on the panel; degC").encode("gbk"), "dpide")
+    assert [sorted({"pv", "output"} & set(loop)) for loop in other.data["loops"]] == [["output"]]
+
+
 def test_symbols_that_were_added_to_a_table_of_the_users_are_read_out_of_it():
     text, _ = merged(USERS)
     result = decode(text.encode("gbk"), "dpide")

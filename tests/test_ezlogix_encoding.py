@@ -98,6 +98,7 @@ OVEN = {"tag": "IR1", "range": [0, 400]}
         ({}, "R113", 0),
         ({}, "R114", 600),
         ({"autotune": {"timeout": 900}}, "R114", 900),
+        ({"autotune": {"timeout": "15 min"}}, "R114", 900),
         ({"output": PULSE}, "R115", 100),
         ({"output": PULSE}, "R116", 5),
         ({"output": PULSE}, "R117", 7),
@@ -165,6 +166,12 @@ def test_counts_that_do_not_begin_at_zero():
 )
 def test_what_does_not_fit_is_reported_and_not_truncated(changes, path):
     assert [m.path for _, m in encode(configuration(**changes)).misfits] == [path]
+
+
+@pytest.mark.parametrize("timeout", [1.5, "1500 ms", "2 m"])
+def test_a_timeout_is_whole_seconds(timeout):
+    with pytest.raises(ValidationError, match=r"is not a whole number of s|is not a time"):
+        configuration(autotune={"timeout": timeout})
 
 
 def test_every_path_of_the_map_exists_in_the_schema():

@@ -124,6 +124,7 @@ def test_a_set_up_that_the_scenario_spoils_points_at_its_line():
     found = prepare(scenario(WIRED + "plc: {number_of_loops: 9}\n"), plc).problems
     assert [(p.path, p.severity) for p in found] == [(("plc", "number_of_loops"), "warning")]
     assert "V1 = 0x0004" in found[0].message
+    assert found[0].effect == "V1 bit 2"
 
 
 def test_a_loop_without_a_plant_is_a_warning():

@@ -307,7 +307,7 @@ def test_a_workbook_that_unpacks_to_too_much():
     book.active.append(["x" * 30000] * 60)
     stream = io.BytesIO()
     book.save(stream)
-    assert "when it is unpacked" in faults(stream.getvalue(), limits=Limits(file_bytes=30000))[0]
+    assert "when it is unpacked" in faults(stream.getvalue(), limits=Limits(file_bytes=10000))[0]
 
 
 def repacked(data, change):

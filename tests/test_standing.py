@@ -640,6 +640,7 @@ def test_a_set_up_that_the_cpu_refuses_fails_once():
         ("", "set-up-error", "V7642 = 0x0004")
     ]
     assert verdict(result, "not-in-mode").text == "V7642 keeps the loop task off"
+    assert [f.plc_effect for f in result.findings if f.code == "PID059"] == ["V7642 bit 2"]
     expected = outcome("dl06", more="plc: {number_of_loops: 9}\nexpect:\n  - {flag: V7642, is: 0x0004}\n")
     assert expected.passed
     assert {v.text for v in expected.report.standing} == {"V7642 is expected"}

@@ -138,7 +138,7 @@ def tune(
     wish = processes.robustness(vary, ms, samples, given=METHODS[method].searches)
     values = {key: processes.check_number(key, value) for key, value in numbers.items() if value is not None}
     request = processes.request(columns, rest, start, until, given=record is not None)
-    step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)
+    step = None if record is None else (*source_data(record, name, files, limits.listing_bytes + 1), request)
     known = processes.known_process(values, model, transfer, given=record is not None)
     return gains.tune_gains(method, form, replace(known, wish=wish), step, target, limits)
 
@@ -154,7 +154,7 @@ def _into(
         return None
     from pidcfg.output.process import GainsFile
 
-    return GainsFile(*source_data(source, name, files, limits.file_bytes + 1), loop, reader_of(files))
+    return GainsFile(*source_data(source, name, files, limits.listing_bytes + 1), loop, reader_of(files))
 
 
 @check_arguments
@@ -257,7 +257,7 @@ def check(
         return check_loaded(doc, reader_of(files), chosen)
     from pidcfg.validate.baseline import BaselineError
 
-    text = source_data(baseline, None, files, limits.file_bytes + 1)[0].decode("utf-8-sig", "replace")
+    text = source_data(baseline, None, files, limits.listing_bytes + 1)[0].decode("utf-8-sig", "replace")
     folder = baseline.parent.as_posix() if isinstance(baseline, Path) else None
     try:
         return check_loaded(doc, reader_of(files), replace(chosen, baseline=text, folder=folder))
@@ -283,7 +283,7 @@ def fix(
     from pidcfg.output.sources import document_of
 
     doc = document_of(source, name, files, limits)
-    most = limits.file_bytes + 1
+    most = limits.listing_bytes + 1
     data = source_data(source, name, files, most)[0] if isinstance(source, Path | str | bytes) else data_of(doc.text)
     fixed = correct(data, doc, reader_of(files), lambda d: not codes or d.code in codes)
     return FixResult(doc, fixed.data, fixed.fixed, fixed.left)
@@ -350,7 +350,7 @@ def encode(
     from pidcfg.output.words import MODBUS, EncodeOptions, encode_checked
 
     refuse_unknown("format", format, format_names())
-    checked, most = checked_of(source, name, files, limits), limits.file_bytes + 1
+    checked, most = checked_of(source, name, files, limits), limits.listing_bytes + 1
     added_to = None if into is None else source_data(into, into_name, files, most)
     old = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
     plc_map = stated_map(map, checked.document, files, limits) if map is not None or format == MODBUS else None
@@ -497,7 +497,7 @@ def simulate(
         raise ArgumentError("`against` and `accept` exclude each other", "against", "accept")
     if against is None and against_name is not None:
         raise ArgumentError("`against_name` is for `against`", "against_name", "against")
-    stated = None if against is None else source_data(against, against_name, files, limits.file_bytes + 1)
+    stated = None if against is None else source_data(against, against_name, files, limits.listing_bytes + 1)
     columns = Columns() if trend is True else None
     sink = columns if isinstance(trend, bool) else trend
     settings = Settings(engine, every, limits.loop_steps, sink, progress=progress, runs=runs, reference=reference)

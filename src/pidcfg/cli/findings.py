@@ -137,7 +137,7 @@ class Cache:
 
     def _same(self, names: Iterable[str], hashes: Iterable[str]) -> bool:
         """Whether other files are what they were."""
-        most = self.limits.file_bytes + 1
+        most = self.limits.listing_bytes + 1
         return all(hash_of(FILES.read(name, most)) == kept for name, kept in zip(names, hashes, strict=True))
 
 

@@ -510,7 +510,7 @@ class _Taken:
 
 def concerns_pidcfg(entry: Input) -> bool:
     """Whether a file has the ``pidcfg`` key, or is to be reported because it cannot be read."""
-    return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, entry.limits.file_bytes)
+    return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, entry.limits.listing_bytes)
 
 
 def expand(paths: Sequence[str]) -> Iterator[str]:
@@ -600,7 +600,7 @@ def name_of(path: str) -> str:
 
 def read_input(name: str, limits: Limits) -> Input:
     """The bytes of one file or of standard input, at most one more than the limit."""
-    most = limits.file_bytes + 1
+    most = limits.listing_bytes + 1
     try:
         if name == STDIN:
             if sys.stdin is None:

@@ -434,7 +434,8 @@ class Comparison:
     def _difference(self, loop: str, one: Item, two: Item) -> Difference:
         key = two.key if two.address or not one.address else one.key
         unit, before, after = _in_one_unit(one, two)
-        neutral, risk, note = judge_key(key, self.fields(loop, key), before, after)
+        is_scaled = {type(before), type(after)} == {str} != {type(one.value), type(two.value)}
+        neutral, risk, note = judge_key(key, self.fields(loop, key), before, after, is_scaled=is_scaled)
         by, kinds = one.by or two.by, {one.kind, two.kind}
         if fault := one.fault or two.fault:
             note = f"no value: {fault.rpartition(': ')[2]}"

@@ -171,10 +171,13 @@ ACTION_KEYS = ("action", "Direct", "PID_DIR", "output_raises_pv")
 """Keys of the direction of control, whatever the vendor calls it."""
 
 
-def judge_key(key: str, fields: Iterable[str], before: object, after: object) -> tuple[str, Risk, str]:
+def judge_key(
+    key: str, fields: Iterable[str], before: object, after: object, *, is_scaled: bool = False
+) -> tuple[str, Risk, str]:
     """The field that a key of a vendor is, how grave its difference is, and what it means.
 
-    ``fields``: the neutral fields that it becomes; of several the one of which most can go wrong.
+    ``fields``: the neutral fields that it becomes; of several the one of which most can go wrong. ``is_scaled``: both
+    are numbers, each with a unit of its own.
     """
     last = key.rpartition(".")[2]
     if last in ACTION_KEYS:
@@ -182,7 +185,8 @@ def judge_key(key: str, fields: Iterable[str], before: object, after: object) ->
     if last in FORM_KEYS:
         return key, "high", FORM_KEYS[last]
     one, two = number_of(before), number_of(after)
-    is_switched = isinstance(before, bool | str) or isinstance(after, bool | str) or bool(before) != bool(after)
+    is_word = not is_scaled and (isinstance(before, bool | str) or isinstance(after, bool | str))
+    is_switched = is_word or bool(before) != bool(after)
     ends = {_matching_field(name, key) for name in fields if is_switched or name not in SWITCH_FIELDS}
     names = sorted(name for name in ends if name is not None)
     names = names or [key] * (key in RANKED_FIELDS)

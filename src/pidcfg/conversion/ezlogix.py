@@ -459,10 +459,11 @@ def _cv_tag(b: TargetBuilder, e: EzlogixLoop) -> None:
 
 
 def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
-    output = e.neutral.output
-    if is_given(output, ("bias",)):
+    output, integral = e.neutral.output, e.neutral.tuning.integral_time
+    is_nothing = integral and not output.bias and not output.range[0] <= ZERO <= output.range[1]
+    if is_given(output, ("bias",)) and not is_nothing:  # 0 mA on 4 to 20 mA: no bias, which an integral makes up for
         b.put("output.offset", output.bias, "output.bias")
-    elif not e.neutral.tuning.integral_time and output.bias != output.range[0]:
+    elif not integral and output.bias != output.range[0]:
         b.put("output.offset", output.bias, "output.bias", NO_BIAS_NOTE, assumed=True)
     if output.manual is not None:
         counts = nearest(rescale(output.manual, output.range, (ZERO, FULL_COUNTS)))

@@ -35,6 +35,7 @@ from pidcfg.conversion.settle import (
 )
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
+from pidcfg.schemas.base import Parser
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.paths import dotted, given_fields, is_given, put, steps, value_at
@@ -145,10 +146,19 @@ def unreported_fields(
 
 def fields_of_loop(config: ConfigurationFile, i: int, *, with_plc: bool) -> Iterator[tuple[Path, object]]:
     """The fields that a file gives of a loop, and of the PLC beside it."""
-    yield from given_fields(config.loops[i])
+    yield from _given_as_written(config.loops[i])
     plc = getattr(config, "plc", None)
     if with_plc and plc is not None:
-        yield from given_fields(plc, ("plc",))
+        yield from _given_as_written(plc, ("plc",))
+
+
+def _given_as_written(model: BaseModel, above: Path = ()) -> Iterator[tuple[Path, object]]:
+    """The fields that a file gives of a model; addresses by their names, as the file has them."""
+    fields = type(model).model_fields
+    spellings = {key: mark.spell for key, row in fields.items() for mark in row.metadata if isinstance(mark, Parser)}
+    for path, value in given_fields(model, above):
+        spell = spellings.get(str(path[-1])) if len(path) == len(above) + 1 else None
+        yield path, spell(value) if spell is not None and isinstance(value, int) else value
 
 
 def items_beside_loops(

@@ -53,6 +53,8 @@ if TYPE_CHECKING:
 # --- Terms of a vendor with registers: every row of its map that a loop has, with the register's content --------------
 
 SETPOINT_VALUE = f"{SETPOINT}.value"
+LIMIT_ENDS = ("limits.0", "limits.1")
+"""Last steps of keys whose words are limits whatever they hold: 0 counts is one, too."""
 COUNT, TABLE = "plc.number_of_loops", "plc.loop_table"
 """Registers of a set-up that says which loops the PLC calculates, and where they begin."""
 PLACE_OF_LOOP = 2
@@ -232,7 +234,7 @@ class _Block:
         if leaf is not None:
             return key, *value_and_unit(leaf, self.model, self.subject.vendor, self.units)
         value = self.value(word)
-        is_given = bool(raw) or isinstance(word.codec, Choice)
+        is_given = bool(raw) or isinstance(word.codec, Choice) or word.path.endswith(LIMIT_ENDS)
         is_raw = isinstance(value, Quantity) and (value.counts or not self.block.scales[str(word.scale)].range)
         unit = "counts" if is_raw else unit_text(word.unit, self.units)
         return key, number(value) if is_given else None, trim_unit(unit)

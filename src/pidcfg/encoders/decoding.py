@@ -106,8 +106,8 @@ def _text_of(data: bytes, kinds: Iterable[FileKind]) -> str:
 
 def refuse_large(data: bytes, limits: Limits) -> None:
     """Raises `ListingError` for a file that is larger than the limit."""
-    if len(data) > limits.file_bytes:
-        raise ListingError(f"the file is larger than {limits.file_bytes} bytes")
+    if len(data) > limits.listing_bytes:
+        raise ListingError(f"the file is larger than {limits.listing_bytes} bytes")
 
 
 def listing_text(data: bytes) -> str:

@@ -197,7 +197,7 @@ class Files:
     def read(self, path: str) -> Document | None:
         """A file as a document, a buffer or the disk's; None where it cannot be read."""
         try:
-            data = self.reader.read(path, DEFAULT.file_bytes + 1)
+            data = self.reader.read(path, DEFAULT.listing_bytes + 1)
         except (OSError, ValueError):
             return None
         return read_document(data, path)
@@ -217,7 +217,7 @@ class Files:
         path, data = path_of(uri), data_of(one.buffer.text)
         doc = read_document(data, path)
         base = Analysis(uri, one.version, one.buffer, doc)
-        if not is_for_pidcfg(path, data, DEFAULT.file_bytes):
+        if not is_for_pidcfg(path, data, DEFAULT.listing_bytes):
             return replace(base, document=doc.bare())
         one.good = one.good if doc.data is None else doc
         found, checked = judge(doc, self.reader)

@@ -179,7 +179,7 @@ def configuration_of(doc: Document, reader: Reader) -> Document | None:
         return None
     place = reader.resolve(doc.file, name)
     try:
-        data = read_other(reader, place, doc.limits.file_bytes + 1)
+        data = read_other(reader, place, doc.limits.listing_bytes + 1)
     except (OSError, ValueError):
         return None
     other = read_document(data, place, doc.limits)

@@ -301,6 +301,6 @@ def _part(progress: Callable[[float], None], done: int, total: int) -> Callable[
 
 def _data_of(name: str, reader: Reader, doc: Document) -> bytes | None:
     try:
-        return reader.read(name, doc.limits.file_bytes + 1)
+        return reader.read(name, doc.limits.listing_bytes + 1)
     except (OSError, ValueError):
         return None

@@ -116,8 +116,8 @@ class Sheet:
 
 def read_sheet(data: bytes, name: str, limits: Limits) -> Sheet:
     """The table of a file; raises `SheetError`."""
-    if len(data) > limits.file_bytes:
-        raise SheetError(f"{name} is larger than {limits.file_bytes} bytes")
+    if len(data) > limits.listing_bytes:
+        raise SheetError(f"{name} is larger than {limits.listing_bytes} bytes")
     left_out: tuple[str, ...] = ()
     separator = remark = ""
     if data.startswith(WORKBOOK):
@@ -216,8 +216,8 @@ def _refuse_bombs(data: bytes, name: str, limits: Limits) -> None:
     """Raises `SheetError` for a workbook that is small and makes much of it; its parts are read, and not kept."""
     elements = 0
     with zipfile.ZipFile(io.BytesIO(data)) as package:
-        if sum(entry.file_size for entry in package.infolist()) > MAX_UNPACKED * limits.file_bytes:
-            raise SheetError(f"{name} is larger than {MAX_UNPACKED * limits.file_bytes} bytes when it is unpacked")
+        if sum(entry.file_size for entry in package.infolist()) > MAX_UNPACKED * limits.listing_bytes:
+            raise SheetError(f"{name} is larger than {MAX_UNPACKED * limits.listing_bytes} bytes when it is unpacked")
         for entry in package.infolist():
             with package.open(entry) as part:
                 while block := part.read(BLOCK):

@@ -25,7 +25,7 @@ def document_of(source: Source, name: str | None, files: Files, limits: Limits) 
     """A source as a document; raises `OSError` for a file that is not there."""
     if isinstance(source, Document):
         return source if source.limits == limits else replace(source, limits=limits)
-    return read_document(*source_data(source, name, files, limits.file_bytes + 1), limits)
+    return read_document(*source_data(source, name, files, limits.listing_bytes + 1), limits)
 
 
 def checked_of(source: Source, name: str | None, files: Files, limits: Limits) -> Checked:
@@ -41,7 +41,7 @@ def stated_map(
 
     if source is None:
         return named_map(document, reader_of(files))
-    data, label = source_data(source, None, files, limits.file_bytes + 1)
+    data, label = source_data(source, None, files, limits.listing_bytes + 1)
     return map_of_data(data, "map" if label == UNNAMED else label, limits)
 
 
@@ -57,7 +57,7 @@ def files_of(
     names = [name] * len(sources) if name is None or isinstance(name, str) else list(name)
     if not sources or len(names) != len(sources):
         raise ArgumentError("`source` and `name` are lists of the same length, and not empty", "source", "name")
-    most = limits.file_bytes + 1
+    most = limits.listing_bytes + 1
     return [source_data(one, label, files, most) for one, label in zip(sources, names, strict=True)]
 
 
@@ -67,7 +67,7 @@ def side_of(source: Source, name: str | None, files: Files, limits: Limits) -> t
 
     if isinstance(source, Document):
         return checked_of(source, name, files, limits), name or source.file
-    data, label = source_data(source, name, files, limits.file_bytes + 1)
+    data, label = source_data(source, name, files, limits.listing_bytes + 1)
     if is_listing(label):
         return (data, label), label
     return check_document(read_document(data, label, limits)), label

@@ -77,6 +77,8 @@ class Parser(NamedTuple):
     """How a field is read; `pydantic.PlainValidator` would also work out how its type is written, for more time."""
 
     parse: Callable[[object], object]
+    spell: Callable[[int], str] | None = None
+    """Of an address: its name by its number."""
 
     def __get_pydantic_core_schema__(self, *_: object) -> CoreSchema:
         return no_info_plain_validator_function(self.parse)
@@ -183,6 +185,14 @@ def parse_seconds(value: object) -> Decimal:
     return parse_duration(value).seconds()
 
 
+def parse_whole_seconds(value: object) -> int:
+    """A whole number of seconds; a text may carry another unit."""
+    number = parse_seconds(value)
+    if number != number.to_integral_value():
+        refuse("number_type", f"{value} is not a whole number of s", help=f"write {round(number)}")
+    return int(number)
+
+
 def parse_off_seconds(value: object) -> Decimal:
     """A time in seconds; ``off`` is 0, which removes the term."""
     if isinstance(value, str) and value.casefold() in LOOKS_OFF:
@@ -260,6 +270,9 @@ Flag = Annotated[bool, Parser(parse_flag), WithJsonSchema({"type": "boolean"})]
 Text = Annotated[str, Parser(parse_text), WithJsonSchema({"type": ["string", "number", "boolean"]})]
 Name = Annotated[str, Parser(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})]
 Seconds = Annotated[Decimal, Parser(parse_seconds), WithJsonSchema(DURATION_SCHEMA)]
+WholeSeconds = Annotated[
+    int, Parser(parse_whole_seconds), WithJsonSchema({"anyOf": [DURATION_TEXT, {"type": "integer"}]})
+]
 OffSeconds = Annotated[
     Decimal, Parser(parse_off_seconds), WithJsonSchema(number_schema(DURATION_TEXT, {"const": "off"}))
 ]
@@ -382,10 +395,14 @@ class BankRange(NamedTuple):
         if match is None or match.group(1) != self.prefix or len(match.group(2)) > LONGEST:
             refuse("address_form", f"{value!r} is not {self.what}", help=example)
         number = self._inside(int(match.group(2)))
-        only = f"{self.prefix}{number}"
+        only = self.name(number)
         if value != only:
             refuse("address_form", f"{value!r} is not spelled as an address", help=f"write {only}", only=only)
         return number
+
+    def name(self, number: int) -> str:
+        """The name of an address by its number: ``C101``."""
+        return f"{self.prefix}{number}"
 
     def _inside(self, number: int) -> int:
         if not self.first <= number <= self.last:
@@ -453,7 +470,7 @@ def _in_memory(address: int, shown: str) -> int:
     return address
 
 
-VAddress = Annotated[int, Parser(parse_v_address), WithJsonSchema(text_schema("V[01]?[0-7]{1,5}", "V2000"))]
+VAddress = Annotated[int, Parser(parse_v_address, v_name), WithJsonSchema(text_schema("V[01]?[0-7]{1,5}", "V2000"))]
 
 # --- The Modbus map that a configuration names: a file, never a host --------------------------------------------------
 

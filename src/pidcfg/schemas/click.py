@@ -114,9 +114,9 @@ def parse_unit_rate(value: object) -> Rate:
     return rate
 
 
-CAddress = Annotated[int, Parser(BITS.parse), WithJsonSchema(BITS.schema)]
-DsAddress = Annotated[int, Parser(INTEGERS.parse), WithJsonSchema(INTEGERS.schema)]
-DfAddress = Annotated[int, Parser(FLOATS.parse), WithJsonSchema(FLOATS.schema)]
+CAddress = Annotated[int, Parser(BITS.parse, BITS.name), WithJsonSchema(BITS.schema)]
+DsAddress = Annotated[int, Parser(INTEGERS.parse, INTEGERS.name), WithJsonSchema(INTEGERS.schema)]
+DfAddress = Annotated[int, Parser(FLOATS.parse, FLOATS.name), WithJsonSchema(FLOATS.schema)]
 YBit = Annotated[str, Parser(parse_output_bit), WithJsonSchema(text_schema(Y_BIT.pattern, "Y001"))]
 SampleRate = Annotated[Decimal, Parser(parse_sample_rate), WithJsonSchema(DURATION_TEXT)]
 UnitRate = Annotated[Rate, Parser(parse_unit_rate), WithJsonSchema(UNIT_RATE_SCHEMA)]

@@ -16,7 +16,6 @@ from pidcfg.schemas.base import (
     BankRange,
     ConfigurationFile,
     Flag,
-    Integer,
     Limits,
     LoopNameSettings,
     MapFile,
@@ -31,6 +30,7 @@ from pidcfg.schemas.base import (
     Seconds,
     SectionSettings,
     Text,
+    WholeSeconds,
     pair_schema,
     parse_pair,
     parse_text,
@@ -139,8 +139,8 @@ def _tag_schema(*prefixes: str) -> JsonSchema:
     return text_schema(f"(?:{'|'.join(prefixes)})[1-9][0-9]{{0,4}}", f"{prefixes[0]}1")
 
 
-RAddress = Annotated[int, Parser(REGISTERS.parse), WithJsonSchema(REGISTERS.schema)]
-SAddress = Annotated[int, Parser(DISCRETES.parse), WithJsonSchema(DISCRETES.schema)]
+RAddress = Annotated[int, Parser(REGISTERS.parse, REGISTERS.name), WithJsonSchema(REGISTERS.schema)]
+SAddress = Annotated[int, Parser(DISCRETES.parse, DISCRETES.name), WithJsonSchema(DISCRETES.schema)]
 PvTag = Annotated[str, Parser(parse_tag("IR", "R")), WithJsonSchema(_tag_schema("IR", "R"))]
 CvTag = Annotated[str, Parser(parse_tag("OR", "R")), WithJsonSchema(_tag_schema("OR", "R"))]
 OutputTag = Annotated[str, Parser(parse_tag("O")), WithJsonSchema(_tag_schema("O"))]
@@ -233,7 +233,7 @@ class Autotune(Model):
 
     type: Literal["PID", "PI"] = "PID"
     """Gains to compute."""
-    timeout: Annotated[Integer, Limits("0", "65535", "s", AUTOTUNE)] = 600
+    timeout: Annotated[WholeSeconds, Limits("0", "65535", "s", AUTOTUNE)] = 600
     """Time in s after which an autotune that has not finished is aborted."""
 
 

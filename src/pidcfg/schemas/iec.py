@@ -127,7 +127,9 @@ def is_numeric(text: str) -> bool:
 def _parse_wire(value: str) -> Wire:
     text = " ".join(str(value).split())
     if text.lower() in LOOKS_BOOLEAN or text.lower() in {"true", "false", "null", "~", ""}:
-        refuse("number_type", f"{text!r} is neither a number nor an expression")
+        is_word = text.lower() in LOOKS_BOOLEAN
+        cure = f"a signal of this name is written ({text})" if is_word else None
+        refuse("number_type", f"{text!r} is neither a number nor an expression", help=cure)
     if LEADING_ZERO.match(text):
         refuse("leading_zero", f"{text!r} begins with a leading zero, which some read as octal")
     return Wire(text)

@@ -338,7 +338,7 @@ def reference_of(
 
     ``loops``: of the configuration; ``against``: the content and the name of the file in its place.
     """
-    most = doc.limits.file_bytes
+    most = doc.limits.listing_bytes
     path: Path = ("reference",) if against is None else ()
     name = reader.resolve(doc.file, scenario.reference or "") if against is None else against[1]
     try:

@@ -188,6 +188,7 @@ def place_problem(problem: Problem, doc: Document) -> Diagnostic:
         span,
         problem.path,
         problem.loop or "",
+        plc_effect=problem.effect,
         help=problem.help,
         key=key_of(doc, problem.path),
         value=value_of(doc, problem.path),
@@ -201,7 +202,7 @@ def _read_config(loaded: Loaded, scenario: Scenario, reader: Reader) -> None:
         loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
     try:
-        data = read_other(reader, loaded.config, loaded.document.limits.file_bytes + 1)
+        data = read_other(reader, loaded.config, loaded.document.limits.listing_bytes + 1)
     except (OSError, ValueError) as error:
         shown = may_be_quoted(reader, loaded.document.file, loaded.config)
         near = near_name(loaded.config, reader) if shown else None

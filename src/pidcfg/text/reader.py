@@ -19,11 +19,16 @@ if TYPE_CHECKING:
 # --- Limits on untrusted input, all in one place; the command line may raise them, a file never can -------------------
 
 
+LISTING_SIZE = 3
+"""How many times the size of a configuration a file of another program may have: CODESYS projects have 1.1 MB."""
+
+
 @frozen
 class Limits:
     """How large an input may be before it is refused (exit code 2, naming the limit)."""
 
-    file_bytes: int = 3 << 20
+    file_bytes: int = 1 << 20
+    """Of a configuration or scenario; what a program has written may have `LISTING_SIZE` times as much."""
     depth: int = 32
     nodes: int = 50_000
     aliases: int = 100
@@ -32,6 +37,11 @@ class Limits:
     loops: int = 1_000
     files: int = 10_000
     loop_steps: int = 100_000_000
+
+    @property
+    def listing_bytes(self) -> int:
+        """How many bytes a memory listing, a project, a sheet or a recording may have."""
+        return LISTING_SIZE * self.file_bytes
 
 
 DEFAULT = Limits()

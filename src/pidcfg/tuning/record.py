@@ -9,6 +9,7 @@ from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.text.frozen import frozen
+from pidcfg.text.references import Decision
 from pidcfg.tuning.identify import Identified, identify
 from pidcfg.tuning.response import Record, RecordError, Request
 from pidcfg.tuning.rules import TuningError
@@ -328,14 +329,23 @@ def identify_record(
     return found.with_remarks(said), record
 
 
+D1080 = Decision(
+    1080,
+    "what a program has written may be three times as large as a configuration",
+    "A configuration or scenario has at most 1 MiB, a memory listing, an export, a project, a sheet or a recording 3 "
+    "MiB; `--limit file_bytes` raises both.",
+    "Nobody writes a megabyte of loops by hand; a CODESYS project with all its programs has 1.1 MB.",
+)
+
+
 def read_record(
     data: bytes, name: str, limits: Limits, request: Request | None = None
 ) -> tuple[Record, list[int], tuple[str, ...]]:
     """The samples of a file, the lines that they stand in, and what was read as what."""
     request = request or Request()
-    if len(data) > limits.file_bytes:
+    if len(data) > limits.listing_bytes:
         raise UnreadableRecordError(
-            f"{name} is larger than {limits.file_bytes} bytes; --limit file_bytes=… raises that"
+            f"{name} is larger than {limits.listing_bytes} bytes; --limit file_bytes=… raises that"
         )
     try:
         given = wanted_columns(request.columns) if request.columns else {}

@@ -60,7 +60,7 @@ def named_map(document: Document | None, reader: Reader) -> MapFile | None:
         return None
     name = reader.resolve(document.file, other)
     try:
-        data = read_other(reader, name, document.limits.file_bytes + 1)
+        data = read_other(reader, name, document.limits.listing_bytes + 1)
     except (OSError, ValueError) as error:
         span = document.locate(PATH)
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"

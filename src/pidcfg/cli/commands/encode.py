@@ -153,8 +153,8 @@ def _inputs(
 
 def _problem(entry: Input) -> str | None:
     """Why a file cannot be used."""
-    if entry.problem is None and len(entry.data) > entry.limits.file_bytes:
-        return f"{entry.name} is larger than {entry.limits.file_bytes} bytes; raise it with --limit"
+    if entry.problem is None and len(entry.data) > entry.limits.listing_bytes:
+        return f"{entry.name} is larger than {entry.limits.listing_bytes} bytes; raise it with --limit"
     return entry.problem
 
 

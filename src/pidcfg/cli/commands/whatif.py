@@ -103,7 +103,7 @@ def texts_of(scenario: str, against: str | None, limits: Limits) -> tuple[str, d
     files = KeptFiles()
     check(Path(scenario), files=files, limits=limits)
     if against is not None:
-        files.read(Path(against).as_posix(), limits.file_bytes + 1)
+        files.read(Path(against).as_posix(), limits.listing_bytes + 1)
     texts = {relative(name, scenario): data.decode("utf-8", "replace") for name, data in files.kept.items()}
     return relative(scenario, scenario), texts
 

@@ -191,6 +191,14 @@ LOOP_BANKS = frozenset(prefix for prefix, _ in BLOCKS.values())
 SYSTEM = frozenset({"SC", "SD"})
 """Banks whose nicknames the PLC's software gives, some of them twice."""
 
+D1081 = Decision(
+    1081,
+    "units that our comments name are read back",
+    "A nickname list and a symbol table hold no units. Where the comments of all registers on the scale of the PV, or "
+    "of the output, are those that `encode` writes, and end with one unit, it is the loop's.",
+    "The list then says after `decode` and `encode` what it said before. A comment that somebody has changed is "
+    "nobody's unit, and one row alone proves nothing.",
+)
 D990 = Decision(
     990,
     "rows of a nickname list that no loop can touch are kept and not judged",
@@ -409,6 +417,7 @@ class Claim(NamedTuple):
     bank: str
     start: int
     row: Row
+    word: Word
 
 
 def read_nicknames(text: str) -> Listing:
@@ -437,7 +446,7 @@ def _claims(rows: Iterable[Row]) -> Iterator[Claim]:
         for named in NAMED:
             name = row.nickname.removesuffix(named.suffix)
             if named.bank == bank.prefix and name and name != row.nickname:
-                yield Claim(name, named.bank, n - named.offset, row)
+                yield Claim(name, named.bank, n - named.offset, row, named.word)
 
 
 def _almost_loops(claims: list[Claim]) -> Iterator[str]:
@@ -463,7 +472,16 @@ def _loops(claims: list[Claim]) -> Iterator[Mapping[str, Any]]:
             block_claims = [claim for claim in claims if claim.loop == name and claim.bank == bank]
             if block_claims:
                 entry[key] = _start(block_claims)
-        yield entry
+        unit = _unit_in_comments(claim for claim in claims if claim.loop == name)
+        yield entry | ({"pv": {"unit": unit}} if unit else {})
+
+
+def _unit_in_comments(claims: Iterable[Claim]) -> str:
+    """The unit of the PV, where the comments of all its registers are ours and end with the same one (D1081)."""
+    words = [(f"{claim.word.title}, ", claim.row.comment) for claim in claims if claim.word.unit == "pv"]
+    units = {text.removeprefix(title) for title, text in words if text.startswith(title)}
+    is_told = len(units) == 1 and all(text.startswith(title) for title, text in words)
+    return units.pop() if is_told else ""
 
 
 def _start(claims: list[Claim]) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.dpide.st_write import WITHOUT_NUMBER
-from pidcfg.encoders.dpide.symbols import SUFFIXES, Row, Table, parse, registers_of
+from pidcfg.encoders.dpide.symbols import SUFFIXES, Row, Table, parse, registers_of, units_in_comments
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, ROWS
 from pidcfg.encoders.parameter_files import ParameterListing
@@ -428,7 +428,8 @@ def _loops(listing: SymbolListing) -> Iterator[Data]:
             listing.add(full, Elsewhere(row.name) if content is None else content, full, row.line)
         entry: dict[str, object] = {"loop": loop}
         entry |= {"device": devices.pop("I_MV")} if "I_MV" in devices else {}
-        yield entry | ({"devices": devices} if devices else {})
+        units = units_in_comments({operand: rows[name].comment for operand, name in names.items()})
+        yield entry | ({"devices": devices} if devices else {}) | units
 
 
 def _is_block(row: Row) -> bool:

@@ -286,6 +286,21 @@ def _comment(row: Parameter, settings: Settings, *, dependent: bool) -> Iterator
         yield unit
 
 
+def units_in_comments(comments: Mapping[str, str]) -> dict[str, dict[str, str]]:
+    """The units of PV and output, where the comments of all their operands are ours and end with the same (D1081).
+
+    ``comments``: of a loop's symbols, by operand.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for scale in ("pv", "output"):
+        rows = [row for row in DPIDE_TABLE.rows if row.unit == scale and row.name != "I_MV"]
+        starts = [(_plain(f"{row.name}: {row.title}, "), comments.get(row.name, "")) for row in rows]
+        units = {text.removeprefix(start) for start, text in starts if text.startswith(start)}
+        if len(units) == 1 and all(text.startswith(start) for start, text in starts):
+            found[scale] = {"unit": units.pop()}
+    return found
+
+
 def _plain(text: str) -> str:
     """A comment without commas and quotes, of characters that GBK has."""
     bare = text.replace(",", ";").replace('"', "'")
@@ -349,6 +364,11 @@ class Row:
     def value(self) -> str:
         """Its initial value; empty where it has none."""
         return self.cells[VALUE] if len(self.cells) > VALUE else ""
+
+    @property
+    def comment(self) -> str:
+        """Its comment; empty where it has none."""
+        return self.cells[-1] if len(self.cells) == len(COLUMNS) else ""
 
 
 @dataclass(slots=True)

@@ -62,6 +62,8 @@ class Problem:
     key: bool = False
     offset: int = 0
     loop: str | None = None
+    effect: str | None = None
+    """What the PLC shows of it: ``V7642 bit 2``."""
 
 
 class NoValue(NamedTuple):

@@ -151,7 +151,9 @@ def prepare(scenario: Scenario, plc: Plc) -> Network:
     if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
         words = ", ".join(f"{name} = {plc.word_of_flags.format(word)}" for name, word in plc.flags.items())
         message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
-        problems.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning"))
+        bits = [(name, bit) for name, word in plc.flags.items() for bit in range(word.bit_length()) if word >> bit & 1]
+        effect = ", ".join(f"{name} bit {bit}" for name, bit in bits)
+        problems.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning", effect=effect))
     return build(scenario, plc, step, problems)
 
 

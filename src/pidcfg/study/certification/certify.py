@@ -386,7 +386,7 @@ def certify_document(doc: Document, plan: Plan, reader: Reader = DISK) -> BatchO
         loaded.add(error.problems)
         return replace(outcome, findings=loaded.findings)
     names = names_of(scenario, report)
-    config = reader.read(loaded.config, doc.limits.file_bytes + 1)
+    config = reader.read(loaded.config, doc.limits.listing_bytes + 1)
     job = Job(doc.file, doc.text, loaded.config, config, batch.seed, engine, doc.limits)
     tally = run_all(job, names, varies, plan)
     return replace(

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.codecs import Position
 from pidcfg.encoders.maps.ezlogix import CODES, R_BLOCK, S_BLOCK
 from pidcfg.encoders.regmap import Word
-from pidcfg.schemas.base import parse_off_seconds, parse_quantity, parse_seconds
+from pidcfg.schemas.base import parse_off_seconds, parse_quantity, parse_seconds, parse_whole_seconds
 from pidcfg.schemas.ezlogix import LIMITS
-from pidcfg.schemas.numbers import parse_integer, parse_number
+from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.settings import Keys, rows_of
@@ -75,7 +75,7 @@ PARSERS: Mapping[str, Callable[[object], object]] = {
     "tuning.proportional_gain": parse_number,
     "tuning.integral_time": parse_off_seconds,
     "tuning.derivative_time": parse_off_seconds,
-    "autotune.timeout": parse_integer,
+    "autotune.timeout": parse_whole_seconds,
     "output.pulse.cycle_time": parse_seconds,
     "output.pulse.min_on": parse_seconds,
     "output.pulse.min_off": parse_seconds,
