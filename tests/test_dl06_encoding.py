@@ -13,7 +13,7 @@ from dl06_strategies import configurations, loop_words
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.dl06 import DATA_FORMATS
 from pidcfg.encoders.dl06.files import FORMATS, checklist
-from pidcfg.encoders.dl06.image import decode, encode
+from pidcfg.encoders.dl06.image import decode, encode, mode_of
 from pidcfg.encoders.listing import ListingError, kind_of
 from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
@@ -463,3 +463,12 @@ def test_a_pointer_into_the_loop_table_gives_no_steps(table, steps):
     said = [note for note in decoded.notes if "over the loop table" in note]
     wanted = [f"LOOP-1: the ramp/soak table at {table} lies over the loop table: its words are no steps"]
     assert said == (wanted if steps is None else [])
+
+
+@pytest.mark.parametrize(
+    ("word", "mode"),
+    [(0x0001, "manual"), (0x0002, "auto"), (0x0004, "cascade"), (0x8FFA, "auto"), (0x0000, ""), (0x0003, "")],
+)
+def test_the_first_three_bits_of_the_status_word_tell_the_mode(word, mode):
+    """Mode/Alarm Monitoring Word (addr + 06): Manual, Auto and Cascade are bits 0, 1 and 2; the others are alarms."""
+    assert mode_of(word) == mode
