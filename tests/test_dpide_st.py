@@ -428,6 +428,12 @@ def test_neighbours_of_other_types_cannot_be_swapped_by_position():
     assert seen == 7
 
 
+@pytest.mark.parametrize("statement", ["Box.DPIDE := 1;", "X := Box.DPIDE + 1;", "IF Box.DPIDE THEN Y := 1; END_IF;"])
+def test_a_member_of_the_instructions_name_is_no_call_of_it(statement):
+    assert again(f"{by_name()}\n{statement}") == PLAIN
+    assert "statements that are not about DPIDE are left out: lines 2" in found(f"{by_name()}\n{statement}").notes
+
+
 @pytest.mark.parametrize(
     ("text", "message", "place"),
     [
