@@ -423,6 +423,12 @@ def test_the_checklist_is_one_line_beside_the_listing_and_whole_when_asked_for(r
     assert b"check after" not in short.stdout
 
 
+def test_beside_a_listing_with_the_checklist_in_it_is_no_word_of_it(reactor):
+    result = run("encode", str(reactor), "--format", "json")
+    assert len(json.loads(result.stdout)["checklist"]) > 1
+    assert "after the download" not in result.stderr.decode()
+
+
 def test_words_that_differ_come_without_a_checklist(reactor, tmp_path):
     before = tmp_path / "before.csv"
     assert run("encode", str(reactor), "--format", "csv", "-o", str(before)).returncode == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from contextlib import suppress
 from pathlib import Path
 
@@ -238,33 +239,67 @@ def test_devices_are_taken_from_the_rows_where_nothing_stands_beside_them(kind):
 
 
 HOSTILE = (
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80, "device": 5}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80, "device": "M5"}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": "80"}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": True}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 1e39}]},
-    {"words": [{"address": "OVEN.SV", "type": "LREAL", "value": 80}]},
-    {"words": [{"address": "OVEN.SV", "type": ["REAL"], "value": 80}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": [80]}]},
-    {"words": [{"address": ["OVEN.SV"], "type": "REAL", "value": 80}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}] * 2},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "expression": "a"}], "settings": [{"loop": "L", "device": "D0"}]},
-    {"words": [{"address": "OVEN.XX", "type": "REAL", "value": 80}], "settings": [{"loop": "OVEN", "device": "D0"}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}], "settings": [{"loop": ["OVEN"], "device": "D0"}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}], "settings": [{"loop": "OVEN", "devices": [1]}]},
-    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}], "settings": [{"loop": {}}], "plc": {"x": 1}},
-    {"words": [{"address": ".SV", "type": "REAL", "value": 80}]},
-    {"words": [{"address": "OVEN.", "type": "REAL", "value": 80}]},
-    {"words": [1]},
-    {"words": [], "settings": [[]]},
-    {"words": {}},
-    [],
+    # document, what is said of it
+    (
+        {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80, "device": 5}]},
+        "OVEN.SV: the device is not a text",
+    ),
+    (
+        {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80, "device": "M5"}]},
+        "SV: 'M5' is not the address of a D register",
+    ),
+    ({"words": [{"address": "OVEN.SV", "type": "REAL", "value": "80"}]}, 'the value "80" is not one of REAL'),
+    ({"words": [{"address": "OVEN.SV", "type": "REAL", "value": True}]}, "the value true is not one of REAL"),
+    ({"words": [{"address": "OVEN.SV", "type": "REAL", "value": 1e39}]}, "the value 1e+39 is not one of REAL"),
+    ({"words": [{"address": "OVEN.SV", "type": "LREAL", "value": 80}]}, "does not say the device of I_MV"),
+    ({"words": [{"address": "OVEN.SV", "type": ["REAL"], "value": 80}]}, '["REAL"] is not one of the types'),
+    ({"words": [{"address": "OVEN.SV", "type": "REAL", "value": [80]}]}, "the value [80] is not one of REAL"),
+    ({"words": [{"address": ["OVEN.SV"], "type": "REAL", "value": 80}]}, "words[0] has no text 'address'"),
+    ({"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}] * 2}, "OVEN.SV stands here again"),
+    (
+        {
+            "words": [{"address": "OVEN.SV", "type": "REAL", "expression": "a"}],
+            "settings": [{"loop": "L", "device": "D0"}],
+        },
+        "the listing does not hold L.SV",
+    ),
+    (
+        {
+            "words": [{"address": "OVEN.XX", "type": "REAL", "value": 80}],
+            "settings": [{"loop": "OVEN", "device": "D0"}],
+        },
+        "'XX' is not an operand of DPIDE",
+    ),
+    (
+        {
+            "words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}],
+            "settings": [{"loop": ["OVEN"], "device": "D0"}],
+        },
+        "a list stands where text is wanted",
+    ),
+    (
+        {
+            "words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}],
+            "settings": [{"loop": "OVEN", "devices": [1]}],
+        },
+        "does not say the device of I_MV",
+    ),
+    (
+        {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}], "settings": [{"loop": {}}], "plc": {"x": 1}},
+        "plc: x: Extra inputs",
+    ),
+    ({"words": [{"address": ".SV", "type": "REAL", "value": 80}]}, "holds no operand of a DPIDE instruction"),
+    ({"words": [{"address": "OVEN.", "type": "REAL", "value": 80}]}, "holds no operand of a DPIDE instruction"),
+    ({"words": [1]}, "words[0] has no text 'address'"),
+    ({"words": [], "settings": [[]]}, "not a list of mappings"),
+    ({"words": {}}, "no list 'words'"),
+    ([], "no list 'words'"),
 )
 
 
-@pytest.mark.parametrize("document", HOSTILE, ids=range(len(HOSTILE)))
-def test_a_document_that_makes_no_sense_is_refused_and_never_a_traceback(document):
-    with pytest.raises((ListingError, DecodeError)):
+@pytest.mark.parametrize(("document", "message"), HOSTILE, ids=range(len(HOSTILE)))
+def test_a_document_that_makes_no_sense_is_refused_and_never_a_traceback(document, message):
+    with pytest.raises((ListingError, DecodeError), match=re.escape(message)):
         read_back("json", json.dumps(document))
 
 

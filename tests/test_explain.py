@@ -68,6 +68,7 @@ def test_v7642_tells_its_four_bits():
     assert all(point.meaning and point.meaning.effect and point.meaning.cure for point in page.points)
     assert [point.meaning.rules for point in page.points] == [("DL201",), ("DL202",), ("DL203",), ("DL204",)]
     assert page.reference == "DL06 manual ch. 8, PID Error Flags, V7642"
+    assert "below V10000 that is not within V1200 to V7340" in page.points[0].meaning.effect
 
 
 @pytest.mark.parametrize("value", ["0008", "8", "0x0008", "0x8", "8h"])

@@ -86,6 +86,21 @@ def test_auto_transfer_example_of_the_manual():
 
 
 @pytest.mark.parametrize(
+    ("codec", "notation"),
+    [
+        (Bcd(0), "BCD"),
+        (Bcd(1), "BCD, 1 decimal"),
+        (Bcd(2), "BCD, 2 decimals"),
+        (Bcd(2, off=(0,)), "BCD, 2 decimals, 0000 off"),
+        (Bcd(1, off=(0, 9999)), "BCD, 1 decimal, 0000 and 9999 off"),
+        (Bcd(0, off=(0,)), "BCD, 0000 off"),
+    ],
+)
+def test_a_word_of_decimal_digits_is_told_with_its_decimals_and_what_is_off(codec, notation):
+    assert codec.notation == notation
+
+
+@pytest.mark.parametrize(
     ("decimals", "value", "word"),
     [(2, "0.05", 0x0005), (2, "99.99", 0x9999), (1, "180.0", 0x1800), (1, "999.8", 0x9998), (0, "20", 0x0020)],
 )
