@@ -125,6 +125,19 @@ def test_a_reset_beyond_the_word_in_seconds_is_one_in_minutes(seconds, held, uni
     assert (reset.stored if reset.stored is None else float(reset.stored), reset.unit) == (held, unit)
 
 
+@pytest.mark.parametrize(
+    ("vendor", "least", "most", "below", "above"),
+    [("dl06", 0.05, 99.99, 0.049, 100), ("click", 0.1, 30, 0.099, 30.1), ("ezlogix", 0.05, 99.99, 0.049, 100)],
+)
+def test_a_sample_time_that_no_loop_of_the_plc_can_have_is_told(vendor, least, most, below, above):
+    def said(seconds):
+        numbers = {"gain": 2, "time_constant": 3000, "dead_time": 200, "sample_time": seconds}
+        found = pidcfg.tune("simc", "PI", vendor=vendor, pv_range=(0, 100), **numbers)
+        return [text for text in found.warnings if f"every {least} to {most} s" in text]
+
+    assert [len(said(seconds)) for seconds in (below, least, most, above)] == [1, 0, 0, 1]
+
+
 def test_no_integral_term_in_each_vendor_s_way():
     words = {v: [float(f.stored) for f in fit(Gains(1, math.inf, 0), VENDORS[v], 100, 100)] for v in VENDORS}
     assert {v: found[1] for v, found in words.items()} == {**dict.fromkeys(VENDORS, 0), "click": 6000}

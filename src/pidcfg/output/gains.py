@@ -204,7 +204,8 @@ def tune_gains(
     if fit is not None:
         result = replace(result, warnings=(*result.warnings, *fit.cautions))
     if target.into is None or around is None:
-        return replace(result, vendor=target.gains(result.gains, heating=result.heating))
+        warnings = (*result.warnings, *target.warn_of_sampling(known.numbers.get("sample_time")))
+        return replace(result, vendor=target.gains(result.gains, heating=result.heating), warnings=warnings)
     return _into_loop(result, target, target.into, around, limits, "" if step is None else step[1])
 
 

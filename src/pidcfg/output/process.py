@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from decimal import Decimal
 from math import inf
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, TypedDict, get_args
 
 from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
@@ -267,6 +268,19 @@ class Target:
             if span is not None and not 0 < as_float(span[1]) - as_float(span[0]) < inf:
                 ends = " to ".join(f"{as_float(end):g}" for end in span)
                 raise ArgumentError(f"`{name}` {ends} does not ascend; write the lower end first", name)
+
+    def warn_of_sampling(self, seconds: float | None) -> tuple[str, ...]:
+        """What to say of a sample time, in s, that no loop of the PLC can have; a file's loop has its own."""
+        vendor = None if self.into is not None or not seconds else self.vendor
+        loop = None if vendor is None else get_args(vendor.model.model_fields["loops"].annotation)[0]
+        if vendor is None or "sample_rate" not in getattr(loop, "model_fields", {}):
+            return ()
+        from pidcfg.schemas.base import limits_at
+
+        limits = limits_at(loop, "sample_rate")
+        if limits is None or limits.holds(Decimal(str(seconds))):
+            return ()
+        return (f"{vendor.title} samples a loop every {limits.low} to {limits.high} s, and never every {seconds:g} s",)
 
     def gains(self, gains: Gains, *, heating: bool | None) -> VendorGains | None:
         """The three numbers as the registers hold them."""
