@@ -330,7 +330,7 @@ def switched_on(bit: bool | None, *values: object) -> bool:  # noqa: FBT001 - a 
     return any(v is not None for v in values) if bit is None else bit
 
 
-def is_enabled(loop: Model, path: str) -> bool:
+def is_enabled(loop: object, path: str) -> bool:
     """The state of an enable bit: as written, else on when its value, or anything of its section, is given."""
     *above, key = steps(path)
     bit = value_at(loop, (*above, key))

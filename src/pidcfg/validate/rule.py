@@ -14,12 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.text.references import Basis

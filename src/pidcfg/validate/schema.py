@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
     from pidcfg.text.document import Document, Node
-    from pidcfg.text.paths import Path
 
 # --- The one key that a misspelt key can stand for; no valid key of any vendor is ever replaced by another ------------
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
 from decimal import Decimal
+from functools import cached_property
 from itertools import pairwise, permutations
 from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
 
+from pidcfg.encoders.image import is_enabled
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path
 from pidcfg.text.references import Decision
 from pidcfg.validate.rule import Finding, finding
 
@@ -92,6 +92,36 @@ class View(Generic[LoopT]):
     ) -> Finding:
         """A finding that points at a key: what it opens is a block of lines."""
         return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect)
+
+
+@frozen
+class SwitchedView(View[LoopT]):
+    """A loop of a PLC that switches alarms and terms by bits of their own."""
+
+    @cached_property
+    def pv_alarms_on(self) -> bool:
+        """Whether the bit of the four PV alarms is set."""
+        return is_enabled(self.loop, "alarms.pv.enabled")
+
+    @cached_property
+    def deviation_alarms_on(self) -> bool:
+        """Whether the bit of the two deviation alarms is set."""
+        return is_enabled(self.loop, "alarms.deviation.enabled")
+
+    @cached_property
+    def pv_filter_on(self) -> bool:
+        """Whether the PV filter's bit is set."""
+        return is_enabled(self.loop, "pv.filter_enabled")
+
+    @cached_property
+    def derivative_limit_on(self) -> bool:
+        """Whether the derivative gain limit's bit is set."""
+        return is_enabled(self.loop, "derivative_gain_limit_enabled")
+
+    @cached_property
+    def deadband_on(self) -> bool:
+        """Whether the deadband's bit is set."""
+        return is_enabled(self.loop, "error.deadband_enabled")
 
 
 @frozen

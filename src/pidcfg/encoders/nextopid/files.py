@@ -12,7 +12,6 @@ from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_rows
 from pidcfg.encoders.nextopid.st_read import read_plcopen, read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
 from pidcfg.encoders.parameter_files import parameter_listings
-from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.regmap import writer_of
 from pidcfg.encoders.structured_text import opening
 from pidcfg.schemas.iec import Wire

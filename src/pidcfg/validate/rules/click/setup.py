@@ -10,7 +10,6 @@ from decimal import Decimal
 from functools import cache, cached_property
 from typing import Any
 
-from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on
 from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, LOOPS, SPACE, SUFFIXES, PidError
 from pidcfg.schemas import click as schema
@@ -24,7 +23,7 @@ from pidcfg.validate.shared_checks import (
     Context,
     Extent,
     Pair,
-    View,
+    SwitchedView,
     all_or_none,
     extents_of,
     find_shared_keys,
@@ -42,7 +41,7 @@ NO_INTEGRAL = Decimal(1000)
 
 
 @frozen
-class LoopView(View[Loop]):
+class LoopView(SwitchedView[Loop]):
     """A loop, its place in the file, and what its registers hold."""
 
     blocks: tuple[Block, ...]
@@ -122,41 +121,16 @@ class LoopView(View[Loop]):
             )
         return (error.low is not None and value < error.low) or (error.high is not None and value > error.high)
 
-    @cached_property
-    def pv_alarms_on(self) -> bool:
-        """Whether the bit of the four PV alarms is set."""
-        return pv_alarms_on(self.loop)
-
-    @cached_property
-    def deviation_alarms_on(self) -> bool:
-        """Whether the bit of the two deviation alarms is set."""
-        return deviation_alarms_on(self.loop)
-
     @property
     def rate_alarm_on(self) -> bool:
         """Whether the bit of the rate-of-change alarm is set."""
         alarms = self.loop.alarms
         return switched_on(alarms.rate_of_change_enabled, alarms.rate_of_change)
 
-    @property
-    def pv_filter_on(self) -> bool:
-        """Whether the PV filter's bit is set."""
-        return switched_on(self.loop.pv.filter_enabled, self.loop.pv.filter)
-
-    @property
-    def derivative_limit_on(self) -> bool:
-        """Whether the derivative gain limit's bit is set."""
-        return switched_on(self.loop.derivative_gain_limit_enabled, self.loop.derivative_gain_limit)
-
     def setpoint_limit_on(self, end: str) -> bool:
         """Whether the set point's ``lower`` or ``upper`` limit is enabled."""
         setpoint = self.loop.setpoint
         return switched_on(getattr(setpoint, f"{end}_limit_enabled"), getattr(setpoint, f"{end}_limit"))
-
-    @property
-    def deadband_on(self) -> bool:
-        """Whether the deadband's bit is set."""
-        return switched_on(self.loop.error.deadband_enabled, self.loop.error.deadband)
 
     @property
     def error_squared_on(self) -> bool:

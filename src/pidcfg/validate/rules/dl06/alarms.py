@@ -15,9 +15,7 @@ from pidcfg.encoders.dl06.image import (
     OUTPUT_OFFSET,
     Setup,
     check_setup,
-    deviation_alarms_on,
     loop_start,
-    pv_alarms_on,
     remote_setpoint,
     reset_value,
     scales_of,
@@ -35,7 +33,7 @@ from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warni
 from pidcfg.validate.shared_checks import (
     PV_POINTS,
     Context,
-    View,
+    SwitchedView,
     alarm_beyond,
     all_or_none,
     neighbours_out_of_order,
@@ -67,7 +65,7 @@ class Pair:
 
 
 @frozen
-class LoopView(View[Loop]):
+class LoopView(SwitchedView[Loop]):
     """A loop, its place in the file and in memory, and what its words hold."""
 
     config: Dl06File
@@ -170,31 +168,6 @@ class LoopView(View[Loop]):
     def off_resets(self) -> tuple[Decimal, ...]:
         """Reset times that are the off code 9999: as its digits read, and as the manual's text writes it."""
         return NINES * RESET[self.config.plc.reset_decimals].step, Decimal(NINES)
-
-    @cached_property
-    def pv_alarms_on(self) -> bool:
-        """Whether the bit of the four PV alarms is set."""
-        return pv_alarms_on(self.loop)
-
-    @cached_property
-    def deviation_alarms_on(self) -> bool:
-        """Whether the bit of the two deviation alarms is set."""
-        return deviation_alarms_on(self.loop)
-
-    @property
-    def pv_filter_on(self) -> bool:
-        """Whether the PV filter's bit is set."""
-        return switched_on(self.loop.pv.filter_enabled, self.loop.pv.filter)
-
-    @property
-    def deadband_on(self) -> bool:
-        """Whether the deadband's bit is set."""
-        return switched_on(self.loop.error.deadband_enabled, self.loop.error.deadband)
-
-    @property
-    def derivative_limit_on(self) -> bool:
-        """Whether the derivative gain limit's bit is set."""
-        return switched_on(self.loop.derivative_gain_limit_enabled, self.loop.derivative_gain_limit)
 
     @property
     def setpoint_limit_on(self) -> bool:
