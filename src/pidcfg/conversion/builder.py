@@ -287,7 +287,7 @@ def _rescale(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
     ]
 
 
-def _rescale_value(value: Any, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
+def _rescale_value(value: Decimal | float, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
     return round_computed(rescale(Decimal(str(value)), source, target))
 
 
@@ -304,7 +304,7 @@ class Same:
     path: str
     to: str = ""
     """Its path on the other side; empty: the same."""
-    words: Mapping[Any, Any] | None = None
+    words: Mapping[Any, object] | None = None
     """What the other side calls each choice."""
     skip_falsy: bool = False
     """0 and false say nothing either."""
@@ -395,7 +395,7 @@ OUTPUT_RANGE = ("output.range.0", "output.range.1")
 ON_OUTPUT_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
 
 
-def flatten(model: Any, prefix: str = "") -> Data:
+def flatten(model: Any, prefix: str = "") -> Flat:
     """Every value of a neutral loop by its path; limits that are not given are the ends of their range."""
     values: dict[str, object] = {}
     for name in type(model).model_fields:

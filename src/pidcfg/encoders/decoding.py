@@ -254,7 +254,7 @@ def _differences(listing: Listing, again: AnyImage, status: Collection[int]) -> 
 
 def check_settings(listing: Listing, vendor: Vendor) -> None:
     """Raises `DecodeError` unless what stands beside the words is sound; words that are no values do not matter."""
-    words, unreadable = dict(listing.words), set[Any]()
+    words, unreadable = dict(listing.words), set[int | str]()
     while True:
         try:
             encoder_of(vendor).decode(words, listing.settings, listing.plc)
@@ -292,7 +292,7 @@ class Reading:
     """The configuration; what is refused, or is not there, is that of the other side."""
     encoding: AnyEncoding
     """Where the words of that configuration are, and what they mean."""
-    unreadable: Mapping[Any, str]
+    unreadable: Mapping[int | str, str]
     """Words that are no values, and why."""
     partial: bool = False
     """Whether words are missing, and those of the other image stand in their place."""
@@ -322,7 +322,7 @@ class _Reader:
         self.given: Mapping[Any, Any] = {} if self.image is None else self.image.words
         self.words, self.plc = dict(listing.words), deepcopy(dict(named.plc))
         self.settings = [deepcopy(dict(entry)) for entry in named.settings]
-        self.unreadable: dict[Any, str] = {}
+        self.unreadable: dict[int | str, str] = {}
         self.refused: dict[tuple[str, str], str] = {}
         self.partial = False
         self.data: Mapping[str, Any] = {}

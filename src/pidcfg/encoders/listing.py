@@ -61,7 +61,7 @@ class Listing:
     vendor: str | None = None
     mixed: bool = False
     """The file is about more than loops, so that words outside them are nothing to tell."""
-    lines: dict[Any, int] = field(default_factory=dict)
+    lines: dict[int | str, int] = field(default_factory=dict)
     """Where each word stands, and how its address is written."""
     shown: dict[object, str] = field(default_factory=dict)
     described: bool = False

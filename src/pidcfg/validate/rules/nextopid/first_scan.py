@@ -69,7 +69,7 @@ class KnownValue(NamedTuple):
     lasts: int = ALWAYS
 
 
-def value_in_plc(kind: IecType, value: Any) -> Any:
+def value_in_plc(kind: IecType, value: Any) -> Decimal | bool | None:
     """A value as the PLC holds it: a Decimal or a switch; None for one that it cannot hold, or for none at all."""
     if value is None:
         return None
@@ -93,7 +93,7 @@ def as_int(value: Decimal) -> Decimal:
     return min(max(value, Decimal(INT.low)), Decimal(INT.high)).to_integral_value(ROUND_HALF_EVEN)
 
 
-def _content(kind: IecType, result: float) -> Any:
+def _content(kind: IecType, result: float) -> Decimal | bool:
     """A result in single precision as a Decimal, or as a switch."""
     return result != 0 if kind is BOOL else Decimal(repr(shortest(result)))
 
