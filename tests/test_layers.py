@@ -554,7 +554,7 @@ import sys
 """
 SARIF = (
     "addresses cli cli.formats cli.formats.findings cli.formats.reports output output.findings text text.diagnostics "
-    "text.document text.frozen text.paths text.reader text.references text.signs text.writer validate "
+    "text.document text.frozen text.reader text.references text.signs text.writer validate "
     "validate.catalog validate.rule validate.texts vendors"
 )
 
