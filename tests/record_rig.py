@@ -7,15 +7,18 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 from unittest.mock import patch
 
-from pidcfg.tuning.identify import identify
+from pidcfg.tuning.identify import Identified, identify
 from pidcfg.tuning.response import Record
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
+Column = tuple[float, ...]
+
+
 @functools.cache
-def once(time: tuple, output: tuple, pv: tuple, units: tuple, rest: float | None):
+def once(time: Column, output: Column, pv: Column, units: tuple[str, str], rest: float | None) -> Identified:
     """What is identified in samples; the search takes a third of a second."""
     return identify(Record([*time], [*output], [*pv], units), rest)
 
@@ -24,8 +27,8 @@ def once(time: tuple, output: tuple, pv: tuple, units: tuple, rest: float | None
 def remembering() -> Iterator[None]:
     """Samples that have been seen are not searched again, in this process and in its copies; files are read as ever."""
 
-    def found(record, rest=None):
-        return once(*map(tuple, (record.time, record.output, record.pv, record.units)), rest)
+    def found(record: Record, rest: float | None = None) -> Identified:
+        return once(tuple(record.time), tuple(record.output), tuple(record.pv), record.units, rest)
 
     with patch("pidcfg.tuning.record.identify", found):
         yield

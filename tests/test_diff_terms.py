@@ -565,7 +565,8 @@ def test_who_writes_what_is_about_registers_that_there_are(vendor):
 
 @pytest.mark.parametrize("vendor", diff_spoil.STRATEGIES)
 def test_every_changed_key_of_random_files_is_seen(vendor):
-    score = diff_spoil.score_of(vendor, 3, 4)
+    """Of a DL06 more files are drawn: in the first ones a change hardly ever leaves a file that can be used."""
+    score = diff_spoil.score_of(vendor, 6 if vendor == "dl06" else 3, 4)
     assert score.changes
     assert (dict(score.unseen), dict(score.untrue)) == ({}, {})
 
