@@ -235,12 +235,23 @@ FILES = dict.fromkeys(("dl06", "click", "ezlogix", "dpide"), "equation") | {
     ],
 )
 def test_a_plc_says_of_a_loop_what_its_registers_say(vendor, loop, facts):
-    path = FOLDER / vendor / f"{FILES[vendor]}.yaml"
-    common = YAML(typ="safe", pure=True).load(path.read_text("utf-8"))
-    case = merged(common, {"shows": "facts", "loop": {"setpoint": {"value": 100}} if vendor == "dl06" else {}})
-    plan, controller = make_scenario(case, 1), VENDORS[vendor].module("controller")
-    plc = load_plc(VENDORS[vendor], merged(case, {"loop": loop}), plan, controller)
+    plc = plc_of_facts(vendor, {"setpoint": {"value": 100}} if vendor == "dl06" else {}, loop)
 
     for fact, expected in facts.items():
         signals = () if fact in {"inner_deviation", "pulse_cycle"} else (plc.signal_values,)
         assert getattr(plc, fact)(0, *signals) == (expected if expected is None else pytest.approx(expected)), fact
+
+
+def plc_of_facts(vendor, *loops, file=None):
+    """The virtual PLC of a loop that differs from its file's by all of these keys."""
+    case = YAML(typ="safe", pure=True).load((FOLDER / vendor / f"{FILES[vendor]}.yaml").read_text("utf-8"))
+    for loop in loops:
+        case = merged(case, {"shows": "facts", "loop": loop, "file": file or {}})
+    plan, controller = make_scenario(case, 1), VENDORS[vendor].module("controller")
+    return load_plc(VENDORS[vendor], case, plan, controller)
+
+
+def test_the_mode_inputs_of_a_loop_are_the_signals_that_are_wired_to_them():
+    signals = {"hand": False, "wanted": 50.0}
+    plc = plc_of_facts("nextopid", {"SP": "wanted", "Manual": "hand"}, file={"signals": signals})
+    assert [plc.signals[slot] for slot in plc.mode_inputs(0)] == ["hand"]
