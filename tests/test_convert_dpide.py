@@ -227,6 +227,43 @@ def test_what_is_missing_is_asked_for(loop, path, text):
     assert text in second.reason
 
 
+OUTER = {"name": "OUT", "device": "D60", "devices": {"MV": "D100"}, "MV_MAX": 150, "output": {"range": [0, 150]}}
+
+
+def cascade(**devices: str) -> list[Any]:
+    """The neutral loops of an instruction whose MV stands in operands of the next one."""
+    return to_neutral(dpide(OUTER, {"devices": devices}))
+
+
+def test_a_set_point_in_the_device_of_an_mv_is_a_cascade():
+    outer, inner = (found.data for found in cascade(SV="D100"))
+    assert (inner["setpoint"], inner["mode"]) == ({"value": 50, "source": "OUT"}, "cascade")
+    assert outer["output"]["range"] == (0, 200)
+    assert (outer["output"]["limits"], outer["tuning"]["gain"], outer["mode"]) == ([10, 150], 2, "auto")
+    (line,) = (field for field in cascade(SV="D100")[0].fields if field.path == "output.range")
+    assert (line.assumed, line.note) == (True, "0 % and 100 % of the PV of L2, whose set point it is")
+
+
+def test_the_slave_of_a_cascade_may_be_in_manual():
+    _, inner = to_neutral(dpide(OUTER, {"devices": {"SV": "D100"}, "PID_MAN": True}))
+    assert (inner.data["mode"], inner.data["setpoint"]["source"]) == ("manual", "OUT")
+
+
+@pytest.mark.parametrize("operand", ["BIAS", "MOUT"])
+def test_another_operand_in_the_device_of_an_mv_is_dropped_with_advice(operand):
+    _, inner = cascade(**{operand: "D100"})
+    (line,) = (field for field in inner.fields if field.path == f"devices.{operand}")
+    assert not line.to
+    assert line.note.startswith("MV of OUT stands there: ")
+    assert (inner.data["mode"], inner.data["output"]["bias"]) == ("auto", 0)
+
+
+def test_a_device_that_no_mv_stands_in_links_nothing():
+    outer, inner = cascade(SV="D102", PID_RUN="M1")
+    assert (inner.data["setpoint"], inner.data["mode"]) == ({"value": 50}, "auto")
+    assert outer.data["output"]["range"] == (0, 150)
+
+
 def test_every_operand_is_spoken_of():
     config = dpide(FULL)
     spoken = {field.path for field in to_neutral(config)[0].fields} | set(NOTHING_LOST)
@@ -316,6 +353,47 @@ def test_a_rounded_cycle_is_reported():
 def test_what_has_no_twin_is_dropped_with_advice(loop, path):
     assert dropped(loop) == path
     assert all(put.note for put in from_neutral(generic(loop), {}).fields[0] if not put.path)
+
+
+SLAVE = {"name": "IN", "mode": "cascade", "setpoint": {"value": 5, "source": "L1"}, "pv": {"range": [0, 100]}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "linked"),
+    [
+        ({}, True),
+        ({"mode": "manual"}, True),
+        ({"mode": "auto"}, False),  # its set point is its own for now
+        ({"pv": {"range": [0, 50]}}, False),
+        ({"setpoint": {"value": 5, "source": "NOBODY"}}, False),
+        ({"setpoint": {"value": 5, "source": "IN"}}, False),
+    ],
+)
+def test_a_cascade_becomes_one_device(changes, linked):
+    made = from_neutral(generic({}, {**SLAVE, **changes}), {"device": ["D500"]})
+    outer, inner = made.data["loops"]
+    assert (outer.get("devices"), inner.get("devices")) == (
+        ({"MV": "D530"}, {"SV": "D530"}) if linked else (None, None)
+    )
+    (mode,) = (put for put in made.fields[1] if put.neutral == "mode")
+    assert mode.clamped is (not linked and changes.get("mode", "cascade") == "cascade")
+    (source,) = (put for put in made.fields[1] if put.neutral == "setpoint.source")
+    assert bool(source.path) is linked
+    if not linked:
+        assert source.note.startswith("move MV of ")
+
+
+def test_slaves_of_one_loop_share_a_device_and_masters_do_not():
+    loops = [{}, SLAVE, {**SLAVE, "name": "I2"}, {**SLAVE, "name": "I3", "setpoint": {"value": 5, "source": "I2"}}]
+    made = from_neutral(generic(*loops), {"device": ["D29940", "D29970", "D0", "D31"]})
+    assert [loop.get("devices") for loop in made.data["loops"]] == [
+        {"MV": "D62"},
+        {"SV": "D62"},
+        {"SV": "D62", "MV": "D64"},
+        {"SV": "D64"},
+    ]
+    found = check_document(read_document(yaml_text(made.data).encode(), "made.yaml")).findings
+    assert [finding for finding in found if finding.severity is Severity.ERROR] == []
 
 
 def test_a_cascade_is_linked_by_hand():

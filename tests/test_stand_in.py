@@ -317,6 +317,13 @@ ALIKE_THOUGH = {
             "Kp: 0.5, Ti_Ki: 12, Td_Kd: 1.5, MinPV: 0, MaxPV: 20000, MinMV: 0, MaxMV: 10000, DeadBand: 100}\n"
         ),
     ),
+    "a block is called every fifth cycle of a task that the target has not": (
+        "click",
+        (
+            "pidcfg: 1\nvendor: nextopid\nplc: {sample_time: 0.2}\nloops:\n  - {name: T1, type: PIDA_REAL, "
+            "sample_time: 1, SP: 80, Kp: 2, Td_Kd: 0, Ti_Ki: 120, MinPV: 0, MaxPV: 200, MinMV: 0, MaxMV: 50}\n"
+        ),
+    ),
 }
 
 
@@ -325,6 +332,27 @@ def test_a_correct_conversion_is_alike_though(why):
     target, text = ALIKE_THOUGH[why]
     (loop,) = convert(text, target, verify=True).verified
     assert loop.passed, loop
+
+
+ONE_DEVICE = """
+pidcfg: 1
+vendor: dpide
+loops:
+  - {name: TIC, device: D500, devices: {MV: D100}, SV: 80, CYCLE: 1000, Kc_Kp: 2, Ti_Ki: 120, Td_Kd: 0, PID_EQ: true,
+     PID_DE: true, PID_DIR: true, MV_MAX: 50, MV_MIN: 0, PID_MODE: 2, pv: {range: [0, 200]}, output: {range: [0, 50]}}
+  - {name: FIC, device: D530, devices: {SV: D100}, SV: 20, CYCLE: 200, Kc_Kp: 1.5, Ti_Ki: 5, Td_Kd: 0, PID_EQ: true,
+     PID_DE: true, PID_DIR: true, MV_MAX: 100, MV_MIN: 0, PID_MODE: 2, pv: {range: [0, 50]}, output: {range: [0, 100]}}
+"""
+
+
+@pytest.mark.parametrize("target", ["nextopid", "generic"])
+def test_a_cascade_by_one_device_is_alike_there_and_back(target):
+    there = convert(ONE_DEVICE, target, verify=True)
+    back = convert(there.text, "dpide", verify=True)
+
+    for result in (there, back):
+        assert [(loop.loop, loop.passed) for loop in result.verified] == [("TIC", True), ("FIC", True)]
+    assert [loop["devices"] for loop in back.data["loops"]] == [{"MV": "D60"}, {"SV": "D60"}]
 
 
 def test_an_output_in_manual_is_told_where_a_dead_band_could_switch_it():

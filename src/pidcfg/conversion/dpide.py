@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,14 +21,14 @@ from pidcfg.conversion.builder import (
 from pidcfg.conversion.operation import Deadband, Manual, Operation, VendorSettings, Windup
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.image import present
-from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
+from pidcfg.schemas.dpide import LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.schemas.dpide import Loop as SourceLoop
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.paths import steps, value_at
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.conversion.builder import Table
     from pidcfg.conversion.ledger import NeutralLoop, TargetFile
@@ -42,6 +43,14 @@ D297 = Decision(
     "a DPIDE that is off goes over in manual, with an output of 0",
     "PID_RUN FALSE becomes the manual mode; the manual output is then 0, or the limit next to it, whatever MOUT says.",
     "The instruction sets MV to 0 when it is switched off; MOUT might open the valve.",
+)
+D1090 = Decision(
+    1090,
+    "a set point in the device of another loop's MV is a cascade",
+    "The other loop becomes the source of the set point, its output range that of the PV, and the mode cascade; a "
+    "source becomes one device for MV and SV, where the loop is in cascade or in manual and both scales are the same. "
+    "A BIAS or MOUT in the device of an MV is dropped, with what to program instead.",
+    "Both are one register, in the units of the PV (D258, D266), and there is no switch between two set points.",
 )
 BACK_CALCULATED = 2
 """PID_MODE that works the integral out of the limited MV."""
@@ -58,6 +67,11 @@ CALL_KEYS = {
 }
 """What stands around the instruction, and what to do about it elsewhere."""
 START_AUTOTUNE = "start the auto-tuning as the target does it"
+DRIVEN = {
+    "BIAS": "a feed-forward, to be added to the output in the program",
+    "MOUT": "write it to the output in manual in the program",
+}
+"""What to do in place of an operand that is the MV of another loop."""
 NOTHING_LOST = {
     "PV": "the process's",
     "device": "a place, which means nothing elsewhere",
@@ -76,6 +90,7 @@ NOTHING_LOST = {
 def to_neutral(config: DpideFile) -> list[NeutralLoop]:
     """The neutral loops of a configuration."""
     loops = []
+    drivers = {loop.devices.MV: loop for loop in config.loops if loop.devices.MV is not None}
     for i, loop in enumerate(config.loops):
         b = NeutralBuilder(i)
         if loop.pv.range is None:
@@ -84,8 +99,25 @@ def to_neutral(config: DpideFile) -> list[NeutralLoop]:
             ends = plain_number(loop.MV_MAX)
             b.require("MV_MAX", f"MV_MAX and MV_MIN of {loop.name} are both {ends}: write the limits of MV")
         if not b.loop.missing:
-            apply_table(b, loop, Instruction(loop, config.plc.interrupt_task), NEUTRAL_FIELDS)
+            driven = {key: drivers[place] for key, place in loop.devices.given().items() if place in drivers}
+            others = {key: other for key, other in driven.items() if key != "MV" and other is not loop}
+            apply_table(b, loop, Instruction(loop, config.plc.interrupt_task, others), NEUTRAL_FIELDS)
         loops.append(b.loop)
+    return masters_on_inner_scales(loops)
+
+
+def masters_on_inner_scales(loops: list[NeutralLoop]) -> list[NeutralLoop]:
+    """The loops, each source of a set point with the PV's range that it commands for its output's (D1090)."""
+    by_name = {loop.data.get("name"): loop for loop in loops}
+    for inner in loops:
+        outer = by_name.get(value_at(inner.data, ("setpoint", "source")))
+        if outer is not None and "output" in outer.data and outer.data["output"]["range"] != inner.data["pv"]["range"]:
+            outer.data["output"]["range"] = inner.data["pv"]["range"]
+            note = f"0 % and 100 % of the PV of {inner.data['name']}, whose set point it is"
+            outer.fields[:] = [
+                replace(field, note=note, assumed=True) if field.path == "output.range" else field
+                for field in outer.fields
+            ]
     return loops
 
 
@@ -95,11 +127,22 @@ class Instruction(NamedTuple):
     loop: SourceLoop
     interval: int | None
     """Of the interrupt task, in ms; None: it is called in every scan."""
+    driven: Mapping[str, SourceLoop]
+    """Operands in the device of another loop's MV, with that loop."""
+
+
+def _neutral_setpoint(b: NeutralBuilder, d: Instruction) -> None:
+    b.put("SV", d.loop.SV, "setpoint.value", d.loop.SV)
+    outer = d.driven.get("SV")
+    if outer is not None:
+        note = f"MV of {outer.name} stands there: a cascade"
+        b.put("devices.SV", d.loop.devices.SV, "setpoint.source", outer.name, note)
 
 
 def _mode(b: NeutralBuilder, d: Instruction) -> None:
     loop = d.loop
-    b.put("PID_MAN", loop.PID_MAN, "mode", "manual" if loop.PID_MAN or not loop.PID_RUN else "auto")
+    control = "cascade" if "SV" in d.driven else "auto"
+    b.put("PID_MAN", loop.PID_MAN, "mode", "manual" if loop.PID_MAN or not loop.PID_RUN else control)
     b.mark("PID_RUN", loop.PID_RUN, "mode", note="" if loop.PID_RUN else "off: it goes over in manual, with output 0")
 
 
@@ -168,8 +211,12 @@ def _output(b: NeutralBuilder, d: Instruction) -> None:
     if loop.output.range is None:
         note = "no output.range is given: MV_MIN and MV_MAX are taken for 0 % and 100 %"
         b.put("output.range", None, "output.range", [low, high], note, assumed=True)
-    b.set("output.bias", loop.BIAS)
-    if loop.BIAS:
+    for operand, instead in DRIVEN.items():
+        if operand in d.driven:
+            outer = d.driven[operand].name
+            b.drop(f"devices.{operand}", getattr(loop.devices, operand), f"MV of {outer} stands there: {instead}")
+    b.set("output.bias", ZERO if "BIAS" in d.driven else loop.BIAS)
+    if loop.BIAS and "BIAS" not in d.driven:
         b.mark("BIAS", loop.BIAS, "output.bias")
 
 
@@ -183,7 +230,7 @@ def _call(b: NeutralBuilder, d: Instruction) -> None:
 NEUTRAL_FIELDS: Table[NeutralBuilder, Instruction] = (
     *same_fields("name", "description"),
     Same("PID_DIR", "output_raises_pv"),
-    Same("SV", "setpoint.value"),
+    _neutral_setpoint,
     _mode,
     _anti_windup,
     _neutral_deadband,
@@ -242,7 +289,6 @@ COMPARE_IN_PROGRAM, USE_GPWM = "compare PV in the program", "use GPWM behind the
 BY_PROGRAM = {
     "setpoint.limits.0": "limit SV in the program",
     "setpoint.limits.1": "limit SV in the program",
-    "setpoint.source": "move MV of that loop to SV in the program",
     "setpoint.follows_pv": "copy PV into SV in the program while PID_MAN is on",
     "pv.filter": "filter PV before the instruction",
     "pv.square_root": "take the root of PV before the instruction",
@@ -265,9 +311,41 @@ def from_neutral(file: GenericFile, options: Settings, operations: Sequence[Oper
             b.data["PID_MODE"] = 0
         note = "" if i < len(devices) else "chosen; --device names another"
         b.put("device", devices[i] if i < len(devices) else f"D{i * BLOCK_SIZE}", None, note)
-        b.data = {key: b.data[key] for key in SourceLoop.model_fields if key in b.data}
         builders.append(b)
+    _cascades(builders, file.loops)
+    for b in builders:
+        b.data = {key: b.data[key] for key in SourceLoop.model_fields if key in b.data}
     return target_file("dpide", file, builders)
+
+
+def _cascades(builders: Sequence[TargetBuilder], loops: Sequence[Loop]) -> None:
+    """Set points that are another loop's output: one device for its MV and their SV (D1090)."""
+    numbers = {loop.name: i for i, loop in enumerate(loops)}
+    places = _free_registers([int(b.data["device"][1:]) for b in builders])
+    for i, (b, loop) in enumerate(zip(builders, loops, strict=True)):
+        source, in_cascade = loop.setpoint.source, loop.mode == "cascade"
+        outer = numbers.get(source) if source is not None else None
+        linked = outer not in {None, i} and loop.mode != "auto" and loops[outer or 0].output.range == loop.pv.range
+        if in_cascade:
+            b.mark("PID_MAN", "mode", "" if linked else "link the loops in the program", clamped=not linked)
+        if source is None:
+            continue
+        if not linked or outer is None:
+            b.drop("setpoint.source", f"move MV of {source} to SV in the program")
+            continue
+        master = builders[outer]
+        if "devices" not in master.data or "MV" not in master.data["devices"]:
+            master.put("devices.MV", next(places), None, f"chosen: SV of {loop.name} stands there, too")
+        b.put("devices.SV", master.data["devices"]["MV"], "setpoint.source", f"MV of {source} stands there: a cascade")
+
+
+def _free_registers(blocks: Sequence[int]) -> Iterator[str]:
+    """Pairs of D registers behind the last block of I_MV, then in front of and between them."""
+    taken = {register for block in blocks for register in range(block, block + BLOCK_SIZE)}
+    behind = max(taken) + 1
+    for first in (*range(behind, LAST_REGISTER, 2), *range(0, behind - 1, 2)):
+        if first not in taken and first + 1 not in taken:
+            yield f"D{first}"
 
 
 def _equation(b: TargetBuilder, loop: Loop) -> None:
@@ -309,8 +387,9 @@ def _modes(b: TargetBuilder, loop: Loop) -> None:
     kicks = loop.tuning.derivative_on == "error" and loop.tuning.derivative_time and loop.tuning.proportional
     windup = "" if loop.anti_windup else ALWAYS_ANTI_WINDUP
     b.put("PID_MODE", 0 if kicks else BACK_CALCULATED, "anti_windup", windup, assumed=not loop.anti_windup)
-    cascade = loop.mode == "cascade"
-    b.put("PID_MAN", loop.mode == "manual", "mode", "link the loops in the program" if cascade else "", clamped=cascade)
+    b.data["PID_MAN"] = loop.mode == "manual"
+    if loop.mode != "cascade":
+        b.mark("PID_MAN", "mode")
 
 
 def _manual(b: TargetBuilder, loop: Loop) -> None:

@@ -96,8 +96,9 @@ class Rules:
     def of(cls, side: Side, i: int, operation: Operation) -> Rules:
         """Those of a loop of a PLC that calculates as ``side`` does."""
         plc = new_plc(side, (i,))
-        if operation.filter is Filter.CYCLIC:
-            return cls(operation, cycle=round(float(side.config.plc.sample_time) * TICKS))
+        task = getattr(getattr(side.config, "plc", None), "sample_time", None)
+        if operation.filter is Filter.CYCLIC and task is not None:  # else a loop without a filter, in another PLC
+            return cls(operation, cycle=round(float(task) * TICKS))
         if not isinstance(plc, CountsPlc):
             return cls(operation)
         low, high, counts = plc.scales[i]

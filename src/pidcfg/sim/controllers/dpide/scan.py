@@ -58,13 +58,15 @@ def output_mout(config: Config, state: State) -> None:
         state.status &= ~LIMITED
 
 
-def fetch_operands(config: Config, state: State, states: list[State]) -> None:
-    """What other loops have written to the devices of this one's operands (D266)."""
-    if config.sv_from >= 0:
+def fetch_operands(i: int, configs: list[Config], states: list[State]) -> None:
+    """What other loops have written to the devices of this one's operands (D266), if they are executed at all."""
+    config = configs[i]
+    state = states[i]
+    if config.sv_from >= 0 and configs[config.sv_from].halt == 0:
         state.sp = states[config.sv_from].out
-    if config.bias_from >= 0:
+    if config.bias_from >= 0 and configs[config.bias_from].halt == 0:
         state.bias = states[config.bias_from].out
-    if config.mout_from >= 0:
+    if config.mout_from >= 0 and configs[config.mout_from].halt == 0:
         state.mout = states[config.mout_from].out
 
 
@@ -78,7 +80,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     if state.status & OFF:
         signals[config.pv_slot] = finite(state.pv, 0.0)
         return
-    fetch_operands(config, state, states)
+    fetch_operands(i, configs, states)
     # PID Block Diagram: SV, PV and REVERSE (PID_DIR), then DEAD BAND (ERR_DBW)
     raw_error = single(state.sp - state.pv) if config.forward_action else single(state.pv - state.sp)
     error = apply_dead_band(config, state, raw_error)

@@ -395,7 +395,7 @@ def cycle_shorter_than_scan(view: LoopView) -> Findings:
 # --- Running, manual and autotune: what PID_RUN, PID_MODE and PID_MAN do together -------------------------------------
 
 MODES = range(3)
-AUTOTUNE = 1
+AUTOTUNE, BACK_CALCULATED = 1, 2
 D259 = Decision(
     259,
     "an operand without a device is a number in the program",
@@ -629,11 +629,14 @@ def manual_output_outside_limits(view: LoopView) -> Findings:
 def feed_forward_outside_limits(view: LoopView) -> Findings:
     """The feed forward alone drives the output to a limit.
 
-    Why: BIAS is added to the three terms. Beyond a limit they must first undo the rest of it before MV moves at all.
+    Why: BIAS is added to the three terms. Beyond a limit they must first undo the rest of it before MV moves at all,
+    and with PID_MODE 0 the integral stands still meanwhile. With PID_MODE 2 and an integral I_MV takes it up at once,
+    and nothing is said.
 
     Fix: write a BIAS inside the limits.
     """
-    bias = view.number("BIAS") if view.gives("BIAS") else None
+    taken_up = view.loop.PID_MODE == BACK_CALCULATED and view.coefficient("Ti_Ki") > 0
+    bias = view.number("BIAS") if view.gives("BIAS") and not taken_up else None
     yield from outside_limits(view, "BIAS", value=bias, limits=view.limits, shown=view.mv, units=(), field="bias")
 
 
