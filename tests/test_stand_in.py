@@ -317,6 +317,14 @@ ALIKE_THOUGH = {
             "Kp: 0.5, Ti_Ki: 12, Td_Kd: 1.5, MinPV: 0, MaxPV: 20000, MinMV: 0, MaxMV: 10000, DeadBand: 100}\n"
         ),
     ),
+    "the middle of an INT's output is no whole number": (
+        "dpide",
+        (
+            "pidcfg: 1\nvendor: nextopid\nplc: {sample_time: 0.4}\nloops:\n  - {name: T1, type: PIDA_TUNE_INT, "
+            "SP: 10000, Kp: 0.055462, Ti_Ki: 3.876, Td_Kd: 0, MinPV: 0, MaxPV: 20000, MinMV: 0, MaxMV: 4095, "
+            "Direct: true, DeadBand: 200}\n"
+        ),
+    ),
     "a block is called every fifth cycle of a task that the target has not": (
         "click",
         (

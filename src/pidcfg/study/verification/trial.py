@@ -331,6 +331,9 @@ def new_plc(side: Side, active: Collection[int], *, by_hand: bool = False) -> Pl
 def finest_counts(plc: Plc, i: int) -> tuple[float, float]:
     """One count of the PV in its unit, and of the output as a share of its range, as the PLC calculates."""
     low, high, counts = plc.scales[i]
+    if getattr(plc.configs[i], "is_integer", 0):
+        least, most = plc.output_limits(i, plc.signal_values)
+        return 1.0, 1 / (most - least) if most > least else 1 / COUNTS
     output = getattr(plc.configs[i], "out_span", TWELVE_BITS) if isinstance(plc, CountsPlc) else COUNTS
     return abs(high - low) / counts, 1 / output
 
