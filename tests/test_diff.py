@@ -127,7 +127,8 @@ def test_loops_that_come_and_go_are_told():
     ("args", "code", "message"),
     [
         (("dl06/reactor.yaml", "nothing.yaml"), 2, "nothing.yaml"),
-        (("dl06/golden/reactor.hex", "dl06/golden/reactor.txt"), 2, "name it with --vendor"),
+        (("dl06/golden/reactor.hex", "dl06/golden/reactor.csv"), 2, "name it with --vendor"),
+        (("click/golden/tank.txt", "dl06/golden/reactor.txt"), 2, "name it with --vendor"),
         (("dl06/reactor.scenario.yaml", "dl06/reactor.yaml"), 2, "is a scenario"),
     ],
 )
@@ -135,6 +136,12 @@ def test_what_cannot_be_compared_is_said(args, code, message):
     shown = pidcfg(*args)
     assert shown.returncode == code
     assert message in shown.stderr
+
+
+@pytest.mark.parametrize(("name", "beside"), [("reactor.txt", "reactor.csv"), ("reactor.json", "reactor.hex")])
+def test_a_listing_that_says_its_plc_needs_no_vendor(name, beside):
+    shown = pidcfg(f"dl06/golden/{name}", f"dl06/golden/{beside}")
+    assert (shown.returncode, shown.stdout.rpartition("\n\n")[2].strip()) == (0, "the same: FIC-102, TIC-101, LIC-103")
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from codecs import BOM_UTF8
 from collections import Counter
 from dataclasses import replace
 from pathlib import PurePath
@@ -31,9 +33,10 @@ from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import SUFFIXES
+from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from pidcfg.conversion.differences import Difference, State
     from pidcfg.study.verification.verify import Verified
@@ -104,7 +107,7 @@ def subjects_of(
     ]
     like = None if options.like is None else _subject(options.like, options.like.document.file)
     like = like or next((subject for subject in known if subject is not None), None)
-    vendor = options.vendor or (None if like is None else like.vendor)
+    vendor = options.vendor or (_vendor_in_listings(sides) if like is None else like.vendor)
     if options.like is not None and like is not None and like.vendor is not vendor:
         raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
     for i in _reading_order(sides, vendor, like, limits):
@@ -116,6 +119,20 @@ def subjects_of(
     if one is None or two is None:
         raise AssertionError("both sides are read")
     return one, two
+
+
+VENDOR_IN_LISTING = re.compile(
+    rb'''# (\w+) (?:memory listing|parameters):|\{\s*"version"\s*:\s*1\s*,\s*"vendor"\s*:\s*"(\w+)"'''
+)
+"""How a listing that `encode` writes as text or as JSON says whose it is."""
+
+
+def _vendor_in_listings(sides: Iterable[Checked | Entry]) -> Vendor | None:
+    """The PLC family that listings name at their beginning; None where none does, or two do."""
+    texts = [side[0] for side in sides if isinstance(side, tuple) and isinstance(side[0], bytes)]
+    begins = [VENDOR_IN_LISTING.match(text.removeprefix(BOM_UTF8)) for text in texts]
+    keys = {(found[1] or found[2]).decode() for found in begins if found is not None}
+    return VENDORS.get(keys.pop()) if len(keys) == 1 else None
 
 
 def _reading_order(
