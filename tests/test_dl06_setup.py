@@ -233,6 +233,11 @@ def test_deviation_points_of_zero_are_told_once():
         ({"reset": "59994 s"}, 1, "its word holds 0.1 s to 999.8 s"),
         ({"reset": "0.01 min", "reset_unit": "minutes"}, 1, "holds 0.1 min to 999.8 min; write `reset: 0.6 s` and"),
         ({"reset": "0.0005 min", "reset_unit": "minutes"}, 1, "holds 0.1 min to 999.8 min"),
+        (
+            {"reset": "2.9 s", "reset_unit": "minutes"},
+            1,
+            "reset is 0.0483333 min; its word holds 0.1 min to 999.8 min; write",
+        ),
         ({"reset": "-5 s"}, 1, "a time is not negative"),
     ],
 )

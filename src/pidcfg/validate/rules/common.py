@@ -129,7 +129,7 @@ def _outside(context: AnyContext) -> Iterator[tuple[Path, Decimal, Limits]]:
 
 
 def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -> str:
-    shown = [decimal_text(Decimal(end)) if end is not None else None for end in (low, high)]
+    shown = [number_text(Decimal(end)) if end is not None else None for end in (low, high)]
     suffix = f" {unit}" if unit else ""
     if shown[0] is None or shown[1] is None:
         return f"at least {shown[0]}{suffix}" if shown[1] is None else f"at most {shown[1]}{suffix}"

@@ -12,7 +12,7 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
 from pidcfg.validate.rules.dl06.alarms import NINES, counts_text
-from pidcfg.validate.shared_checks import value_or_switch
+from pidcfg.validate.shared_checks import number_text, value_or_switch
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView
@@ -124,7 +124,7 @@ def reset_beyond_its_word(context: Dl06Context) -> Findings:
             yield view.at(
                 "tuning",
                 "reset",
-                value=f"{decimal_text(value)} {unit}",
+                value=f"{number_text(value)} {unit}",
                 least=f"{decimal_text(step)} {unit}",
                 most=f"{decimal_text(9998 * step)} {unit}",
                 cure=_other_unit_cure(view, value, step),
