@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pygments.lexers.shell import BashLexer, ShellSessionBaseLexer  # type: ignore[import-untyped]
 
 from pidcfg import __version__
-from pidcfg.addresses import SITE
+from pidcfg.about import SITE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

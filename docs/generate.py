@@ -25,8 +25,7 @@ from pidcfg.cli.plots import heading
 from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.output.explanation.page import key_text
-from pidcfg.output.file_schemas import plain_schema
-from pidcfg.output.json_schemas import OUTPUTS
+from pidcfg.output.json_schemas import OUTPUTS, plain_schema
 from pidcfg.pictures.figure import svg
 from pidcfg.schemas.document import models_of
 from pidcfg.sim.engine.run import Settings
@@ -125,10 +124,9 @@ def output_formats() -> str:
 def calls_from_python() -> str:
     """The page of the public calls with their signatures renewed; the rest of the page is written by hand."""
     text = (DOCS / "api.md").read_text("utf-8")
-    for names in (NAMES["api"], NAMES["live.calls"]):
-        for name in names:
-            block = signature_text(name)
-            text = re.sub(rf"(?m)^```text\n{name}\([^`]*```$", block.replace("\\", r"\\"), text)
+    for name in (*NAMES["api"], "pull", "compare", "trend", "serve"):
+        block = signature_text(name)
+        text = re.sub(rf"(?m)^```text\n{name}\([^`]*```$", block.replace("\\", r"\\"), text)
     return text
 
 

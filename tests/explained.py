@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidcfg import api
+from pidcfg.output.explanation.answer import as_text
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.shown import as_text
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

@@ -123,7 +123,7 @@ def test_watching_prints_what_comes_and_goes(desk, monkeypatch):
             raise KeyboardInterrupt
         changes(*step)
 
-    monkeypatch.setattr("pidcfg.cli.commands.compare.time", SimpleNamespace(sleep=sleep))
+    monkeypatch.setattr("pidcfg.cli.commands.plc.time", SimpleNamespace(sleep=sleep))
     with desk.plc(registers) as url:
         done = run("compare", CLICK, "--plc", url, "--watch", "7.5", "--retries", "0")
     said = [line.split(" ", 2)[2] for line in done.stdout.splitlines() if line.startswith("20")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from decimal import Decimal
 from functools import reduce
 from itertools import product
@@ -600,9 +601,18 @@ ROUGH = oven(tuning={"gain": 0.00375, "integral_time": 60})
 def test_a_rounding_beyond_its_limit_is_not_written_without_leave(command):
     run = command(ROUGH, "--to", "dl06", "-o", "out.yaml")
     assert (run.code, run.made) == (1, False)
-    assert "!rounded  tuning.gain: 0.00375 -> 0.02 (33.3 % off: 0.00375 becomes 0.005 %/degC)" in run.err
+    said = " !rounded  tuning.gain: 0.00375 -> 0.02 (33.3 % off: 0.00375 becomes 0.005\n               %/degC)\n"
+    assert said in run.err
     run = command(ROUGH, "--to", "dl06", "-o", "out.yaml", "--max-loss", "gain=40%")
     assert (run.code, run.made) == (0, True)
+
+
+@pytest.mark.parametrize(("options", "width"), [((), 79), (("-v",), 100)])
+@pytest.mark.parametrize("source", SIDES)
+def test_no_line_is_left_to_the_terminal_to_break(source, options, width, command):
+    for target in SIDES:
+        lines = command(SIDES[source].config, "--to", target, "-o", "out.yaml", "--force", *options).err.splitlines()
+        assert [line for line in lines if line[:1] == " " and len(line) > width] == []
 
 
 def test_a_wrong_limit_is_a_usage_error(command):
@@ -807,9 +817,14 @@ def test_quiet_tells_only_what_is_lost():
     assert not any("exact " in line or "assumed " in line for line in told[1:])
 
 
+def unfolded(text):
+    """The lines of a report, each with what hangs below it."""
+    return re.sub(r"\n(?: {15}| {4}(?=\S))", " ", text).splitlines()
+
+
 def test_the_short_report_has_what_is_lost_and_says_the_rest_in_numbers():
     result = api.convert(Path(__file__).parents[1] / "examples/dl06/reactor.yaml", "click")
-    short, whole = (formats.text(result, whole=whole).splitlines() for whole in (False, True))
+    short, whole = (unfolded(formats.text(result, whole=whole)) for whole in (False, True))
     assert [row for row in short if row.startswith(" !")] == [row for row in whole if row.startswith(" !")] != []
     assert not any(row.startswith(("  assumed", "  exact")) for row in short)
     assert "LIC-103: 15 exact, 6 assumed" in short
@@ -846,7 +861,7 @@ def test_the_report_of_a_verified_conversion_fits_on_a_screen():
 
 def test_few_findings_of_the_target_are_told_in_words():
     result = api.convert(Path(__file__).parents[1] / "examples/click/tank.yaml", "dl06")
-    short = formats.text(result, whole=False).splitlines()
+    short = unfolded(formats.text(result, whole=False))
     [start] = [i for i, row in enumerate(short) if row == "what the rules of dl06 say about the result:"]
     assert [row.split()[1].rstrip(":") for row in short[start + 1 :]] == [d.code for d in result.faults]
 

@@ -19,7 +19,7 @@ from ruamel.yaml import YAML
 
 import pidcfg
 from editor import NODE, LanguageServer, in_node, needs_node, needs_server
-from pidcfg import lsp
+from pidcfg.cli import lsp
 from pidcfg.cli.commands.schema import SCENARIO, SETTINGS, document_schema
 from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.schemas.base import Parser

@@ -25,11 +25,10 @@ from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import Meaning, RegisterMap
-from pidcfg.output.explanation.answer import QuestionError
+from pidcfg.output.explanation.answer import QuestionError, as_text
+from pidcfg.output.explanation.answer import explanation_data as as_data
 from pidcfg.output.explanation.lookup import all_decisions, explain, explain_things
 from pidcfg.output.explanation.page import Question
-from pidcfg.output.explanation.shown import as_text
-from pidcfg.output.explanation.shown import explanation_data as as_data
 from pidcfg.schemas.base import unit_text, units_of
 from pidcfg.schemas.document import models_in
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune

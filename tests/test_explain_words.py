@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pidcfg import api
 from pidcfg.cli.commands.explain import command
 from pidcfg.encoders.listing import reference
-from pidcfg.output.explanation import messages, symptoms
+from pidcfg.output.explanation import wording
 from pidcfg.output.explanation.answer import QuestionError
 from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.page import Question
@@ -156,7 +156,7 @@ QUESTIONS = {
 def answers(question):
     """What is answered to a question, as the table has it."""
     return {
-        page.title if page.kind == symptoms.SYMPTOM else f"{page.vendor or page.kind} {page.name}"
+        page.title if page.kind == wording.SYMPTOM else f"{page.vendor or page.kind} {page.name}"
         for page in api.explain(question).pages
     }
 
@@ -258,7 +258,7 @@ def test_no_suggestion_is_a_register_that_means_something_else(question):
     with pytest.raises(QuestionError) as error:
         api.explain(question)
     meant = re.search(r"did you mean (.*)\?", str(error.value))
-    assert meant is None or symptoms.words_of(meant[1])[0][:3] == symptoms.words_of(question)[0][:3]
+    assert meant is None or wording.words_of(meant[1])[0][:3] == wording.words_of(question)[0][:3]
 
 
 def test_words_of_too_many_registers_are_listed_not_explained():
@@ -298,11 +298,11 @@ def test_a_modbus_reference_leads_back_to_its_address(vendor, data):
 
 # --- the tables ------------------------------------------------------------------------------------------------------
 
-ROWS = [*symptoms.symptoms(), *(t.means for t in messages.templates() if not isinstance(t.means, str))]
+ROWS = [*wording.symptoms(), *(t.means for t in wording.templates() if not isinstance(t.means, str))]
 
 
 def test_every_symptom_says_what_to_look_at_with_every_plc():
-    for row in symptoms.symptoms():
+    for row in wording.symptoms():
         assert [*row.causes] == PLCS, row.title
         assert row.says.endswith("."), row.title
 
@@ -319,14 +319,14 @@ def test_every_register_and_rule_that_a_row_names_is_there():
                 }
                 assert set(cause.rules) <= set(known), (row.title, cause.rules)
                 assert 0 < len(cause.see) <= 170, cause.see
-    table = tomllib.loads(messages.TABLE.read_text("utf-8"))
+    table = tomllib.loads(wording.MESSAGES.read_text("utf-8"))
     assert set(table["rules"]) <= set(known)
 
 
-@pytest.mark.parametrize("row", symptoms.symptoms(), ids=lambda row: row.title[:30])
+@pytest.mark.parametrize("row", wording.symptoms(), ids=lambda row: row.title[:30])
 def test_every_name_of_a_symptom_leads_to_it(row):
     for name in row.words:
-        assert row in symptoms.named_by(name), name
+        assert row in wording.named_by(name), name
 
 
 def test_what_is_true_of_every_plc_is_said_once():
@@ -397,7 +397,7 @@ def test_every_message_without_its_code_leads_to_its_rule():
     wrong = {
         text: (code, names)
         for text, code in found.items()
-        if code not in (names := [m if isinstance(m, str) else m.title for m in messages.said(text, list(VENDORS))])
+        if code not in (names := [m if isinstance(m, str) else m.title for m in wording.said(text, list(VENDORS))])
         or len(names) > MOST
     }
     assert not wrong
@@ -411,13 +411,13 @@ def test_every_message_with_its_code_and_place_leads_to_its_rule():
 
 def test_the_message_of_every_rule_leads_to_it():
     for code, rule in rules().items():
-        if len(messages.HOLE.sub("", rule.message)) >= messages.LEAST:
-            assert code in messages.said(rule.message, list(VENDORS)), rule.message
+        if len(wording.HOLE.sub("", rule.message)) >= wording.LEAST:
+            assert code in wording.said(rule.message, list(VENDORS)), rule.message
 
 
 def test_every_other_line_that_is_printed_is_known():
     lines = {line for line in (*checklists(), *uncoded()) if " " in line}
     assert len(lines) > 900
-    assert [line for line in lines if not messages.said(line, list(VENDORS)) and not symptoms.named_by(line)] == []
+    assert [line for line in lines if not wording.said(line, list(VENDORS)) and not wording.named_by(line)] == []
     for line in sorted(lines)[::40]:
         assert api.explain(line).pages, line

@@ -23,7 +23,6 @@ from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
 from pidcfg.encoders.regmap import SINGLE, WORD
 from pidcfg.live import link as link_module
-from pidcfg.live.calls import source_of
 from pidcfg.live.link import (
     Address,
     AddressError,
@@ -36,7 +35,7 @@ from pidcfg.live.link import (
     serial_reason,
     unexpected_answer,
 )
-from pidcfg.live.pull import _notes, _value, compare_with, read_plc
+from pidcfg.live.pull import _notes, _value, compare_with, read_plc, source_of
 from pidcfg.live.reading import READINGS, implausible_contents
 from pidcfg.live.reading import Registers as LoopRegisters
 

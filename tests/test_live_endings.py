@@ -149,7 +149,7 @@ def test_a_reading_that_is_ended_is_no_result(desk, number, ending):
 
 @pytest.mark.usefixtures("handlers")
 def test_the_command_ends_with_the_report(monkeypatch):
-    monkeypatch.setattr("pidcfg.cli.commands.serve._who", lambda _: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr("pidcfg.cli.commands.plc._who", lambda _: signal.raise_signal(signal.SIGINT))
     done = run("serve", SCENARIO, "--listen", "127.0.0.1:0")
     assert done.exit_code == 0, done
     assert "in steps of 0.1 s" in done.stdout

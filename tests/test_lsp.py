@@ -22,9 +22,9 @@ pytest.importorskip("pygls", reason="pygls is not installed: the extra lsp")
 from lsprotocol import types
 
 from lsp_client import Client
-from pidcfg.lsp import answers
-from pidcfg.lsp.completion import completions, cursor_in
-from pidcfg.lsp.files import Buffer, Files, difference, path_of, uri_of
+from pidcfg.cli.lsp import answers
+from pidcfg.cli.lsp.completion import completions, cursor_in
+from pidcfg.cli.lsp.files import Buffer, Files, difference, path_of, uri_of
 from pidcfg.text.diagnostics import Severity, Span
 from pidcfg.text.reader import DISK, Overlay
 from pidcfg.text.source import read_document
@@ -333,12 +333,12 @@ def applied(analysis, title):
 
 def test_a_correction_is_that_of_fix_for_one_for_a_kind_and_for_all():
     analysis = analysed(Path("/x/y.yaml"), WRONG)
-    assert applied(analysis, "Correct: write V2000") == WRONG.replace("v2000", "V2000")
+    assert applied(analysis, "Write V2000") == WRONG.replace("v2000", "V2000")
     codes = {d.code for d in analysis.findings if '"2" is text' in d.message}
     assert applied(analysis, f"Correct every {codes.pop()}") == WRONG.replace('"1"', "1").replace('"2"', "2")
     assert applied(analysis, "Correct everything") == pidcfg.fix(WRONG).text != WRONG
     with_mark = analysed(Path("/x/y.yaml"), f"\ufeff{WRONG}")
-    assert applied(with_mark, "Correct: write V2000") == f"\ufeff{WRONG}".replace("v2000", "V2000")
+    assert applied(with_mark, "Write V2000") == f"\ufeff{WRONG}".replace("v2000", "V2000")
 
 
 SPOILED = [
@@ -347,8 +347,8 @@ SPOILED = [
     ("dl06/reactor.yaml", "action: direct", "action: dierct", "Write direct"),
     ("dl06/kettle.yaml", "sample_rate: 1.0", "sample_rate: 1,0", "Write 1.0"),
     ("ezlogix/dosing.yaml", "name: Dosing", "naem: Dosing", "Write name"),
-    ("ezlogix/oven.yaml", "setpoint:", "setpiont:", "Correct: did you mean setpoint?"),
-    ("click/tank.yaml", "bits: C101", "bits: c0101", "Correct: "),
+    ("ezlogix/oven.yaml", "setpoint:", "setpiont:", "Write setpoint"),
+    ("click/tank.yaml", "bits: C101", "bits: c0101", "Write C101"),
     ("click/tank.yaml", "sample_rate: 500 ms", "sample_rate: 500", "Write 500 ms"),
     ("nextopid/pump.yaml", "vendor: nextopid", "vendor: nextpid", "Write nextopid"),
     ("dpide/dryer.yaml", "vendor: dpide", "vendor: dpdie", "Write dpide"),
@@ -559,7 +559,7 @@ def test_words_beside_values_can_be_turned_off(folder):
 
 
 BROKEN = """
-from pidcfg.lsp import answers, server
+from pidcfg.cli.lsp import answers, server
 from pidcfg.output import findings
 
 def boom(*_):

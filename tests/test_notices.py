@@ -236,6 +236,7 @@ def test_all_words_of_a_listing_that_are_no_values_are_named_and_count_as_0():
     assert float(loop["ramp_soak"]["steps"][0]["slope"]) == 0
     named = [re.match(r"L1, (V\d+): .*; it counts as 0 \(D50\)$", note) for note in result.notes]
     assert {m.group(1) for m in named if m} == {*wrong}
+    assert result.warnings == tuple(note for note, m in zip(result.notes, named, strict=True) if m)
     assert any("encoded again, these words differ" in note and "V2010" in note for note in result.notes)
 
 

@@ -7,7 +7,6 @@ import os
 import struct
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import click
@@ -18,10 +17,10 @@ from pidcfg.cli import outputs
 from pidcfg.cli import settings as settings_file
 from pidcfg.cli.commands import rule
 from pidcfg.cli.console import echo_xml
-from pidcfg.cli.main import COMMANDS, Exit, cli
+from pidcfg.cli.main import COMMANDS, Exit, cli, load
 from pidcfg.output.report.content import text
-from pidcfg.output.report.page import number as on_page
-from pidcfg.output.report.tables import Table, csv_text
+from pidcfg.output.report.formats import Table, csv_text
+from pidcfg.output.report.formats import number as on_page
 from pidcfg.output.reporting import shortener
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -453,8 +452,8 @@ def test_an_older_spelling_writes_the_same_tables(folder):
 
 
 def test_output_is_the_result_itself_and_report_output_what_was_found():
-    for name, (module, _) in COMMANDS.items():
-        for param in import_module(module).command.params:
+    for name in COMMANDS:
+        for param in load(name).params:
             if "--output" in param.opts and "--report-output" not in param.opts:
                 assert "-o" in param.opts, name
             assert "--csv" not in param.opts or len(param.opts) == 2, name
@@ -486,9 +485,5 @@ def test_exit_zero_leaves_a_verdict_without_consequence_and_what_cannot_be_used_
 
 
 def test_every_command_that_judges_takes_exit_zero():
-    takes = {
-        name
-        for name, (module, _) in COMMANDS.items()
-        if any("--exit-zero" in param.opts for param in import_module(module).command.params)
-    }
+    takes = {name for name in COMMANDS if any("--exit-zero" in param.opts for param in load(name).params)}
     assert takes == {words[0] for words in JUDGED} | {"compare"}

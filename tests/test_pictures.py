@@ -18,8 +18,8 @@ from pidcfg.pictures import figure as draw
 from pidcfg.pictures import page
 from pidcfg.pictures.characters import fits, lines
 from pidcfg.pictures.chart import Band, Bar, Chart, Line, Mark, Panel, Strip
+from pidcfg.pictures.figure import png
 from pidcfg.pictures.layout import group_numbers, moment, plain, shortened, spread
-from pidcfg.pictures.png import png
 
 SVG = "{http://www.w3.org/2000/svg}"
 TAGS = {"svg", "title", "desc", "defs", "clipPath", "path", "text"}

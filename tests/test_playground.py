@@ -9,9 +9,8 @@ import pytest
 
 import pidcfg
 from browser import BEYOND, IN_CI, opened, width_of
-from pidcfg.desk import playground as calls
-from pidcfg.desk.page import examples_in, playground_page
-from pidcfg.desk.runtime import read_runtime
+from pidcfg.output.browser import playground as calls
+from pidcfg.output.browser.page import examples_in, playground_page, read_runtime
 from test_whatif_page import PATIENCE, RUNTIME, violations
 
 ROOT = Path(__file__).parents[1]

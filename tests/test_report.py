@@ -17,9 +17,8 @@ from click.testing import CliRunner
 import golden
 from pidcfg.cli.main import cli
 from pidcfg.output.report.content import Title
-from pidcfg.output.report.page import css_string, page
+from pidcfg.output.report.formats import Table, css_string, csv_files, page, safe, tables_of, workbook
 from pidcfg.output.report.sheets import compose, plc_sheet
-from pidcfg.output.report.tables import Table, csv_files, safe, tables_of, workbook
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document, is_scenario
 

@@ -18,7 +18,7 @@ from click.testing import CliRunner
 from browser import BEYOND, IN_CI, NARROW, WIDE, opened, width_of
 from pidcfg.cli.main import cli
 from pidcfg.output.report.content import Expectation, RunSheet, StandingRow, Title, Units, contents_of, measurement_text
-from pidcfg.output.report.page import (
+from pidcfg.output.report.formats import (
     VARIABLE,
     FindingGroup,
     PdfError,
@@ -437,7 +437,7 @@ def test_the_same_page_gives_the_same_pdf(printer):
 
 
 def test_without_a_browser_there_is_one_clear_error_before_anything_runs(tmp_path, monkeypatch):
-    monkeypatch.setattr("pidcfg.output.report.page.shutil.which", lambda _: None)
+    monkeypatch.setattr("pidcfg.output.report.formats.shutil.which", lambda _: None)
     result = run(EIGHT, "-o", tmp_path / "r.pdf")
     assert result.exit_code != 0
     assert "a PDF is printed by Chromium, Chrome or Edge, and none of them is here; install one" in result.stderr

@@ -26,9 +26,8 @@ from pidcfg.encoders.codecs import bcd_word
 from pidcfg.live import serving as server_module
 from pidcfg.live import serving as serving_module
 from pidcfg.live import trend as trend_module
-from pidcfg.live.calls import FASTEST
 from pidcfg.live.link import Address, PlcError
-from pidcfg.live.serving import LISTED, MOST_WAITING, VirtualPlc, _move, _server_of, is_flood, serve
+from pidcfg.live.serving import FASTEST, LISTED, MOST_WAITING, VirtualPlc, _move, _server_of, is_flood, serve_plcs
 from pidcfg.live.trend import Recording, _readings
 from pidcfg.output.sources import document_of
 from pidcfg.sim.controllers.settings import RegisterError
@@ -70,7 +69,7 @@ def served(desk, plc, speed=1000.0, listen=LOOPBACK):
 
     async def start():
         return asyncio.ensure_future(
-            serve(plcs, listen, speed, None, lambda place: (where.append(place), ready.set()), said.append)
+            serve_plcs(plcs, listen, speed, None, lambda place: (where.append(place), ready.set()), said.append)
         )
 
     task = desk.do(start())
@@ -697,7 +696,7 @@ def test_notes_of_a_plc_that_was_served(monkeypatch, unlisted, tell):
         plcs[1].unlisted = unlisted
         told("it cannot keep up")
 
-    monkeypatch.setattr(serving_module, "serve", ended)
+    monkeypatch.setattr(serving_module, "serve_plcs", ended)
     result = pidcfg.serve(SCENARIOS["click"], tell=tell, speed=FASTEST)
     assert result.notes == ("it cannot keep up", *(["3 more writes are not listed"] if unlisted else []))
     assert tell is None or tell.__self__ == ["it cannot keep up"]

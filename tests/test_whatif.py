@@ -13,10 +13,9 @@ import pytest
 
 import pidcfg
 from command import run_text
-from pidcfg.desk import session as calls
-from pidcfg.desk.page import LEFT_OUT
-from pidcfg.desk.runtime import FILE, RuntimeFileError, read_runtime
-from pidcfg.desk.session import Session, UnusableError
+from pidcfg.output.browser import session as calls
+from pidcfg.output.browser.page import FILE, LEFT_OUT, RuntimeFileError, read_runtime
+from pidcfg.output.browser.session import Session, UnusableError
 from whatif_rig import make_runtime
 
 ROOT = Path(__file__).parents[1]

@@ -16,8 +16,8 @@ import pytest
 import pidcfg
 from browser import BEYOND, IN_CI, opened, width_of
 from command import run_text
-from pidcfg.desk.runtime import FILE
-from pidcfg.desk.session import Session
+from pidcfg.output.browser.page import FILE
+from pidcfg.output.browser.session import Session
 from test_whatif import EXAMPLES, ONE_A_VENDOR, files_of
 
 ROOT = Path(__file__).parents[1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 
-from pidcfg.desk.runtime import entries
+from pidcfg.output.browser.page import entries
 
 VERSIONS = {"pyodide": "1.2.3", "python": "3.4.5"}
 

@@ -7,6 +7,7 @@ TYPE_CHECKING = False  # as typing has it, which takes longer to import than all
 if TYPE_CHECKING:
     from typing import Any
 
+    __version__: str
     from pidcfg.api import certify as certify
     from pidcfg.api import change as change
     from pidcfg.api import check as check
@@ -29,28 +30,28 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Decoded as Decoded
     from pidcfg.encoders.listing import UnwritableError as UnwritableError
     from pidcfg.encoders.modbus_map import UnusableMapError as UnusableMapError
-    from pidcfg.live.calls import compare as compare
-    from pidcfg.live.calls import pull as pull
-    from pidcfg.live.calls import serve as serve
-    from pidcfg.live.calls import trend as trend
     from pidcfg.live.link import PlcError as PlcError
     from pidcfg.live.pull import CompareResult as CompareResult
     from pidcfg.live.pull import PullResult as PullResult
+    from pidcfg.live.pull import compare as compare
+    from pidcfg.live.pull import pull as pull
     from pidcfg.live.serving import ServeResult as ServeResult
+    from pidcfg.live.serving import serve as serve
     from pidcfg.live.trend import TrendResult as TrendResult
+    from pidcfg.live.trend import trend as trend
     from pidcfg.output.arguments import ArgumentError as ArgumentError
     from pidcfg.output.conversion import ConvertResult as ConvertResult
     from pidcfg.output.differences import DiffResult as DiffResult
     from pidcfg.output.drawing import PlotResult as PlotResult
+    from pidcfg.output.explanation.answer import ExplainResult as ExplainResult
     from pidcfg.output.explanation.answer import QuestionError as QuestionError
-    from pidcfg.output.explanation.result import ExplainResult as ExplainResult
-    from pidcfg.output.file_schemas import schema as schema
     from pidcfg.output.findings import CheckResult as CheckResult
     from pidcfg.output.findings import FixResult as FixResult
     from pidcfg.output.findings import LoadResult as LoadResult
     from pidcfg.output.gains import TuneResult as TuneResult
     from pidcfg.output.handles import ChangeResult as ChangeResult
     from pidcfg.output.handles import GainsResult as GainsResult
+    from pidcfg.output.json_schemas import schema as schema
     from pidcfg.output.places import held_words as held_words
     from pidcfg.output.places import loops_of as loops_of
     from pidcfg.output.places import references as references
@@ -69,33 +70,30 @@ if TYPE_CHECKING:
     from pidcfg.validate.baseline import ignore_edit as ignore_edit
     from pidcfg.validate.engine import Checked as Checked
 
-__version__ = "0.2.0"
 NAMES = {
     "api": (
         *("check", "check_text", "check_file", "load", "encode", "decode", "decode_words", "convert", "diff"),
         *("simulate", "certify", "tune", "explain", "fix", "gains", "change", "plot", "report"),
     ),
-    "live.calls": ("pull", "compare", "trend", "serve"),
     "encoders.codecs": ("DecodeError",),
     "encoders.image": ("Decoded",),
     "encoders.listing": ("UnwritableError",),
     "encoders.modbus_map": ("UnusableMapError",),
     "live.link": ("PlcError",),
-    "live.pull": ("CompareResult", "PullResult"),
-    "live.serving": ("ServeResult",),
-    "live.trend": ("TrendResult",),
+    "live.pull": ("CompareResult", "PullResult", "compare", "pull"),
+    "live.serving": ("ServeResult", "serve"),
+    "live.trend": ("TrendResult", "trend"),
     "output.arguments": ("ArgumentError",),
     "output.conversion": ("ConvertResult",),
     "output.differences": ("DiffResult",),
-    "output.drawing": ("PlotResult",),
-    "output.explanation.result": ("ExplainResult",),
-    "output.explanation.answer": ("QuestionError",),
-    "output.file_schemas": ("schema",),
+    "output.explanation.answer": ("ExplainResult", "QuestionError"),
+    "output.json_schemas": ("schema",),
     "output.findings": ("CheckResult", "FixResult", "LoadResult"),
     "output.gains": ("TuneResult",),
     "output.handles": ("ChangeResult", "GainsResult"),
     "output.places": ("held_words", "loops_of", "references"),
     "output.reporting": ("ReportResult",),
+    "output.drawing": ("PlotResult",),
     "output.runs": ("CertifyResult", "SimulateResult"),
     "output.words": ("DecodeResult", "EncodeResult"),
     "study.certification.samples": ("WorkersError",),
@@ -112,6 +110,10 @@ __all__ = ["__version__", *sorted(name for names in NAMES.values() for name in n
 
 def __getattr__(name: str) -> "Any":
     """A public name, from the module that has it."""
+    if name == "__version__":
+        from pidcfg.about import VERSION
+
+        return VERSION
     for module, names in NAMES.items():
         if name in names:
             from importlib import import_module

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_below, refuse_unknown, vendor_named
 from pidcfg.text.reader import DEFAULT, Files, Limits, data_of, read_file, reader_of, source_data
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pidcfg.output.conversion import ConvertResult
     from pidcfg.output.differences import DiffResult
     from pidcfg.output.drawing import PictureFormat, PlotResult, Result
-    from pidcfg.output.explanation.result import ExplainResult
+    from pidcfg.output.explanation.answer import ExplainResult
     from pidcfg.output.findings import CheckResult, FixResult, LoadResult
     from pidcfg.output.gains import TuneResult
     from pidcfg.output.handles import ChangeResult, GainsResult
@@ -50,7 +50,7 @@ def check_file(path: str | Path) -> Checked:
     return check_text(read_file(path), Path(path).as_posix())
 
 
-def decode_words(vendor: str, words: Mapping[int, int], **options: Any) -> Decoded:
+def decode_words(vendor: str, words: Mapping[int, int], **options: object) -> Decoded:
     """Words by address back to a configuration as plain data; options as in ``pidcfg decode``.
 
     Raises `KeyError` for a vendor that is not known and `DecodeError` for words that are missing or impossible.
@@ -174,7 +174,7 @@ def explain(
     ``config``: a configuration, for the loop and the line that set a register. Raises `QuestionError`, a `ValueError`,
     for an unknown thing.
     """
-    from pidcfg.output.explanation.result import ExplainResult, rule_pages
+    from pidcfg.output.explanation.answer import ExplainResult, rule_pages
 
     family = None if vendor is None else vendor_named(vendor).key
     if config is None and not blocks and (pages := rule_pages(things)):
@@ -600,12 +600,12 @@ def report(
     cabinet's door (both need the extra ``report``), ``tables`` the tables as CSV. ``pictures``: with trends. The other
     texts are those of the title block. Nothing is saved.
     """
-    from pidcfg import __version__
+    from pidcfg.about import VERSION
     from pidcfg.output.report.content import Title
     from pidcfg.output.reporting import report_sources
     from pidcfg.output.sources import document_of
 
-    block = Title(title, project, customer, plant, document, revision, author, date, __version__)
+    block = Title(title, project, customer, plant, document, revision, author, date, VERSION)
     documents = [document_of(source, None, files, limits) for source in sources]
     if not documents:
         raise ArgumentError("`sources` is empty; give a scenario or a configuration", "sources")

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 from rounds import QUICK_ROUNDS, ROUNDS, Times, beside, is_quick
 
-from pidcfg.lsp.answers import diagnostics
-from pidcfg.lsp.files import Files
-from pidcfg.lsp.server import set_collector
+from pidcfg.cli.lsp.answers import diagnostics
+from pidcfg.cli.lsp.files import Files
+from pidcfg.cli.lsp.server import set_collector
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -97,7 +97,7 @@ def tag() -> str:
     """The tag, which must not be there yet."""
     name = f"v{pidcfg.__version__}"
     if git("tag", "--list", name):
-        raise ReleaseError(f"the tag {name} is there already: raise __version__ in src/pidcfg/__init__.py")
+        raise ReleaseError(f"the tag {name} is there already: raise VERSION in src/pidcfg/about.py")
     return f"tag {name} is free"
 
 
@@ -214,7 +214,7 @@ def index_page(wheel: Path) -> str:
 def without_address() -> str:
     """The addresses that nobody has given."""
     missing = [name for name, value in addresses().items() if not value]
-    return f"not given in src/pidcfg/addresses.py: {', '.join(missing)}" if missing else "all addresses are given"
+    return f"not given in src/pidcfg/about.py: {', '.join(missing)}" if missing else "all addresses are given"
 
 
 # --- the release ------------------------------------------------------------------------------------------------------

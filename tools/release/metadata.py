@@ -22,9 +22,9 @@ BLOCKS = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 
 
 def addresses(root: Path = ROOT) -> dict[str, str]:
-    """The table of src/pidcfg/addresses.py; pidcfg itself need not be importable for it."""
-    table = runpy.run_path(str(root / "src/pidcfg/addresses.py"))
-    return {name: value for name, value in table.items() if name.isupper()}
+    """The table of src/pidcfg/about.py; pidcfg itself need not be importable for it."""
+    table = runpy.run_path(str(root / "src/pidcfg/about.py"))
+    return {name: value for name, value in table.items() if name.isupper() and name != "VERSION"}
 
 
 def urls(table: Mapping[str, str]) -> dict[str, str]:

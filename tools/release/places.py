@@ -22,7 +22,7 @@ class Place:
 
     file: str
     fact: str
-    """``VERSION``, or a name of src/pidcfg/addresses.py."""
+    """``VERSION``, or a name of src/pidcfg/about.py."""
     pattern: str
     text: str = "{}"
     without: str = ""

@@ -5,8 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from pidcfg.desk.page import playground_page
-from pidcfg.desk.runtime import FILE, RuntimeFileError, read_runtime
+from pidcfg.output.browser.page import FILE, RuntimeFileError, playground_page, read_runtime
 
 ROOT = Path(__file__).resolve().parents[2]
 VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic", "mistakes")

@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pidcfg
-from pidcfg.desk.runtime import FILE, entries, usual_place
+from pidcfg.output.browser.page import FILE, entries, usual_place
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]

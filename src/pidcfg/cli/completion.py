@@ -9,7 +9,7 @@ from copy import copy
 from dataclasses import fields
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 from click.shell_completion import CompletionItem, ShellComplete, add_completion_class
@@ -72,11 +72,11 @@ class Shell(ShellComplete):
         self.ctx_args = {**self.ctx_args, "obj": list(args)}
         return super().get_completions(args, incomplete)
 
-    def insertion(self, item: CompletionItem[Any]) -> str:
+    def insertion(self, item: CompletionItem[object]) -> str:
         """The part of a value that the shell inserts after what stands there."""
         return str(item.value).removeprefix(self.head)
 
-    def whole(self, item: CompletionItem[Any]) -> str:
+    def whole(self, item: CompletionItem[object]) -> str:
         """The value as the shell's whole word."""
         value = str(item.value)
         return value if value.startswith(self.head) else self.head + value
@@ -88,7 +88,7 @@ class Bash(Shell):
     name = "bash"
     breaks = "=:"
 
-    def format_completion(self, item: CompletionItem[Any]) -> str:
+    def format_completion(self, item: CompletionItem[object]) -> str:
         """The kind and the value."""
         return f"{item.type},{self.insertion(item)}"
 
@@ -98,7 +98,7 @@ class Zsh(Shell):
 
     name = "zsh"
 
-    def format_completion(self, item: CompletionItem[Any]) -> str:
+    def format_completion(self, item: CompletionItem[object]) -> str:
         """Three lines; a colon is escaped where a help follows."""
         value = self.whole(item)
         if item.help and item.type == "plain":
@@ -111,7 +111,7 @@ class Fish(Shell):
 
     name = "fish"
 
-    def format_completion(self, item: CompletionItem[Any]) -> str:
+    def format_completion(self, item: CompletionItem[object]) -> str:
         """The kind, the value and the help."""
         return f"{item.type},{self.whole(item)}" + (f"\t{one_line(item.help)}" if item.help else "")
 
@@ -122,7 +122,7 @@ class PowerShell(Shell):
     name = "powershell"
     escape = ""
 
-    def format_completion(self, item: CompletionItem[Any]) -> str:
+    def format_completion(self, item: CompletionItem[object]) -> str:
         """Three lines; a value with spaces is quoted."""
         value = self.whole(item)
         if not UNQUOTED.fullmatch(value):
@@ -300,7 +300,7 @@ def _vendor(name: str) -> Vendor | None:
     return VENDORS.get(str(_read(Path(name)).get("vendor")))
 
 
-def _read(path: Path) -> Mapping[str, Any]:
+def _read(path: Path) -> Mapping[str, object]:
     """The keys and values of a YAML file; none of what cannot be read."""
     if not is_yaml(path) or not path.is_file():
         return {}
@@ -336,7 +336,7 @@ SOURCES: dict[tuple[str, str], Source] = {
 """Command (or any) and parameter, and what completes it; an argument without a row and a choice takes any file."""
 
 
-class Completed(click.ParamType[Any, Any]):
+class Completed(click.ParamType[object, object]):
     """A parameter whose values are completed from a source; nothing is converted while a line is typed."""
 
     name = "completed"
@@ -344,7 +344,7 @@ class Completed(click.ParamType[Any, Any]):
     def __init__(self, source: Source) -> None:
         self.source = source
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> object:
         """The value as it is."""
         del param, ctx
         return value

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg import __version__
+from pidcfg.about import VERSION
 from pidcfg.cli import environment
 from pidcfg.cli.environment import hint
 from pidcfg.cli.terminal import LINE, encodable, fits, is_coloured, paint_report
@@ -201,7 +201,7 @@ class Detail:
             raise click.UsageError("--verbose and --quiet exclude each other", ctx)
         self.wanted = wanted
         self._begin = self._last = time.perf_counter()
-        self.say(f"pidcfg {__version__}, Python {platform.python_version()}, {platform.system()}")
+        self.say(f"pidcfg {VERSION}, Python {platform.python_version()}, {platform.system()}")
         self.say(*(f"environment: {setting}" for setting in environment.variables_in_force(ctx.command)))
 
     def say(self, *lines: str) -> None:

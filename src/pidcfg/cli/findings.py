@@ -152,7 +152,7 @@ def _texts(d: Diagnostic) -> Iterator[str]:
     yield from (edit.text for edit in d.edits)
 
 
-def _row(d: Diagnostic, at: int) -> list[Any]:
+def _row(d: Diagnostic, at: int) -> list[object]:
     """A finding as it is kept: its values in their order, the name of its file as its number among those read."""
     values = {f.name: getattr(d, f.name) for f in fields(d)}
     edits = [(_place(edit.span), edit.text) for edit in d.edits]

@@ -613,6 +613,14 @@ def read_input(name: str, limits: Limits) -> Input:
         return Input(name_of(name), problem=refusal(name_of(name), error), piped=name == STDIN)
 
 
+def readable_input(name: str, limits: Limits) -> Input:
+    """The same; a file that cannot be read ends the command."""
+    entry = read_input(name, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    return entry
+
+
 def listing_fault(entry: Input, vendor: Vendor, kind: str | None = None) -> str | None:
     """What is wrong with a file by itself that is to be a memory listing."""
     from pidcfg.encoders.decoding import read_listing

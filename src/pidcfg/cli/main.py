@@ -8,11 +8,11 @@ import warnings
 from contextlib import suppress
 from enum import IntEnum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-from pidcfg import __version__
+from pidcfg.about import VERSION
 from pidcfg.cli import environment, interrupts, terminal
 from pidcfg.cli.terminal import LINE
 
@@ -47,17 +47,20 @@ COMMANDS = {
     "certify": ("pidcfg.cli.commands.certify", "Run them on many plants: stronger, slower, noisier."),
     "report": ("pidcfg.cli.commands.report", "Write a commissioning report: HTML, PDF, CSV, XLSX."),
     "tune": ("pidcfg.cli.commands.tune", "Work out gains by the manuals' rules."),
-    "pull": ("pidcfg.cli.commands.pull", "Read the loops of a PLC over Modbus."),
-    "compare": ("pidcfg.cli.commands.compare", "Compare configurations with the PLC they are for."),
+    "pull": ("pidcfg.cli.commands.plc:pull", "Read the loops of a PLC over Modbus."),
+    "compare": ("pidcfg.cli.commands.plc:compare", "Compare configurations with the PLC they are for."),
     "trend": ("pidcfg.cli.commands.trend", "Record PV, set point, output and mode of a PLC."),
-    "serve": ("pidcfg.cli.commands.serve", "Stand in for a PLC over Modbus: a scenario's loops."),
+    "serve": ("pidcfg.cli.commands.plc:serve", "Stand in for a PLC over Modbus: a scenario's loops."),
     "explain": ("pidcfg.cli.commands.explain", "Say what a register, bit or error number means."),
     "rule": ("pidcfg.cli.commands.rule", "Explain a rule, or list all of them."),
     "schema": ("pidcfg.cli.commands.schema", "Print the JSON Schema of a file for editors."),
     "lsp": ("pidcfg.cli.commands.lsp", "Serve an editor: findings and words while you type."),
     "completion": ("pidcfg.cli.commands.completion", "Print the script that completes commands in a shell."),
 }
-"""Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
+"""Module, whose function ``command`` is the command, or the one behind the colon, and short help.
+
+The module is imported when it is called.
+"""
 GROUPS = {
     "demo": "Begin",
     "validate": "Check",
@@ -113,7 +116,8 @@ NO_PLUGINS = ("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 def load(name: str) -> click.Command:
     """A command, whose module is imported only now, with what all commands have: ``--color``, and variables."""
-    command: click.Command = import_module(COMMANDS[name][0]).command
+    module, _, function = COMMANDS[name][0].partition(":")
+    command: click.Command = getattr(import_module(module), function or "command")
     return environment.with_variables(terminal.with_option(command), name)
 
 
@@ -148,7 +152,7 @@ class LazyGroup(click.Group):
             LINE.end()
 
     def make_context(
-        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: object
     ) -> click.Context:
         """The context of the whole command line; its own ``--help`` and ``--version`` may lose their reader too."""
         try:
@@ -206,7 +210,7 @@ class LazyGroup(click.Group):
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(__version__, prog_name="pidcfg")
+@click.version_option(VERSION, prog_name="pidcfg")
 @terminal.option()
 def cli() -> None:
     """Check, encode and simulate the PID loops of PLCs from text files. Nothing is ever written to a PLC.
@@ -319,7 +323,7 @@ def main() -> None:
         import traceback
 
         _say(traceback.format_exc().rstrip("\n"))
-        _say(f"This is a bug in pidcfg {__version__}; please report the lines above.")
+        _say(f"This is a bug in pidcfg {VERSION}; please report the lines above.")
         sys.exit(Exit.BUG)
 
 

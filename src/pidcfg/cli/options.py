@@ -14,20 +14,18 @@ import click
 from click.core import ParameterSource
 from click.types import IntParamType
 
-from pidcfg.cli.environment import require_extra
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.reader import DEFAULT, Limits
-from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
 # --- Options that several commands share ------------------------------------------------------------------------------
 
-Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+Decorator = Callable[[Callable[..., object]], Callable[..., object]]
 
 
-def is_plain(value: Any) -> bool:
+def is_plain(value: object) -> bool:
     """Whether a number is spelled as everybody reads it: Python takes 1_0 and the digits of other scripts, too."""
     return not isinstance(value, str) or (value.isascii() and "_" not in value)
 
@@ -52,7 +50,7 @@ class Whole(Integer, click.IntRange):
 class Real(click.FloatRange):
     """A number of the command line within limits."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number."""
         return super().convert(NUMBER.convert(value, param, ctx), param, ctx)
 
@@ -149,12 +147,12 @@ QUIET = click.option("-q", "--quiet", is_flag=True, callback=_silenced, help="Pr
 STRICT = click.option("--strict", is_flag=True, help="Exit 1 on warnings too.")
 
 
-def exit_zero(command: Callable[..., Any]) -> Callable[..., Any]:
+def exit_zero(command: Callable[..., object]) -> Callable[..., object]:
     """``--exit-zero`` of a command that judges: a verdict is told and fails nothing; what is unusable does."""
     from pidcfg.cli.main import Exit
 
     @wraps(command)
-    def told(*args: Any, exit_zero: bool, **rest: Any) -> Any:
+    def told(*args: object, exit_zero: bool, **rest: object) -> object:
         try:
             return command(*args, **rest)
         except click.exceptions.Exit as end:
@@ -229,6 +227,18 @@ MAP = click.option(
     help="The Modbus map of a PLC whose manual prints none, in place of the file's plc.map: rows such as "
     "R1,holding,0,uint16 (encode --format modbus-map writes them to be filled in).",
 )
+
+
+def map_file(name: str | None, limits: Limits) -> Path | None:
+    """The file of a map; one that cannot be read ends the command."""
+    if name is None:
+        return None
+    from pidcfg.cli.inputs import readable_input
+
+    readable_input(name, limits)
+    return Path(name)
+
+
 STANDARD_OUTPUT = "-"
 
 
@@ -334,65 +344,3 @@ def refuse_all(faults: Sequence[str]) -> NoReturn:
     for fault in faults[:-1]:
         remark(f"Error: {fault}")
     raise click.ClickException(faults[-1])
-
-
-# --- Options of the commands that speak to a PLC ----------------------------------------------------------------------
-
-PLC = click.option(
-    "--plc",
-    required=True,
-    metavar="URL",
-    envvar="PIDCFG_PLC",
-    help="Where the PLC is: modbus://HOST[:502][?unit=1] or modbus+rtu:///DEVICE?baud=9600&parity=odd.",
-)
-LIKE = click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
-VENDOR = click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
-TIMEOUT = click.option(
-    "--timeout", type=NUMBER, default=2.0, show_default=True, metavar="SECONDS", help="How long an answer may take."
-)
-RETRIES = click.option(
-    "--retries",
-    type=Integer(),
-    default=2,
-    show_default=True,
-    metavar="COUNT",
-    help="How often a request without an answer is sent again.",
-)
-
-
-FOR = {"seconds": "--for"}
-"""An option that the calls have by another name."""
-
-
-def map_file(name: str | None, limits: Limits) -> Path | None:
-    """The file of a map; one that cannot be read ends the command."""
-    if name is None:
-        return None
-    from pathlib import Path
-
-    from pidcfg.cli.inputs import read_input
-
-    entry = read_input(name, limits)
-    if entry.problem is not None:
-        raise click.ClickException(entry.problem)
-    return Path(name)
-
-
-def require_packages(url: str) -> None:
-    """Ends the command where a package is missing that reaches this PLC."""
-    require_extra("pymodbus", "live")
-    if url.startswith("modbus+rtu"):
-        require_extra("serial", "live")
-
-
-@contextmanager
-def reach_plc() -> Iterator[None]:
-    """Ends the command with one line where the PLC cannot be reached or an option makes no sense."""
-    from pidcfg.encoders.modbus_map import UnusableMapError
-    from pidcfg.live.link import PlcError
-
-    try:
-        with usage(FOR):
-            yield
-    except (PlcError, UnusableMapError) as error:
-        raise click.ClickException(str(error)) from None

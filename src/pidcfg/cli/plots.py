@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.pictures.chart import Chart
+    from pidcfg.study.certification.certify import BatchOutcome
     from pidcfg.study.outcome import Outcome
 
 TERMINAL = "-"
@@ -77,14 +78,27 @@ LOOPS = click.option(
 )
 
 
-def charts_of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
-    """The charts of all runs; where there are several, each says of which one it is."""
-    from pidcfg.study.outcome import charts_of
+def check_options(fmt: str, plot: Sequence[str], loops: Sequence[str] = ()) -> None:
+    """Ends the command where a picture and the result would take one way, or loops are named for no picture."""
+    if fmt != "text" and TERMINAL in plot:
+        raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
+    if loops and not plot:
+        raise click.UsageError("--plot-loop needs --plot")
 
+
+def refuse_unknown(loops: Sequence[str], outcomes: Sequence[Outcome | BatchOutcome]) -> None:
+    """Ends the command where a picture of a loop is wanted that did not run."""
     known = list(dict.fromkeys(loop for outcome in outcomes for loop in outcome.axes))
     wrong = next((loop for loop in loops if loop not in known), None)
     if wrong is not None and known:
         raise click.UsageError(f"--plot-loop {wrong}: no such loop; there are {', '.join(known)}")
+
+
+def charts_of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
+    """The charts of all runs; where there are several, each says of which one it is."""
+    from pidcfg.study.outcome import charts_of
+
+    refuse_unknown(loops, outcomes)
     drawn_charts = []
     for outcome in outcomes:
         charts = charts_of(outcome, loops)
@@ -123,7 +137,7 @@ def draw_files(
 
             files[name] = svg(charts, title=title)
         elif suffix == ".png":
-            from pidcfg.pictures.png import png
+            from pidcfg.pictures.figure import png
 
             files[name] = png(charts, title=title)
         else:

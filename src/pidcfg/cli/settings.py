@@ -23,6 +23,8 @@ from pidcfg.text.signs import closest_name
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from pidcfg.text.paths import Data
+
 # --- The keys of a settings file, and the JSON Schema for editors that is generated from them -------------------------
 
 PER_FILE, EXCLUDE = "per-file-ignores", "exclude"
@@ -75,13 +77,13 @@ OPTIONS = frozenset(SETTINGS_KEYS) - {PER_FILE}
 """Keys that are options of the command too."""
 
 
-def settings_schema() -> dict[str, Any]:
+def settings_schema() -> Data:
     """The JSON Schema of ``pidcfg.toml``, for editors."""
     from pidcfg.schemas.document import DIALECT
     from pidcfg.schemas.numbers import text_schema
 
     codes = {"type": "array", "items": text_schema("[A-Za-z]{1,3}[0-9]{0,3}", "PID101", "DL2")}
-    kinds: dict[str, dict[str, Any]] = {
+    kinds: dict[str, Data] = {
         "codes": codes,
         "switch": {"type": "boolean"},
         "severity": {"enum": list(SEVERITIES)},
@@ -121,7 +123,7 @@ class _File(NamedTuple):
         raise click.ClickException(f"{self.name}{place}: {message}" + (f"; {cure}" if cure else ""))
 
 
-def check_table(table: Any, name: str, text: str, within: str, root: Path) -> dict[str, Any]:
+def check_table(table: object, name: str, text: str, within: str, root: Path) -> Data:
     """The settings of a table, as option values."""
     file = _File(name, text, within, root)
     if not isinstance(table, dict):
@@ -129,7 +131,7 @@ def check_table(table: Any, name: str, text: str, within: str, root: Path) -> di
     return {key: _value(key, value, file) for key, value in table.items()}
 
 
-def _value(key: str, value: Any, file: _File) -> Any:
+def _value(key: str, value: object, file: _File) -> object:
     row = SETTINGS_KEYS.get(key)
     if row is None:
         near = ALIASES.get(key) or closest_name(key, SETTINGS_KEYS)
@@ -138,7 +140,7 @@ def _value(key: str, value: Any, file: _File) -> Any:
     return CHECKS[row.kind](key, value, file)
 
 
-def _codes(key: str, value: Any, file: _File) -> list[str]:
+def _codes(key: str, value: object, file: _File) -> list[str]:
     """Codes or their beginnings."""
     from pidcfg.validate.catalog import suggestion
     from pidcfg.validate.texts import listed
@@ -161,14 +163,14 @@ def _shorten(value: object) -> str:
     return text if len(text) <= MAX_VALUE_LENGTH else f"{text[:MAX_VALUE_LENGTH]}…"
 
 
-def _switch(key: str, value: Any, file: _File) -> bool:
+def _switch(key: str, value: object, file: _File) -> bool:
     if not isinstance(value, bool):
         file.refuse(key, f"{key} must be true or false, not {_shorten(value)}", f"write {key} = true, without quotes")
     return value
 
 
-def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
-    def choice(key: str, value: Any, file: _File) -> str:
+def _choice(words: tuple[str, ...]) -> Callable[[str, object, _File], str]:
+    def choice(key: str, value: object, file: _File) -> str:
         if not isinstance(value, str) or value not in words:
             near = closest_name(value, words) if isinstance(value, str) else None
             cure = f"did you mean {near}?" if near else None
@@ -178,7 +180,7 @@ def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
     return choice
 
 
-def _path(key: str, value: Any, file: _File) -> str:
+def _path(key: str, value: object, file: _File) -> str:
     """A path that stays below the folder of the settings file, links included."""
     if not isinstance(value, str) or not value:
         file.refuse(key, f"{key} must be the path of a file, not {_shorten(value)}")
@@ -191,7 +193,7 @@ def _path(key: str, value: Any, file: _File) -> str:
     return relative(str(file.root / value), Path())
 
 
-def _patterns(key: str, value: Any, file: _File) -> list[str]:
+def _patterns(key: str, value: object, file: _File) -> list[str]:
     """Lines of ``.gitignore``."""
     from pidcfg.cli.inputs import pattern_fault
 
@@ -205,7 +207,7 @@ def _patterns(key: str, value: Any, file: _File) -> list[str]:
     return value
 
 
-def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
+def _per_file(key: str, value: object, file: _File) -> dict[str, list[str]]:
     """A table of patterns."""
     if not isinstance(value, dict):
         file.refuse(key, f"{key} must be a table of patterns", f"write {key} = {SETTINGS_KEYS[key].example}")
@@ -222,7 +224,7 @@ def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
     return {glob: _codes(glob, codes, file) for glob, codes in value.items()}
 
 
-CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
+CHECKS: dict[str, Callable[[str, object, _File], object]] = {
     "codes": _codes,
     "switch": _switch,
     "severity": _choice(SEVERITIES),
@@ -284,7 +286,7 @@ class Settings:
     """As messages name it."""
     root: Path = field(default_factory=Path.cwd)
     """The folder that its paths and patterns begin at."""
-    values: dict[str, Any] = field(default_factory=dict)
+    values: Data = field(default_factory=dict)
 
     @property
     def mention(self) -> str:
@@ -417,7 +419,7 @@ TOML_CURES = (
 
 
 @lru_cache(maxsize=1)
-def _parse_toml(name: str, data: bytes) -> dict[str, Any]:
+def _parse_toml(name: str, data: bytes) -> Data:
     """The tables of a TOML file; a usage error with line and column where it is none."""
     import tomllib
 
@@ -499,10 +501,10 @@ def _to_toml(value: object) -> str:
     return json.dumps(value, ensure_ascii=False) if value is not None else '""'
 
 
-def _remember(name: str) -> Callable[[click.Context, click.Parameter, Any], None]:
+def _remember(name: str) -> Callable[[click.Context, click.Parameter, object], None]:
     """Keeps an option for `apply`, which runs after it."""
 
-    def keep(ctx: click.Context, param: click.Parameter, value: Any) -> None:
+    def keep(ctx: click.Context, param: click.Parameter, value: object) -> None:
         del param
         if value:
             ctx.meta[name] = value
@@ -539,6 +541,6 @@ SHRINK = click.option(
 )
 
 
-def baseline_options(command: Callable[..., Any]) -> Callable[..., Any]:
+def baseline_options(command: Callable[..., object]) -> Callable[..., object]:
     """The options of known findings."""
     return BASELINE(CREATE(SHRINK(command)))

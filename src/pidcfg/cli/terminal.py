@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from rich.progress import Progress
 
+    from pidcfg.text.paths import Data
+
 
 # --- Text for code pages that lack some of its characters: what a person would type in their place, never a crash -----
 
@@ -107,12 +109,12 @@ codecs.register_error(HANDLER, _handle)
 # ``NO_COLOR`` switches it off, then ``FORCE_COLOR`` or ``CLICOLOR_FORCE`` on, then a terminal decides; ``--color``
 # outranks them all.
 
-SEVERITIES: dict[str, dict[str, Any]] = {
+SEVERITIES: dict[str, Data] = {
     "error": {"fg": "red", "bold": True},
     "warning": {"fg": "yellow", "bold": True},
     "info": {"fg": "cyan", "bold": True},
 }
-STYLES: dict[str, dict[str, Any]] = {
+STYLES: dict[str, Data] = {
     "head": {"bold": True},
     "place": {"bold": True},
     "dim": {"dim": True},
@@ -163,7 +165,7 @@ def patterns() -> tuple[re.Pattern[str], ...]:
     )
 
 
-def is_coloured(stream: Any) -> bool:
+def is_coloured(stream: object) -> bool:
     """Whether text on this stream is coloured."""
     context = click.get_current_context(silent=True)
     if context is not None and context.color is not None:
@@ -204,7 +206,7 @@ def _line(line: str, match: re.Match[str], severity: str) -> str:
     return "".join(out) + line[end:]
 
 
-def option(*, hidden: bool = False) -> Callable[[Any], Any]:
+def option(*, hidden: bool = False) -> Callable[[object], Any]:
     """``--color``, which every command understands."""
     return click.option(
         "--color",

@@ -17,7 +17,7 @@ from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, has_key, put, steps, value_at
 from pidcfg.text.reader import DEFAULT
-from pidcfg.text.signs import COUNTS_AS_ZERO, binary_file
+from pidcfg.text.signs import binary_file
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -198,12 +198,11 @@ def decode_listing(
     except DecodeError as error:
         text = "; ".join((str(error), *listing.notes))
         raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
-    zeros = (f"{text}{COUNTS_AS_ZERO}" for text in wrong)
+    zeros = tuple(f"{text}; it counts as 0 (D50)" for text in wrong)
     doubts, suggestion = _doubts(listing, encoding) if wrong else ((), "")
     differences = _differences(listing, again, decoded.status)
-    return replace(
-        decoded, notes=(*listing.notes, *zeros, *doubts, *decoded.notes, *differences), suggestion=suggestion
-    )
+    notes = (*listing.notes, *zeros, *doubts, *decoded.notes, *differences)
+    return replace(decoded, notes=notes, warnings=zeros, suggestion=suggestion)
 
 
 def _doubts(listing: Listing, encoding: AnyEncoding) -> tuple[tuple[str, ...], str]:

@@ -184,6 +184,8 @@ class Decoded:
 
     data: Data
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    """Those of the notes that name a word that is no value: the data have 0 in its place (D50)."""
     status: tuple[int, ...] = ()
     """Words outside the loops that the PLC writes: a listing may hold them, no configuration does."""
     suggestion: str = ""

@@ -19,7 +19,13 @@ from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Coroutine
+    from types import FrameType
     from urllib.parse import SplitResult
+
+    from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
+    from pymodbus.pdu import ModbusPDU
+
+    from pidcfg.text.paths import Data
 
 # --- What goes wrong between here and a PLC ---------------------------------------------------------------------------
 
@@ -310,7 +316,7 @@ class Link:
         self._lost.clear()
         self._came = b""
         client, unit = self._client, self.address.unit
-        call: Callable[..., Awaitable[Any]] = {
+        call: Callable[..., Awaitable[ModbusPDU]] = {
             "coil": client.read_coils,
             "discrete": client.read_discrete_inputs,
             "holding": client.read_holding_registers,
@@ -338,7 +344,7 @@ class Link:
                 await asked
         return self._content(request, response)
 
-    def _content(self, request: Request, response: Any) -> list[int]:
+    def _content(self, request: Request, response: ModbusPDU) -> list[int]:
         """What an answer holds; an exception is refused, and an answer of another length."""
         if response.isError():
             code = int(getattr(response, "exception_code", 0))
@@ -432,10 +438,10 @@ class _Unanswered(Exception):  # noqa: N818 - it is no error before the last try
 
 def _client_of(
     address: Address, patience: Patience, changed: Callable[[bool], None], seen: Callable[[bool, bytes], bytes]
-) -> Any:
+) -> AsyncModbusTcpClient | AsyncModbusSerialClient:
     from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
-    common: dict[str, Any] = {
+    common: Data = {
         "timeout": patience.timeout,
         "retries": 0,
         "reconnect_delay": 0,
@@ -444,7 +450,7 @@ def _client_of(
     }
     if not address.device:
         return AsyncModbusTcpClient(address.host, port=address.port, **common)
-    line: dict[str, Any] = {"baudrate": address.baud, "parity": PARITIES[address.parity], "stopbits": address.stop_bits}
+    line: Data = {"baudrate": address.baud, "parity": PARITIES[address.parity], "stopbits": address.stop_bits}
     return AsyncModbusSerialClient(address.device, **line, **common)
 
 
@@ -456,7 +462,7 @@ END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 """Signals that somebody sends who wants the work to end."""
 
 
-def run(work: Coroutine[Any, Any, R]) -> R:
+def run(work: Coroutine[object, object, R]) -> R:
     """The result of the work, in an event loop of its own.
 
     Ctrl-C and SIGTERM cancel the work, which may come to an end with what it has; otherwise they do what they did
@@ -480,7 +486,7 @@ def _is_in_a_loop() -> bool:
     return True
 
 
-def _run_in_thread(work: Coroutine[Any, Any, R]) -> R:
+def _run_in_thread(work: Coroutine[object, object, R]) -> R:
     """The result of the work in a thread of its own."""
     from concurrent.futures import ThreadPoolExecutor
 
@@ -492,7 +498,7 @@ class _Ending:
     """What signals do while work is running: the first one cancels it, the next one is none of ours."""
 
     def __init__(self) -> None:
-        self._before: dict[int, Callable[[int, Any], Any]] = {}
+        self._before: dict[int, Callable[[int, FrameType | None], object]] = {}
         self._cancel: Callable[[], object] | None = None
         self._came: int | None = None
 
@@ -519,7 +525,7 @@ class _Ending:
                 self._before[number] = handler
                 signal.signal(number, self._end)
 
-    def _end(self, number: int, frame: object) -> None:
+    def _end(self, number: int, frame: FrameType | None) -> None:
         if self._came is not None:
             self._before[number](number, frame)
             return
@@ -528,7 +534,7 @@ class _Ending:
             with suppress(RuntimeError):  # its loop has just been closed
                 self._cancel()
 
-    async def watched(self, work: Coroutine[Any, Any, R]) -> R:
+    async def watched(self, work: Coroutine[object, object, R]) -> R:
         """The work, which a signal cancels while it is running, or as it begins."""
         loop, task = asyncio.get_running_loop(), asyncio.ensure_future(_quiet(work))
         self._cancel = partial(loop.call_soon_threadsafe, task.cancel)  # wakes a loop that waits
@@ -540,7 +546,7 @@ class _Ending:
             self._cancel = None
 
 
-async def _quiet(work: Coroutine[Any, Any, R]) -> R:
+async def _quiet(work: Coroutine[object, object, R]) -> R:
     """What a malformed answer breaks inside of the library is told by the request that gets none."""
     asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)
     return await work

@@ -1,4 +1,8 @@
-"""What a PLC holds, as a configuration or a listing, and a configuration against it."""
+"""What a PLC holds, as a configuration or a listing, and a configuration against it: `pidcfg.pull`, `pidcfg.compare`.
+
+As with the other calls, results are frozen and nothing is printed. A PLC that cannot be reached, or does not give what
+is asked for, is a `PlcError`, which is a `ConnectionError` of one line with host, function and register.
+"""
 
 from __future__ import annotations
 
@@ -13,29 +17,35 @@ from pidcfg.encoders.contract import encoder_of, formats_of, tables_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
-from pidcfg.live.link import Link, run
+from pidcfg.live.link import Address, AddressError, Link, Patience, parse_address, run
 from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents
-from pidcfg.output.arguments import ArgumentError, refuse_unknown, vendor_options
+from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_unknown, vendor_named, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
 from pidcfg.output.findings import errors_in, findings_data, short_repr
+from pidcfg.output.sources import checked_of, stated_map
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at
-from pidcfg.vendors import format_of
+from pidcfg.text.reader import DEFAULT, Limits
+from pidcfg.validate.map_files import numbering_of
+from pidcfg.vendors import VENDORS, format_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from pidcfg.conversion.differences import Compared, Difference
     from pidcfg.encoders.listing import Numbering
     from pidcfg.encoders.parameters import AnyImage
-    from pidcfg.live.link import Address, Patience
-    from pidcfg.output.findings import Data
+    from pidcfg.output.sources import Source
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits
+    from pidcfg.text.paths import Data
+    from pidcfg.text.paths import Path as KeyPath
+    from pidcfg.text.reader import Files
     from pidcfg.validate.engine import Checked
+    from pidcfg.validate.map_files import MapFile
     from pidcfg.vendors import Vendor
 
 # --- What a PLC holds, as a configuration or a memory listing: the result of `pidcfg.pull` ----------------------------
@@ -49,7 +59,7 @@ YAML = "yaml"
 
 
 @frozen
-class Source:
+class Plc:
     """A PLC, and everything that is needed to read it."""
 
     address: Address
@@ -122,6 +132,60 @@ class Source:
         return tuple(f"not read, since {why}: {few([*names])}" for why, names in reasons)
 
 
+def plc_of(
+    plc: str,
+    known: tuple[Source | None, str | None, Path | str | bytes | None],
+    options: Mapping[str, object] | None,
+    files: Files,
+    limits: Limits,
+) -> Plc:
+    """The PLC that `pull` and `trend` read; ``known``: a configuration like it, its vendor, its map."""
+    like, vendor, stated = known
+    other = None if like is None else checked_of(like, None, files, limits)
+    if other is None and vendor is None:
+        raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
+    family = None if vendor is None else vendor_named(vendor)
+    document = None if other is None else other.document
+    return source_of(plc, other, family, options or {}, stated_map(stated, document, files, limits))
+
+
+def source_of(
+    plc: str,
+    like: Checked | None,
+    vendor: Vendor | None,
+    options: Mapping[str, object],
+    stated: MapFile | None = None,
+) -> Plc:
+    """The PLC at a URL and what is known about it; raises `ArgumentError`, `UnusableMapError`."""
+    family = vendor or (None if like is None else like.vendor)
+    if like is not None and like.vendor is not None and family is not like.vendor:
+        raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
+    family = family or VENDORS["dl06"]  # a file that names no vendor has findings, and nothing is read
+    encoding = None if like is None else like.encoding
+    image = encoding.image if encoding is not None and encoding.whole else None
+    if like is not None and image is None:
+        return Plc(address_of(plc), family, None, like, options)  # its findings say why; nothing is read
+    file = "FILE" if like is None else like.document.file
+    return Plc(address_of(plc), family, numbering_of(family, stated, image, file), like, options)
+
+
+def address_of(plc: str) -> Address:
+    """The address that a URL says; raises `ArgumentError`."""
+    try:
+        return parse_address(plc)
+    except AddressError as error:
+        raise ArgumentError(f"`plc`: {error}", "plc") from None
+
+
+def patience_of(timeout: float, retries: int) -> Patience:
+    """How long and how often; raises `ArgumentError`."""
+    if not 0 < timeout <= 3600:
+        raise ArgumentError(f"`timeout` is {timeout:g}; write seconds above 0 and up to 3600", "timeout")
+    if not 0 <= retries <= 100:
+        raise ArgumentError(f"`retries` is {retries}; write a whole number from 0 to 100", "retries")
+    return Patience(timeout, retries)
+
+
 @frozen
 class PullResult:
     """What a PLC holds: its words, and the text of a configuration or a listing."""
@@ -140,6 +204,8 @@ class PullResult:
     text: str = ""
     notes: tuple[str, ...] = ()
     """What a configuration cannot carry, and contents that seem to be none."""
+    warnings: tuple[str, ...] = ()
+    """Those of the notes that name a word that is no value: the configuration has 0 in its place (D50)."""
 
     @property
     def ok(self) -> bool:
@@ -156,7 +222,7 @@ class PullResult:
         return {"version": 1, "vendor": self.vendor, "plc": self.plc, "words": words}
 
 
-def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> PullResult:
+def pull_from(source: Plc, name: str, patience: Patience, limits: Limits) -> PullResult:
     """Reads a PLC and writes what it holds in a format; raises `PlcError` where it cannot be read."""
     if name != YAML:
         kinds = [kind.name for kind in formats_of(source.vendor).FORMATS.values() if kind.whole]
@@ -180,11 +246,12 @@ def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> 
             data=configuration.data,
             text=configuration.text,
             notes=(*source.left_out, *result.notes, *_unknown_mode(source), *configuration.notes),
+            warnings=configuration.warnings,
         )
     return _listed(result, image, source, name, configuration.data)
 
 
-def _unknown_mode(source: Source) -> tuple[str, ...]:
+def _unknown_mode(source: Plc) -> tuple[str, ...]:
     """A note where nothing that is confirmed tells in which mode the loops are."""
     if source.like is not None or getattr(source.vendor.module("encode"), "MODE_IS_CONFIRMED", True):
         return ()
@@ -192,7 +259,7 @@ def _unknown_mode(source: Source) -> tuple[str, ...]:
     return (f"mode is manual, as after each start: {said}",)
 
 
-def read_plc(source: Source, patience: Patience) -> AnyImage:
+def read_plc(source: Plc, patience: Patience) -> AnyImage:
     """What a PLC holds; raises `PlcError`."""
 
     async def reading() -> AnyImage:
@@ -202,7 +269,7 @@ def read_plc(source: Source, patience: Patience) -> AnyImage:
     return run(reading())
 
 
-def _listed(result: PullResult, image: AnyImage, source: Source, name: str, data: Any) -> PullResult:
+def _listed(result: PullResult, image: AnyImage, source: Plc, name: str, data: Data | None) -> PullResult:
     """A listing, with what no register holds beside it as far as that is known."""
     beside = source.image
     with suppress(DecodeError):  # words that give no configuration make a listing all the same
@@ -215,6 +282,30 @@ def _listed(result: PullResult, image: AnyImage, source: Source, name: str, data
             f"`format` json has no word for what {odd.address} holds, {odd.no_number}; csv has", "format"
         )
     return replace(result, image=known, text=format_of(source.vendor, name).write(known, ()))
+
+
+@check_arguments
+def pull(
+    plc: str,
+    *,
+    like: Source | None = None,
+    vendor: str | None = None,
+    format: str = "yaml",
+    options: Mapping[str, object] | None = None,
+    map: Path | str | bytes | None = None,
+    timeout: float = 2.0,
+    retries: int = 2,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> PullResult:
+    """Reads the loops of the PLC at a URL: a configuration, or with another ``format`` a memory listing.
+
+    ``like``: a configuration that gives names, ranges, units and places; without it ``vendor`` and, where the PLC does
+    not tell where its loops are, the vendor's ``options`` of ``pidcfg decode``. ``timeout`` in s; ``retries``: how
+    often a request without an answer is sent again. Raises `PlcError`, and `ValueError` for a URL that is none.
+    """
+    source = plc_of(plc, (like, vendor, map), options, files, limits)
+    return pull_from(source, format, patience_of(timeout, retries), limits)
 
 
 # --- A configuration against the PLC that it is for: the result of `pidcfg.compare` -----------------------------------
@@ -266,7 +357,7 @@ class CompareResult:
         return findings_data([*self.findings, *self.warnings] if self.ok else errors_in(self.findings))
 
 
-def compare_with(checked: Checked, source: Source, image: AnyImage) -> CompareResult:
+def compare_with(checked: Checked, source: Plc, image: AnyImage) -> CompareResult:
     """The comparison of a checked configuration with what was read of the PLC."""
     plc, document = str(source.address), checked.document
     diff = compare_sides(
@@ -299,7 +390,7 @@ def _unread(document: Document, reasons: Mapping[str, Sequence[str]]) -> Iterato
             yield _unread_finding(document, (), left, why, "")
 
 
-def _unread_finding(document: Document, path: Any, names: Sequence[str], why: str, loop: str) -> Diagnostic:
+def _unread_finding(document: Document, path: KeyPath, names: Sequence[str], why: str, loop: str) -> Diagnostic:
     message = f"could not be read, since {why}: {', '.join(names)}"
     return Diagnostic(
         UNREAD, Severity.WARNING, message, document.file, document.locate(path), path, loop, help=UNREAD_CURE
@@ -308,27 +399,27 @@ def _unread_finding(document: Document, path: Any, names: Sequence[str], why: st
 
 def _findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:
     index = next((i for i, name in enumerate(_names(document)) if name in {loop.loop, loop.was}), None)
+    here: KeyPath = ("loops",) if index is None else ("loops", index)
     if loop.status in {"added", "removed"}:
         said = (
             "the PLC does not have this loop" if loop.status == "removed" else f"the PLC has one more loop, {loop.loop}"
         )
-        yield _finding(document, ("loops",) if index is None else ("loops", index), said, loop.loop)
+        yield _finding(document, here, said, loop.loop)
     elif loop.moved is not None:
         said = f"the PLC has the loop at {loop.moved[1]}, the file at {loop.moved[0]}"
-        yield _finding(document, ("loops", index) if index is not None else ("loops",), said, loop.loop)
+        yield _finding(document, here, said, loop.loop)
     for state in loop.states:
         said = f"the loop does not run as it is set up: {state.text} ({state.address} {state.word})"
-        place = ("loops", *([] if index is None else [index]))
-        yield replace(_finding(document, place, said, loop.loop, state.key), help=TROUBLE_CURE)
+        yield replace(_finding(document, here, said, loop.loop, state.key), help=TROUBLE_CURE)
     for d in loop.differences:
         if d.key == CONFIGURATION:
             yield _finding(document, (), f"the PLC's words make no configuration{_why(d)}", "")
             continue
-        key = tuple(steps(d.key or d.field))
-        path = key if index is None else ("loops", index, *key)
-        yield _finding(
-            document, path, _message(d, register(d.address or "")), loop.loop if index is not None else "", d.key
-        )
+        key, said = steps(d.key or d.field), _message(d, register(d.address or ""))
+        if index is None:
+            yield _finding(document, key, said, "", d.key)
+        else:
+            yield _finding(document, (*here, *key), said, loop.loop, d.key)
 
 
 def _why(d: Difference) -> str:
@@ -340,7 +431,7 @@ def _names(document: Document) -> list[str]:
     return [str(loop.get("name")) for loop in loops if isinstance(loop, dict)]
 
 
-def _finding(document: Document, path: Any, message: str, loop: str, key: str = "") -> Diagnostic:
+def _finding(document: Document, path: KeyPath, message: str, loop: str, key: str = "") -> Diagnostic:
     span = document.locate(path)
     return Diagnostic(CODE, Severity.ERROR, message, document.file, span, path, loop, help=CURE, key=key)
 
@@ -355,7 +446,7 @@ def _message(d: Difference, register: str) -> str:
     return f"{d.key or d.field}: {values}{note}"
 
 
-def _value(value: Any, unit: str) -> str:
+def _value(value: object, unit: str) -> str:
     """A value with its unit; none where the content says that there is none, or is no value, as the note says then."""
     if value is None:
         return "none"
@@ -372,7 +463,7 @@ def _notes(diff: DiffResult) -> Iterator[str]:
             yield f"{loop.loop}: operated, and no difference: {values}"
 
 
-def read_and_compare(checked: Checked, source: Source, patience: Patience) -> CompareResult:
+def read_and_compare(checked: Checked, source: Plc, patience: Patience) -> CompareResult:
     """Reads the PLC and compares; a file that has no memory is not compared, and nothing is read."""
     if source.image is None:
         return CompareResult(str(source.address), checked.document, tuple(errors_in(checked.findings)))
@@ -382,3 +473,24 @@ def read_and_compare(checked: Checked, source: Source, patience: Patience) -> Co
 def not_reached(file: str, message: str) -> Diagnostic:
     """A file that could not be compared, as reports have it."""
     return Diagnostic(UNREACHED, Severity.ERROR, message, file)
+
+
+@check_arguments
+def compare(
+    source: Source,
+    plc: str,
+    *,
+    map: Path | str | bytes | None = None,
+    timeout: float = 2.0,
+    retries: int = 2,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> CompareResult:
+    """A configuration against the PLC at a URL: ``same``, or a finding for each setting that differs.
+
+    What runs is left out, and a set point that the operator has changed is told in ``notes``. Raises as `pull`.
+    """
+    checked = checked_of(source, name, files, limits)
+    source_plc = source_of(plc, checked, None, {}, stated_map(map, checked.document, files, limits))
+    return read_and_compare(checked, source_plc, patience_of(timeout, retries))

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.modbus_map import NamedNumbering
     from pidcfg.encoders.parameters import AnyImage
     from pidcfg.live.link import Link
+    from pidcfg.text.paths import Data
     from pidcfg.vendors import Vendor
 
 # --- What a reading tells about itself: contents that nobody has meant ------------------------------------------------
@@ -64,7 +65,7 @@ class RegisterEncoder(Encoder, Protocol):
     def MODE_REGISTERS(self) -> tuple[str, ...]:  # noqa: N802 - a constant of the module
         """The registers that show the mode, which ``mode_of`` takes."""
 
-    def areas(self, words: Mapping[int, int], like: Image | None, options: Mapping[str, Any], /) -> list[Area]:
+    def areas(self, words: Mapping[int, int], like: Image | None, options: Mapping[str, object], /) -> list[Area]:
         """The blocks that are to be read, as far as ``words`` tell; raises `AreaError`."""
 
 
@@ -97,7 +98,7 @@ class Registers:
     kind: ClassVar[type[Listing]] = Listing
     """What the words of a reading are put into."""
 
-    def __init__(self, vendor: Vendor, numbering: Numbering, like: Image | None, options: Mapping[str, Any]) -> None:
+    def __init__(self, vendor: Vendor, numbering: Numbering, like: Image | None, options: Mapping[str, object]) -> None:
         self.vendor, self.numbering, self.like, self.options = vendor, numbering, like, options
         self.areas: list[Area] = []
         self.most: Mapping[str, int] = MOST
@@ -252,7 +253,7 @@ class NamedRegisters(Registers):
             writer = writer_of(table, cell.field, _values(self.program, cell.loop))
             self._kept[cell.address] = -1 if writer is None or writer.kind == "compared" else 0
 
-    def name(self, number: Any) -> str:
+    def name(self, number: object) -> str:
         """A parameter as messages name it."""
         return str(number)
 
@@ -278,5 +279,5 @@ class NamedRegisters(Registers):
             raise PlcError(f"{link.address}: {name}, {where}, is no {kind.name}: {error}") from None
 
 
-def _values(program: Program, loop: str | None) -> dict[str, Any]:
+def _values(program: Program, loop: str | None) -> Data:
     return {cell.field: cell.raw for cell in program.cells if cell.loop == loop}

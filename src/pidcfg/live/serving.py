@@ -1,4 +1,4 @@
-"""The virtual PLC of a scenario behind its register map: a Modbus server for others to read and to operate."""
+"""The virtual PLC of a scenario behind its register map, for others to read and to operate: `pidcfg.serve`."""
 
 from __future__ import annotations
 
@@ -8,31 +8,53 @@ import socket
 import time
 from contextlib import suppress
 from copy import deepcopy
-from dataclasses import field
+from dataclasses import field, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.live.link import PARITIES, TERMINAL_ERRORS, Address, PlcError, endpoint, run, serial_reason
+from pidcfg.live.link import (
+    HIGHEST_SERIAL_UNIT,
+    HIGHEST_UNIT,
+    PARITIES,
+    RTU,
+    TERMINAL_ERRORS,
+    Address,
+    AddressError,
+    PlcError,
+    endpoint,
+    parse_address,
+    parse_listen,
+    run,
+    serial_reason,
+)
+from pidcfg.output.arguments import ArgumentError, check_arguments
 from pidcfg.output.findings import errors_in, findings_data, short_repr
+from pidcfg.output.sources import document_of, stated_map
 from pidcfg.sim.controllers.settings import NO_REGISTER, RegisterError
 from pidcfg.sim.engine.run import Settings, UnusableError, begin_run
 from pidcfg.sim.judgement.report import Note, ten_digits
 from pidcfg.study.outcome import Outcome
 from pidcfg.study.scenario import load
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import DEFAULT, Limits, reader_of
 from pidcfg.validate.map_files import named_map, numbering_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from pymodbus.constants import ExcCodes
+    from pymodbus.datastore import ModbusServerContext
 
     from pidcfg.encoders.listing import Places
-    from pidcfg.output.findings import Data
+    from pidcfg.output.sources import Source
     from pidcfg.sim.controllers.settings import Done, Registers
     from pidcfg.sim.judgement.report import Report
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Reader
+    from pidcfg.text.paths import Data
+    from pidcfg.text.reader import Files, Reader
     from pidcfg.validate.map_files import MapFile
 
 # --- The virtual PLC of a scenario behind its vendor's register map: read, written to, and moved on in time -----------
@@ -175,7 +197,7 @@ MOST_WAITING, HEAD, LONGEST = 16, 6, 254
 """Requests of a client that may wait, by the protocol; bytes before the length of one, and what it is at most."""
 
 
-def context_of(plcs: Mapping[int, VirtualPlc]) -> Any:
+def context_of(plcs: Mapping[int, VirtualPlc]) -> ModbusServerContext:
     """The PLCs as pymodbus' servers know them, each of which answers as its unit alone."""
     from pymodbus.constants import ExcCodes
     from pymodbus.datastore import ModbusBaseDeviceContext, ModbusServerContext
@@ -186,13 +208,13 @@ def context_of(plcs: Mapping[int, VirtualPlc]) -> Any:
         def __init__(self, plc: VirtualPlc) -> None:
             self.plc = plc
 
-        def getValues(self, func_code: int, address: int, count: int = 1) -> Any:  # noqa: N802 - pymodbus' name
+        def getValues(self, func_code: int, address: int, count: int = 1) -> list[int] | ExcCodes:  # noqa: N802 - pymodbus' name
             try:
                 return self.plc.read(TABLES.get(func_code, ""), address, count)
             except RegisterError as error:
                 return ExcCodes(error.code)
 
-        def setValues(self, func_code: int, address: int, values: Any) -> Any:  # noqa: N802 - pymodbus' name
+        def setValues(self, func_code: int, address: int, values: Sequence[int]) -> ExcCodes | None:  # noqa: N802 - pymodbus' name
             try:
                 self.plc.write(TABLES.get(func_code, ""), address, values)
             except RegisterError as error:
@@ -204,7 +226,7 @@ def context_of(plcs: Mapping[int, VirtualPlc]) -> Any:
     )
 
 
-async def serve(
+async def serve_plcs(
     plcs: Mapping[int, VirtualPlc],
     listen: Address,
     speed: float,
@@ -239,7 +261,7 @@ def _server_of(plcs: Mapping[int, VirtualPlc], listen: Address) -> Any:
 
     if not listen.device:
         return _tcp_server(plcs, listen)
-    line: dict[str, Any] = {
+    line: Data = {
         "port": listen.device,
         "baudrate": listen.baud,
         "parity": PARITIES[listen.parity],
@@ -256,7 +278,7 @@ def is_flood(data: bytes) -> bool:
     return at < len(data)
 
 
-def _tcp_server(plcs: Mapping[int, VirtualPlc], listen: Address) -> Any:
+def _tcp_server(plcs: Mapping[int, VirtualPlc], listen: Address) -> object:
     """A server that hangs up on who asks without end and on who takes no answer, so that all others get theirs."""
     from pymodbus.server import ModbusTcpServer
     from pymodbus.server.requesthandler import ServerRequestHandler
@@ -398,7 +420,7 @@ def serve_document(
         serving.tell(text)
 
     plcs = {unit: plc for unit, (_, plc) in units.items() if plc is not None}
-    run(serve(plcs, serving.listen, serving.speed, serving.seconds, serving.ready, tell))
+    run(serve_plcs(plcs, serving.listen, serving.speed, serving.seconds, serving.ready, tell))
     outcomes = [_served(*one, notes) for one in units.values()]
     return ServeResult(outcomes[0], tuple(notes), dict(zip(further, outcomes[1:], strict=True)))
 
@@ -432,3 +454,56 @@ def _served(loaded: Loaded, plc: VirtualPlc | None, notes: list[str]) -> Outcome
         notes.append(f"{plc.unlisted} more writes are not listed")
     findings = [*loaded.findings, *loaded.config_errors]
     return Outcome(loaded.document.file, loaded.config, report, findings, loaded.documents)
+
+
+FASTEST = 1e6
+"""Times real time."""
+
+
+@check_arguments
+def serve(
+    source: Source,
+    *,
+    listen: str = "127.0.0.1:5020",
+    unit: int | None = None,
+    others: Mapping[int, Source] | None = None,
+    map: Path | str | bytes | None = None,
+    speed: float = 1.0,
+    seconds: float | None = None,
+    ready: Callable[[str], None] | None = None,
+    tell: Callable[[str], None] | None = None,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> ServeResult:
+    """Serves the virtual PLC of a scenario over Modbus, ``speed`` times as fast as the clock, until Ctrl-C.
+
+    ``listen``: host and port, of which 0 is one of the system's choice, or the URL of a serial line. ``unit``: the unit
+    that it answers as, and no other; 1 where nothing says it. ``others``: scenarios of further PLCs at the same place,
+    by their units, as behind a gateway. ``map``: as in `pull`, of the first one. ``seconds``: ends by itself. ``ready``
+    is called with the place once clients can come, ``tell`` when the simulation cannot keep up. The scenario's duration
+    and expectations do not count: whoever operates the PLC decides. Raises `PlcError` where nobody can listen.
+    """
+    if not 0 < speed <= FASTEST:
+        raise ArgumentError(f"`speed` is {speed:g}; write a number above 0 and up to {FASTEST:g}", "speed")
+    if seconds is not None and not 0 < seconds < float("inf"):
+        raise ArgumentError(f"`seconds` is {seconds:g}; write seconds above 0", "seconds")
+    try:
+        place = parse_address(listen) if listen.startswith(RTU) else Address(*parse_listen(listen))
+    except AddressError as error:
+        raise ArgumentError(f"`listen`: {error}", "listen") from None
+    highest = HIGHEST_SERIAL_UNIT if place.device else HIGHEST_UNIT
+    for number, argument in ((unit, "unit"), *((number, "others") for number in others or ())):
+        if number is not None and not 1 <= number <= highest:
+            raise ArgumentError(f"`{argument}` is {number}; write a whole number from 1 to {highest}", argument)
+    place = place if unit is None else replace(place, unit=unit)
+    if place.unit in (others or ()):
+        raise ArgumentError(f"`others` has unit {place.unit}, which is that of the first PLC", "others")
+    further = {number: document_of(one, None, files, limits) for number, one in (others or {}).items()}
+    serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
+    stated = None if map is None else stated_map(map, None, files, limits)
+    return serve_document(document_of(source, name, files, limits), serving, reader_of(files), stated, further)
+
+
+def _nothing(_: str) -> None:
+    """Nobody wants to know."""

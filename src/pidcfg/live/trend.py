@@ -1,4 +1,4 @@
-"""What the loops of a PLC do, row by row: the result of `pidcfg.trend`."""
+"""What the loops of a PLC do, row by row: `pidcfg.trend`."""
 
 from __future__ import annotations
 
@@ -17,25 +17,30 @@ from pidcfg.encoders.listing import csv_lines
 from pidcfg.encoders.modbus_map import NamedNumbering
 from pidcfg.encoders.parameters import register_content
 from pidcfg.live.link import Link, run
+from pidcfg.live.pull import patience_of, plc_of
 from pidcfg.live.reading import register_encoder_of
+from pidcfg.output.arguments import ArgumentError, check_arguments
 from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.live.link import Patience
-    from pidcfg.live.pull import Source
+    from pidcfg.live.pull import Plc
     from pidcfg.live.reading import Registers
-    from pidcfg.output.findings import Data
+    from pidcfg.output.sources import Source
     from pidcfg.schemas.iec import IecType
     from pidcfg.sim.engine.run import Sink
     from pidcfg.text.diagnostics import Diagnostic
-    from pidcfg.text.reader import Limits
+    from pidcfg.text.paths import Data
+    from pidcfg.text.reader import Files
     from pidcfg.vendors import Vendor
 
 D874 = Decision(
@@ -56,7 +61,7 @@ class Channel(NamedTuple):
 
     title: str
     numbers: tuple[Any, ...]
-    show: Callable[[Mapping[Any, int]], str]
+    show: Callable[[Mapping[object, int]], str]
     block: int | None = None
     """Where the block begins that they are in: its registers are read at once."""
 
@@ -98,14 +103,14 @@ class Recording:
     """Called after each row with its time and its values."""
 
 
-def record_trend(source: Source, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
+def record_trend(source: Plc, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
     """Records until the end or an interrupt, which keeps every row; raises `PlcError`, with the rows written too."""
     if source.like is not None and source.image is None:
         return TrendResult(str(source.address), tuple(errors_in(source.like.findings)))
     return run(_record(source, recording, patience, limits))
 
 
-async def _record(source: Source, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
+async def _record(source: Plc, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
     result = TrendResult(str(source.address))
     async with Link(source.address, patience) as link:
         registers = source.registers
@@ -153,7 +158,7 @@ async def _readings(link: Link, registers: Registers, channels: Sequence[Channel
         due += recording.interval * max(1, -(-late // recording.interval))
 
 
-def _registers(encoding: AnyEncoding, source: Source) -> Iterator[Channel]:
+def _registers(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
     """The columns of all loops, as far as their blocks have them."""
     registers = register_encoder_of(source.vendor).MODE_REGISTERS
     for block in encoding.blocks:
@@ -171,7 +176,7 @@ def _registers(encoding: AnyEncoding, source: Source) -> Iterator[Channel]:
                 yield Channel(f"{block.loop}.{signal}", (number,), show, block.start)
 
 
-def _tags(encoding: AnyEncoding, source: Source) -> Iterator[Channel]:
+def _tags(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
     """The columns of registers outside of the blocks, as far as the map has them."""
     with suppress(LookupError):
         tags = source.vendor.load("tags")
@@ -184,7 +189,7 @@ def _tags(encoding: AnyEncoding, source: Source) -> Iterator[Channel]:
                     yield Channel(f"{loop}.{signal}", (number,), _value(decode, number))
 
 
-def has_place(numbering: Any, number: Any) -> bool:
+def has_place(numbering: Any, number: object) -> bool:
     """Whether a client finds an address."""
     try:
         numbering.place(number)
@@ -193,14 +198,14 @@ def has_place(numbering: Any, number: Any) -> bool:
     return True
 
 
-def _mode(mode_of: Callable[..., str], numbers: tuple[int, ...]) -> Callable[[Mapping[Any, int]], str]:
+def _mode(mode_of: Callable[..., str], numbers: tuple[int, ...]) -> Callable[[Mapping[object, int]], str]:
     return lambda words: mode_of(*(words[number] for number in numbers))
 
 
-def _value(decode: Callable[[int], Any], number: int) -> Callable[[Mapping[Any, int]], str]:
+def _value(decode: Callable[[int], Any], number: int) -> Callable[[Mapping[object, int]], str]:
     """How a register is shown; empty: its content is no value."""
 
-    def show(words: Mapping[Any, int]) -> str:
+    def show(words: Mapping[object, int]) -> str:
         try:
             value = decode(words[number])
         except DecodeError:
@@ -210,7 +215,7 @@ def _value(decode: Callable[[int], Any], number: int) -> Callable[[Mapping[Any, 
     return show
 
 
-def named_channels(vendor: Vendor, numbering: NamedNumbering, image: Any) -> Iterator[Channel]:
+def named_channels(vendor: Vendor, numbering: NamedNumbering, image: object) -> Iterator[Channel]:
     """The columns of named parameters, as far as the map has them."""
     points = vendor.module("points")
     loops = dict.fromkeys(point.loop for point in numbering.points.values() if point.loop)
@@ -225,8 +230,8 @@ def named_channels(vendor: Vendor, numbering: NamedNumbering, image: Any) -> Ite
             yield Channel(f"{loop}.{MODE}", placed, _named_mode(points.mode_of, numbering, loop, image))
 
 
-def _content(kind: IecType, name: str) -> Callable[[Mapping[Any, int]], str]:
-    def show(words: Mapping[Any, int]) -> str:
+def _content(kind: IecType, name: str) -> Callable[[Mapping[object, int]], str]:
+    def show(words: Mapping[object, int]) -> str:
         try:
             content = register_content(kind, words[name])
         except DecodeError:
@@ -237,8 +242,8 @@ def _content(kind: IecType, name: str) -> Callable[[Mapping[Any, int]], str]:
 
 
 def _named_mode(
-    mode_of: Callable[[Mapping[str, Any]], str], numbering: NamedNumbering, loop: str, image: Any
-) -> Callable[[Mapping[Any, int]], str]:
+    mode_of: Callable[[Mapping[str, object]], str], numbering: NamedNumbering, loop: str, image: Any
+) -> Callable[[Mapping[object, int]], str]:
     """How the parameters that select a mode are shown; those without a register are what the program says."""
     prefix = f"{loop}."
     fixed = {cell.field: cell.raw for cell in image.cells if cell.loop == loop}
@@ -252,3 +257,38 @@ def _named_mode(
         return mode_of(fixed | held)
 
     return show
+
+
+@check_arguments
+def trend(
+    plc: str,
+    sink: Sink,
+    *,
+    like: Source | None = None,
+    vendor: str | None = None,
+    options: Mapping[str, object] | None = None,
+    map: Path | str | bytes | None = None,
+    interval: float = 1.0,
+    seconds: float | None = None,
+    taken: Callable[[float, Mapping[str, str]], None] | None = None,
+    timeout: float = 2.0,
+    retries: int = 2,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> TrendResult:
+    """Records PV, set point, output and mode of each loop as CSV, a row every ``interval`` s, for ``tune``.
+
+    ``sink``: an open text stream; a row is written at once. ``seconds``: how long, else until Ctrl-C, which keeps every
+    row. ``taken`` is called after each row with its time and its values by column. The others as in `pull`.
+    """
+    if not 0 < interval < float("inf"):
+        raise ArgumentError(f"`interval` is {interval:g}; write seconds above 0", "interval")
+    if seconds is not None and not 0 <= seconds < float("inf"):
+        raise ArgumentError(f"`seconds` is {seconds:g}; write seconds from 0 on", "seconds")
+    source = plc_of(plc, (like, vendor, map), options, files, limits)
+    recording = Recording(sink, interval, seconds, taken or _nobody)
+    return record_trend(source, recording, patience_of(timeout, retries), limits)
+
+
+def _nobody(_at: float, _values: Mapping[str, str]) -> None:
+    """Nobody watches the rows."""

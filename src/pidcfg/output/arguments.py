@@ -9,7 +9,7 @@ from inspect import signature
 from numbers import Real
 from pathlib import Path
 from reprlib import repr as short
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeGuard, TypeVar
 
 from pidcfg.text.reader import Limits
 from pidcfg.vendors import VENDORS
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
     from inspect import Signature
 
+    from pidcfg.text.paths import Data
     from pidcfg.vendors import Vendor
 
 # --- Arguments of the public calls that make no sense -----------------------------------------------------------------
@@ -62,7 +63,7 @@ def vendor_named(key: str, name: str = "vendor") -> Vendor:
     return VENDORS[key]
 
 
-def vendor_options(vendor: Vendor, column: str, options: Mapping[str, object]) -> dict[str, Any]:
+def vendor_options(vendor: Vendor, column: str, options: Mapping[str, object]) -> Data:
     """The vendor's own options (the ``column`` of its row) as values; what is None was not given.
 
     Texts are read as the command line reads them. Raises `ArgumentError` for an option of another vendor, `OptionError`

@@ -6,12 +6,12 @@ from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.conversion.ledger import DEFAULT_MAX_LOSS, ConvertError, MaxLossError, json_value, parse_max_loss
 from pidcfg.conversion.pipeline import comments, convert, with_comments
 from pidcfg.output.arguments import ArgumentError, vendor_options
-from pidcfg.output.findings import Data, errors_in, finding_data, findings_data, short_repr
+from pidcfg.output.findings import errors_in, finding_data, findings_data, short_repr
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.source import read_document
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.study.verification.comparison import SignalDifference
     from pidcfg.study.verification.verify import Verified
     from pidcfg.text.document import Document
+    from pidcfg.text.paths import Data
     from pidcfg.vendors import Vendor
 
 # --- The verdicts of the battery as plain data: for `convert --verify` and `diff --verify` ----------------------------
@@ -54,11 +55,11 @@ def verified_data(loop: Verified) -> Data:
     }
 
 
-def _line(line: Change | None) -> dict[str, Any]:
+def _line(line: Change | None) -> Data:
     return {"line": None, "note": SEVERAL} if line is None else {"line": line.field, "note": line.note}
 
 
-def _difference(one: SignalDifference) -> dict[str, Any]:
+def _difference(one: SignalDifference) -> Data:
     worst = None if one.worst is None else round(100 * one.worst, 6)
     return {
         "stage": one.stage,

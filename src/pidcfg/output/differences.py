@@ -7,7 +7,7 @@ from codecs import BOM_UTF8
 from collections import Counter
 from dataclasses import replace
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from pidcfg.conversion.comparison import (
     Comparison,
@@ -27,7 +27,7 @@ from pidcfg.encoders.decoding import read_listing, reading_of
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.conversion import verified_data
-from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
+from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.output.words import listing_fault
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from pidcfg.conversion.differences import Difference, State
+    from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.study.verification.verify import Verified
+    from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
@@ -182,7 +184,7 @@ def _listing_subject(entry: Entry, vendor: Vendor | None, like: Subject | None, 
 
 # --- Two configurations compared: the result of `pidcfg.diff`, and its JSON -------------------------------------------
 
-Configuration = tuple[Any, "Vendor"]
+Configuration = tuple["ConfigurationFile", "Vendor"]
 """A typed configuration and its vendor."""
 
 
@@ -392,7 +394,7 @@ def _compare_within_vendor(one: Subject, two: Subject, *, live: bool) -> list[Co
     return Comparison(before, after, neutral, live=live).rows()
 
 
-def _side(name: str, config: Any, vendor: Vendor) -> NeutralSide:
+def _side(name: str, config: ConfigurationFile, vendor: Vendor) -> NeutralSide:
     try:
         return neutral_side(config, vendor)
     except DecodeError as error:

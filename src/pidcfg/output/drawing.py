@@ -6,7 +6,7 @@ from base64 import b64encode
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.findings import Data, short_repr
+from pidcfg.output.findings import short_repr
 from pidcfg.output.runs import CertifyResult, SimulateResult
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from pidcfg.pictures.chart import Chart
     from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.paths import Data
 
 D1030 = Decision(
     1030,
@@ -87,7 +88,7 @@ def _drawn(charts: Sequence[Chart], fmt: PictureFormat, title: str) -> bytes:
         from pidcfg.pictures.figure import svg
 
         return svg(charts, title=title).encode()
-    from pidcfg.pictures.png import png
+    from pidcfg.pictures.figure import png
 
     try:
         return png(charts, title=title)

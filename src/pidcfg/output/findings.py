@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from copy import deepcopy
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.frozen import frozen
@@ -18,13 +18,12 @@ if TYPE_CHECKING:
 
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
+    from pidcfg.text.paths import Data
     from pidcfg.text.reader import Reader
     from pidcfg.validate.baseline import Ignored
     from pidcfg.validate.engine import Checked
     from pidcfg.validate.fixes import Fixed
 
-Data = dict[str, Any]
-"""Plain data that `json.dumps` writes as it is."""
 Kind = Literal["configuration", "scenario"]
 
 
@@ -83,7 +82,7 @@ def errors_in(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(d for d in findings if d.severity is Severity.ERROR)
 
 
-def short_repr(result: Any) -> str:
+def short_repr(result: object) -> str:
     """What a notebook or a debugger shows of a result: how it went, of what, and how many findings there are."""
     parts = ["ok" if getattr(result, "ok", True) else "not ok"]
     document = getattr(result, "document", None)

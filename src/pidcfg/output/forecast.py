@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.regmap import LoopTuning
-    from pidcfg.output.findings import Data
     from pidcfg.output.retune import Written
     from pidcfg.sim.controllers.plc import Plc
+    from pidcfg.text.paths import Data
     from pidcfg.tuning.rules import Gains
     from pidcfg.tuning.transfer import Transfer
 
@@ -190,7 +190,7 @@ def forecast_words(
     return seen
 
 
-def _run(trial: Trial, controller: Any, image: Any) -> Forecast:
+def _run(trial: Trial, controller: Any, image: object) -> Forecast:
     """What one run shows."""
     try:
         scenario = Scenario.model_validate(trial.scenario())
@@ -248,11 +248,11 @@ class Trial:
         """Base steps of the whole run, each so many ticks."""
         return ceil(3 * self.length() * TICKS / step)
 
-    def scenario(self) -> dict[str, Any]:
+    def scenario(self) -> Data:
         """As a file would have it."""
         length, load = self.length(), self._load()
         plants = self._plants(load)
-        start: list[dict[str, Any]] = [{"at": 0, "loop": self.loop, "set": {"setpoint": self.begin}}]
+        start: list[Data] = [{"at": 0, "loop": self.loop, "set": {"setpoint": self.begin}}]
         if self.plc.goals[self.i] != "auto":
             start.insert(0, {"at": 0, "loop": self.loop, "mode": "auto"})
         return {
@@ -274,11 +274,11 @@ class Trial:
         """With which the PV rests at the first set point while the output rests in the middle."""
         return (0.0 if self.plant.integrators else self.begin) - self.plant.gain * self.rest
 
-    def _plants(self, load: float) -> list[dict[str, Any]]:
+    def _plants(self, load: float) -> list[Data]:
         """The process as plants, one behind the other."""
         plant = self.plant
         poles = list(plant.poles)
-        rows: list[dict[str, Any]] = []
+        rows: list[Data] = []
         while poles:
             first, *second = [poles.pop() for _ in range(min(2, len(poles)))]
             lags = {"model": "second_order", "time_constants": [first, *second]}

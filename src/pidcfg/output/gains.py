@@ -26,12 +26,12 @@ from pidcfg.tuning.transfer import transfer_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.output.findings import Data
     from pidcfg.output.forecast import Around, Forecast, Recorded
     from pidcfg.output.process import GainsFile, Target, VendorGains
     from pidcfg.output.retune import Written
     from pidcfg.output.robust import RobustGains, Searched
     from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.margins import Judgement

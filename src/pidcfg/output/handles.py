@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
+from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.output.retune import number_as_written
 from pidcfg.schemas.base import number_of
 from pidcfg.schemas.numbers import decimal_text
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
-    from pidcfg.text.paths import Path
+    from pidcfg.text.paths import Data, Path
     from pidcfg.text.reader import Reader
     from pidcfg.tuning.margins import Margins
     from pidcfg.validate.engine import Checked

@@ -1,14 +1,52 @@
-"""JSON Schemas of what the commands print as JSON, for programs that read it."""
+"""JSON Schemas by their names: of a vendor's files, of scenarios, and of what the commands print as JSON."""
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from pidcfg.text.diagnostics import Severity
 from pidcfg.vendors import VENDORS
 
-# ----------------------------------------------------------------------------------------------------------------------
-# JSON Schemas of what the commands print as JSON, for programs that read it; every object lists all of its keys.
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+
+SCENARIO = "scenario"
+
+
+def schema(name: str) -> Schema:
+    """The JSON Schema of a vendor's files (``dl06``), with templates, of ``scenario``, or of an output.
+
+    Raises `KeyError` for another name.
+    """
+    from pidcfg.schemas.templates import with_templates
+
+    plain = plain_schema(name)
+    return with_templates(plain) if name in VENDORS else plain
+
+
+def plain_schema(name: str) -> Schema:
+    """The same without templates."""
+    if name in OUTPUTS:
+        return output_schema(name)
+    from pidcfg.schemas.document import json_schema
+
+    return json_schema(_model(name), name, _title(name))
+
+
+def _model(name: str) -> type[BaseModel]:
+    if name == SCENARIO:
+        from pidcfg.schemas.scenario import Scenario
+
+        return Scenario
+    return VENDORS[name].model
+
+
+def _title(name: str) -> str:
+    return "pidcfg scenario" if name == SCENARIO else f"pidcfg configuration for {VENDORS[name].title}"
+
+
+# --- What the commands print as JSON: every object lists all of its keys ----------------------------------------------
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 OUTPUTS = {
@@ -25,11 +63,11 @@ OUTPUTS = {
 """Name of each schema, the function here that gives it, and the command that it is about."""
 
 
-def output_schema(name: str) -> dict[str, Any]:
+def output_schema(name: str) -> Schema:
     """One of the schemas."""
     function, command = OUTPUTS[name]
     title = f"What pidcfg {command} prints, version 1"
-    layout: dict[str, Any] = globals()[function]()
+    layout: Schema = globals()[function]()
     return {"$schema": DIALECT, "title": title, **layout}
 
 

@@ -62,7 +62,7 @@ def held_words(checked: Checked) -> Iterator[Held]:
         for point in block.table.points if block not in encoding.outside else ():
             if point.path is not None:
                 yield _register(encoding.space, block, point)
-    data: Any = checked.document.data or {}
+    data = checked.document.data or {}
     places: dict[str, Path] = {
         str(item.get(NAME)): (section, i)
         for section in (LOOPS, "blocks")
@@ -196,7 +196,7 @@ def references(doc: Document, names: Collection[str]) -> list[Reference]:
     return sorted(unique.values(), key=lambda one: one.span)
 
 
-def _walk(doc: Document, data: Any, node: Node, above: Path, word: re.Pattern[str]) -> Iterator[Reference]:
+def _walk(doc: Document, data: object, node: Node, above: Path, word: re.Pattern[str]) -> Iterator[Reference]:
     if isinstance(data, dict) and isinstance(node.children, dict):
         for key, value in data.items():
             event, below = node.children.get(key, (None, None))

@@ -18,7 +18,7 @@ from pidcfg.tuning.transfer import reduce_by_half_rule as half_rule
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.output.findings import Data
+    from pidcfg.text.paths import Data
     from pidcfg.text.reader import Reader
     from pidcfg.tuning.robust import Fitted
     from pidcfg.tuning.rules import Gains, Method, Model

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.image import read_settings
-from pidcfg.output.findings import Data, findings_data, short_repr
+from pidcfg.output.findings import findings_data, short_repr
 from pidcfg.output.report.content import SourceFile, Units
 from pidcfg.output.report.runs import Run, run_sheet
 from pidcfg.output.report.sheets import compose, plc_sheet, rename_files
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from pidcfg.study.outcome import Outcome
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.paths import Data
     from pidcfg.text.reader import Reader
 
 File = tuple[str, bytes]
@@ -224,26 +225,26 @@ class ReportResult:
 
     def page(self, *, full: bool = False) -> str:
         """The report as HTML; ``full``: also what is at its default, every word and every signal."""
-        from pidcfg.output.report.page import page
+        from pidcfg.output.report.formats import page
 
         return page(self.content, full=full)
 
     def sheet(self) -> str:
         """One landscape page with all loops, for the cabinet's door, as HTML."""
-        from pidcfg.output.report.page import door_sheet
+        from pidcfg.output.report.formats import door_sheet
 
         return door_sheet(self.content)
 
     @property
     def tables(self) -> dict[str, str]:
         """The tables as CSV, by the names of their files."""
-        from pidcfg.output.report.tables import csv_files, tables_of
+        from pidcfg.output.report.formats import csv_files, tables_of
 
         return csv_files(tables_of(self.content))
 
     def to_json(self) -> Data:
         """The tables as lists of rows below their columns, and the findings."""
-        from pidcfg.output.report.tables import tables_of
+        from pidcfg.output.report.formats import tables_of
 
         tables = {
             table.key: {"columns": list(table.columns), "rows": [list(map(_plain, row)) for row in table.rows]}
@@ -258,7 +259,7 @@ class ReportResult:
         }
 
 
-def _plain(value: Any) -> str | int | float | None:
+def _plain(value: object) -> str | int | float | None:
     """A cell as JSON has it."""
     if isinstance(value, Decimal | float):
         return float(value) if isfinite(value) else None

@@ -28,11 +28,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from pidcfg.encoders.regmap import LoopTuning
-    from pidcfg.output.findings import Data
     from pidcfg.output.process import GainsFile, Target
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
-    from pidcfg.text.paths import Path
+    from pidcfg.text.paths import Data, Path
     from pidcfg.text.reader import Limits, Reader
     from pidcfg.tuning.robust import Fitted
     from pidcfg.tuning.rules import Gains

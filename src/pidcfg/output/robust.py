@@ -23,8 +23,8 @@ from pidcfg.tuning.sampled import Sampling, absolute_error, default_sample_time
 from pidcfg.validate.engine import check_document
 
 if TYPE_CHECKING:
-    from pidcfg.output.findings import Data
     from pidcfg.output.process import KnownProcess, Robustness, Target
+    from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.rules import Method, Model, Process

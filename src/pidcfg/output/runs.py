@@ -6,9 +6,9 @@ import csv
 import io
 from array import array
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pidcfg.output.findings import Data, finding_data, one_or_several, short_repr
+from pidcfg.output.findings import finding_data, one_or_several, short_repr
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.text.frozen import frozen
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from pidcfg.study.certification.samples import Fan
     from pidcfg.study.outcome import Outcome
     from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.paths import Data
+
 
 # --- A run of a scenario: the result of `pidcfg.simulate`, and its JSON -----------------------------------------------
 
@@ -190,7 +192,7 @@ def standing_data(v: Standing) -> Data:
 
 
 def _loop(loop: LoopReport) -> Data:
-    data: dict[str, Any] = {
+    data: Data = {
         "verdict": loop.verdict,
         "missing": loop.missing or None,
         "metrics": {name: loop.metrics.get(name) for name in METRICS},

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.text.diagnostics import Diagnostic
-    from pidcfg.text.paths import Path
+    from pidcfg.text.paths import Data, Path
     from pidcfg.text.reader import Limits
     from pidcfg.vendors import Vendor
 
@@ -168,7 +168,7 @@ def _csv(text: str, separator: str, name: str) -> Iterator[list[Cell]]:
         raise SheetError(f"{name}, line {reader.line_num}: {error}") from None
 
 
-def _cells(row: Sequence[Any], number: int) -> list[Cell]:
+def _cells(row: Sequence[object], number: int) -> list[Cell]:
     texts = [(APOSTROPHE.sub("", str(text).strip(), count=1), i) for i, text in enumerate(row, start=1)]
     return [Cell(text, number, i) for text, i in texts if text]
 
@@ -447,7 +447,7 @@ def _needs_plc(vendor: Vendor) -> bool:
     return field is not None and field.is_required()
 
 
-def _starter_plc(vendor: Vendor) -> Any:
+def _starter_plc(vendor: Vendor) -> object:
     text = files("pidcfg").joinpath(vendor.starter).read_bytes()
     return (read_document(text, vendor.starter).data or {})["plc"]
 
@@ -526,9 +526,9 @@ class _Reader:
             columns[cell.column] = (key, cell.text)
         return columns
 
-    def loop(self, row: Sequence[Cell], columns: dict[int, tuple[str, str]], number: int) -> dict[str, Any]:
+    def loop(self, row: Sequence[Cell], columns: dict[int, tuple[str, str]], number: int) -> Data:
         """The loop of a row."""
-        loop: dict[str, Any] = {}
+        loop: Data = {}
         self.rows.append(row[0])
         for cell in row:
             if cell.column in self.unknown:
@@ -551,7 +551,7 @@ class _Reader:
         self._check_pairs(loop, row[0], (), number)
         return self._in_order(loop)
 
-    def refuse_equal_names(self, loops: Sequence[dict[str, Any]]) -> None:
+    def refuse_equal_names(self, loops: Sequence[Data]) -> None:
         """Each loop has a name of its own."""
         first: dict[str, Cell] = {}
         for i, loop in enumerate(loops):
@@ -561,7 +561,7 @@ class _Reader:
                 self.fault(cell, f"{name} is the name of the loop in row {first[name].row}, too; give each its own")
             first.setdefault(name, cell)
 
-    def scales(self, loops: list[dict[str, Any]], columns: dict[int, tuple[str, str]]) -> list[str]:
+    def scales(self, loops: list[Data], columns: dict[int, tuple[str, str]]) -> list[str]:
         """Asks for the range of a side that has a unit; an output of which no more is said is 0 to 100 %."""
         added: list[str] = []
         said = {key.partition(" ")[0] for key, _ in columns.values()}
@@ -585,14 +585,14 @@ class _Reader:
                     )
         return [f"output.range is [0, 100] % in {_few(added)}, since the sheet says none"] if added else []
 
-    def _in_order(self, loop: dict[str, Any]) -> dict[str, Any]:
+    def _in_order(self, loop: Data) -> Data:
         """A loop with its sections as the schema has them, whatever the order of the columns."""
         first: dict[str, int] = {}
         for key, place in order_of(self.vendor).items():
             first.setdefault(key.partition(".")[0].partition(" ")[0], place)
         return dict(sorted(loop.items(), key=lambda item: first.get(item[0], len(first))))
 
-    def _check_pairs(self, data: dict[str, Any], row: Cell, above: tuple[str, ...], number: int) -> None:
+    def _check_pairs(self, data: Data, row: Cell, above: tuple[str, ...], number: int) -> None:
         for key, value in data.items():
             if isinstance(value, dict):
                 self._check_pairs(value, row, (*above, key), number)
@@ -600,9 +600,9 @@ class _Reader:
                 self.halves.add(("loops", number, *above, key))
                 self.fault(row, f"{'.'.join((*above, key))} has one end only; give low and high")
 
-    def head(self, rows: Sequence[Sequence[Cell]]) -> dict[str, Any]:
+    def head(self, rows: Sequence[Sequence[Cell]]) -> Data:
         """What concerns the whole file."""
-        content: dict[str, Any] = {}
+        content: Data = {}
         for row in rows:
             key = row[0].text
             if key.partition(".")[0] not in HEAD:
@@ -616,7 +616,7 @@ class _Reader:
                 self.places[steps(key)] = (row[1], key)
         return content
 
-    def value(self, cell: Cell, key: str, header: str = "") -> Any:
+    def value(self, cell: Cell, key: str, header: str = "") -> object:
         """A cell as the file format would read it: plain text, or YAML in brackets or quotes."""
         if cell.text[0] in '[{"':
             doc = read_document(f"value: {cell.text}".encode(), self.name, self.limits)

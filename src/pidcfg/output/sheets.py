@@ -158,7 +158,7 @@ def plain_text(doc: Document) -> str:
     return yaml_text(to_yaml_value(doc.data or {}))
 
 
-def to_yaml_value(value: Any) -> Any:
+def to_yaml_value(value: object) -> Any:
     """Data with its plain texts as what YAML writes without quotes: numbers, switches, words."""
     if isinstance(value, dict):
         return {key: str(x) if key in TEXTS and isinstance(x, Plain) else to_yaml_value(x) for key, x in value.items()}
@@ -211,7 +211,7 @@ def table_of(doc: Document, vendor: Vendor) -> tuple[list[tuple[str, Value]], li
     return head, columns, [[row.get(name, "") for name in columns] for row in rows]
 
 
-def _open_range(loops: Sequence[Any], vendor: Vendor) -> list[str]:
+def _open_range(loops: Sequence[object], vendor: Vendor) -> list[str]:
     """The columns of the output's range, be they empty, so that a sheet says that a loop has none."""
     says_none = "output" in scaled_sides(vendor.model) and any(
         value_at(loop, ("output", "range")) is None for loop in loops
@@ -250,7 +250,7 @@ def _cell_text(value: str) -> str:
     return json_line(text) if text.startswith(YAML_BRACKETS) or UNPRINTABLE.search(text) else text
 
 
-def to_flow_yaml(value: Any) -> str:
+def to_flow_yaml(value: object) -> str:
     """Lists and mappings as YAML in brackets."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key}: {to_flow_yaml(inner)}" for key, inner in value.items()) + "}"

@@ -14,7 +14,7 @@ from pidcfg.encoders.contract import formats_of
 from pidcfg.encoders.decoding import annotate_listing, decode_listing, exact_text, read_listing, refuse_large, together
 from pidcfg.encoders.listing import ListingError
 from pidcfg.output.arguments import ArgumentError, vendor_options
-from pidcfg.output.findings import Data, errors_in, findings_data, short_repr
+from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import SUFFIXES
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.listing import FileKind, Listing
     from pidcfg.text.document import Document
+    from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
     from pidcfg.validate.engine import Checked
     from pidcfg.validate.map_files import MapFile
@@ -62,7 +63,7 @@ class EncodeResult:
     """What was done to a file of the user's, where lines that begin with ``conflict`` say what was left out; what is
     to be told of an image that is written in part."""
 
-    def __reduce__(self) -> tuple[Callable[..., EncodeResult], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Callable[..., EncodeResult], tuple[object, ...]]:
         """The format goes by its name, since its reader and writer cannot be copied to another process."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return _restore, tuple({**values, "kind": None if self.kind is None else self.kind.name}.values())
@@ -224,6 +225,8 @@ class DecodeResult:
     """The configuration as YAML, or the listing with its meanings."""
     notes: tuple[str, ...] = ()
     """What it cannot carry, and words that do not come back when it is encoded again."""
+    warnings: tuple[str, ...] = ()
+    """Those of the notes that name a word that is no value: the configuration has 0 in its place (D50)."""
     suggestion: str = ""
     """The listing as text with BCD in place of words that seem typed in decimal (D950); empty: none does."""
 
@@ -287,7 +290,7 @@ def decode_files(
         leading = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.leads]
         return DecodeResult((listing_fault(error, [*leading, files[-1][1]][0]),))
     text = yaml_text(decoded.data) if choices.write else ""
-    return DecodeResult((), decoded.data, text, decoded.notes, decoded.suggestion)
+    return DecodeResult((), decoded.data, text, decoded.notes, decoded.warnings, decoded.suggestion)
 
 
 def _image_of(like: Checked, vendor: Vendor) -> Any:

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.frozen import frozen
@@ -15,7 +15,7 @@ from pidcfg.text.reader import DEFAULT
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
 
-    from pidcfg.text.paths import Path
+    from pidcfg.text.paths import Data, Path
     from pidcfg.text.reader import Limits
 
 # --- A text file as read: plain data beside a tree of the same shape that knows where everything is written -----------
@@ -29,6 +29,26 @@ class Plain(str):
     __slots__ = ()
 
 
+class Mark(Protocol):
+    """A place of the parser, counted from 0."""
+
+    line: int
+    column: int
+
+
+class Marked(Protocol):
+    """What the parser has come to: where it begins, and where it ends."""
+
+    start_mark: Mark
+    end_mark: Mark
+
+
+class Event(Marked, Protocol):
+    """A value that the parser has come to, which may have an anchor for aliases."""
+
+    anchor: str | None
+
+
 class Node:
     """Where a value is written; children by key (with the event of the key) or by index.
 
@@ -37,7 +57,7 @@ class Node:
 
     __slots__ = ("children", "event", "size")
 
-    def __init__(self, event: Any, children: dict[str, tuple[Any, Node]] | list[Node] | None = None) -> None:
+    def __init__(self, event: Event | None, children: dict[str, tuple[Event, Node]] | list[Node] | None = None) -> None:
         self.event = event
         self.size = 1
         self.children = children
@@ -45,7 +65,7 @@ class Node:
     @property
     def span(self) -> Span:
         """The place of the value."""
-        return START if self.event is None else span_of(self.event)
+        return span_of(self.event)
 
     @property
     def levels(self) -> int:
@@ -63,7 +83,7 @@ class Node:
             return (node for _, node in self.children.values())
         return self.children or ()
 
-    def child(self, step: str | int) -> tuple[Any, Node] | None:
+    def child(self, step: str | int) -> tuple[Event | None, Node] | None:
         """The event of a key (an item: of its value) and the node below it; None when there is none."""
         if isinstance(self.children, dict):
             return self.children.get(step) if isinstance(step, str) else None
@@ -86,7 +106,7 @@ class Document:
 
     file: str
     text: str
-    data: dict[str, Any] | None
+    data: Data | None
     root: Node
     problems: tuple[Diagnostic, ...] = ()
     limits: Limits = field(default=DEFAULT, repr=False, compare=False)
@@ -137,7 +157,7 @@ class Document:
         return At(path, key=False, span=node.span) if path and _holds(node.span, here) else None
 
 
-def _entries(node: Node) -> Iterator[tuple[tuple[int, int], str | int, Any, Node]]:
+def _entries(node: Node) -> Iterator[tuple[tuple[int, int], str | int, Event | None, Node]]:
     """The children of a node: where each begins, step, the event of the key (None in a list), and the node."""
     if isinstance(node.children, dict):
         for step, (key, child) in node.children.items():
@@ -155,8 +175,10 @@ def _holds(span: Span, place: tuple[int, int]) -> bool:
     return _start(span) <= place <= (span.end_line, span.end_column)
 
 
-def span_of(event: Any) -> Span:
-    """The place of a parser's event."""
+def span_of(event: Marked | None) -> Span:
+    """The place of a parser's event; the start of the file where there is none."""
+    if event is None:
+        return START
     start, end = event.start_mark, event.end_mark
     return Span(start.line + 1, start.column + 1, end.line + 1, end.column + 1)
 
@@ -210,7 +232,7 @@ def same_places(doc: Document, path: Path) -> Iterator[Path]:
             yield other
 
 
-def _loop_uses(data: dict[str, Any]) -> Iterator[bool]:
+def _loop_uses(data: Data) -> Iterator[bool]:
     loops = data.get("loops")
     for loop in loops if isinstance(loops, list) else ():
         yield isinstance(loop, dict) and USE in loop
@@ -223,19 +245,19 @@ class _Resolver:
     doc: Document
     problems: dict[Diagnostic, None] = field(default_factory=dict)
     """Each once, in their order."""
-    resolved: dict[str, tuple[dict[str, Any], Node] | None] = field(default_factory=dict)
+    resolved: dict[str, tuple[Data, Node] | None] = field(default_factory=dict)
     """Templates that are used, with what they use themselves; None: one that cannot be."""
     cures: dict[str, str] = field(default_factory=dict)
     """Of names that no template has."""
     nodes: int = 0
 
     @property
-    def templates(self) -> dict[str, Any]:
+    def templates(self) -> Data:
         """As the file has them."""
         templates = (self.doc.data or {}).get(TEMPLATES)
         return templates if isinstance(templates, dict) else {}
 
-    def loops(self) -> list[tuple[Any, Node]]:
+    def loops(self) -> list[tuple[object, Node]]:
         """All loops written out."""
         data = self.doc.data or {}
         if TEMPLATES in data:
@@ -262,7 +284,7 @@ class _Resolver:
                 )
         return out
 
-    def _check_templates(self, templates: Any) -> None:
+    def _check_templates(self, templates: object) -> None:
         """Templates are loops by name, and none of them has a loop's own name."""
         if not isinstance(templates, dict) or not templates:
             self._refuse(
@@ -285,14 +307,14 @@ class _Resolver:
                     f"give each loop its {OWN_KEY}",
                 )
 
-    def _loop(self, path: Path, loop: Any, node: Node) -> tuple[Any, Node]:
+    def _loop(self, path: Path, loop: object, node: Node) -> tuple[object, Node]:
         """A loop with the values of its template."""
         if not isinstance(loop, dict) or USE not in loop:
             return loop, node
         base, own = self._template(loop[USE], (*path, USE)), _without_use(loop, node)
         return own if base is None else self._join_within_limit(base, own, path)
 
-    def _template(self, name: Any, path: Path) -> tuple[dict[str, Any], Node] | None:
+    def _template(self, name: Any, path: Path) -> tuple[Data, Node] | None:
         """A template with what it uses itself; None for one that cannot be used."""
         users: dict[str, None] = {}  # from the one that is asked for to the one that uses no other
         while self._is_usable(name, path, users) and name not in self.resolved:
@@ -313,7 +335,7 @@ class _Resolver:
             self.resolved[user] = resolved
         return resolved
 
-    def _is_usable(self, name: Any, path: Path, users: Collection[str]) -> bool:
+    def _is_usable(self, name: object, path: Path, users: Collection[str]) -> bool:
         """Whether there is a template of that name, which none of its users is; an error says why not."""
         if not isinstance(name, str):
             self._refuse("PID015", path, "use names one template", "write 'use: ovens'")
@@ -340,7 +362,7 @@ class _Resolver:
             self.cures[name] = f"did you mean {near[0]}?" if near else known
         return self.cures[name]
 
-    def _join_within_limit(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
+    def _join_within_limit(self, base: tuple[object, Node], own: tuple[object, Node], path: Path) -> tuple[Any, Node]:
         """What uses a template with the values of it, as long as all copies are within the limit."""
         fitted = self.nodes <= self.doc.limits.nodes
         self.nodes += base[1].size
@@ -351,10 +373,10 @@ class _Resolver:
             self._refuse("PID013", (*path, USE), message, "split the file, or raise the limit by option")
         return own
 
-    def _merge(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
+    def _merge(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[object, Node]:
         """Two mappings as one; of a key that both have, mappings are joined and anything else is the own one."""
         (data, node), (more, below) = base, own
-        keys: dict[str, Any] = dict(data)
+        keys: Data = dict(data)
         children = dict(node.children) if isinstance(node.children, dict) else {}
         mine = below.children if isinstance(below.children, dict) else {}
         for key, value in more.items():
@@ -381,7 +403,7 @@ class _Resolver:
         self.problems[problem] = None
 
 
-def _without_use(data: dict[str, Any], node: Node) -> tuple[dict[str, Any], Node]:
+def _without_use(data: Data, node: Node) -> tuple[Data, Node]:
     children = dict(node.children) if isinstance(node.children, dict) else {}
     used = children.pop(USE, None)
     own = Node(node.event, children)

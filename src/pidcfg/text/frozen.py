@@ -73,7 +73,7 @@ def _init(cls: type) -> FunctionType:
     return init
 
 
-def _values(cls: type) -> dict[str, Callable[..., Any]]:
+def _values(cls: type) -> dict[str, Callable[..., object]]:
     """How two records are compared, and how one is shown."""
     compared = _getter([f for f in fields(cls) if f.compare])
     shown = [f.name for f in fields(cls) if f.repr]
@@ -90,7 +90,7 @@ def _values(cls: type) -> dict[str, Callable[..., Any]]:
     return {"__eq__": equal, "__hash__": number, "__repr__": text}
 
 
-def _getter(of: list[Field[Any]]) -> Callable[[object], Any]:
+def _getter(of: list[Field[object]]) -> Callable[[object], object]:
     """What reads some fields of a record at once."""
     return attrgetter(*(f.name for f in of)) if of else lambda _: ()
 
@@ -107,12 +107,12 @@ def _refuse_delete(self: object, name: str) -> NoReturn:
     raise FrozenInstanceError(f"cannot delete field {name!r}")
 
 
-def _state(self: Any) -> list[Any]:
+def _state(self: Any) -> list[object]:
     """What is pickled of a record with slots."""
     return [getattr(self, f.name) for f in fields(self)]
 
 
-def _set_state(self: Any, state: list[Any]) -> None:
+def _set_state(self: Any, state: list[object]) -> None:
     """A record as it was pickled."""
     for f, value in zip(fields(self), state, strict=True):
         put(self, f.name, value)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 Path = tuple[str | int, ...]
 """Keys and indices from the top of a file, or from a loop."""
+Data = dict[str, Any]
+"""What a mapping of YAML or JSON holds, by its keys: texts, numbers, switches, and lists and mappings of them."""
 CONTAINERS = (dict, list, tuple)
 
 
@@ -38,7 +40,7 @@ def beginnings(key: str) -> Iterator[str]:
         yield key
 
 
-def value_at(data: Any, path: Sequence[str | int]) -> Any:
+def value_at(data: object, path: Sequence[str | int]) -> Any:
     """What stands at a path of plain data or of models; None where there is nothing."""
     for step in path:
         if not isinstance(data, CONTAINERS):
@@ -52,7 +54,7 @@ def value_at(data: Any, path: Sequence[str | int]) -> Any:
     return data
 
 
-def has_key(data: Any, path: Sequence[str | int]) -> bool:
+def has_key(data: object, path: Sequence[str | int]) -> bool:
     """Whether plain data have the last key of a path, be it with an empty value."""
     above = value_at(data, path[:-1]) if path else None
     if isinstance(above, list):
@@ -60,7 +62,7 @@ def has_key(data: Any, path: Sequence[str | int]) -> bool:
     return isinstance(above, dict) and path[-1] in above
 
 
-def put(data: dict[str, Any], path: Sequence[str | int], value: Any) -> None:
+def put(data: Data, path: Sequence[str | int], value: object) -> None:
     """Sets a value in plain data; mappings on the way are created as needed, items of lists must exist."""
     here: Any = data
     for step, below in pairwise(path):
@@ -71,7 +73,7 @@ def put(data: dict[str, Any], path: Sequence[str | int], value: Any) -> None:
     here[path[-1]] = value
 
 
-def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], Any, Path]]:
+def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], object, Path]]:
     """The values of nested mappings: ``{tuning: {gain: 2}}`` and ``{tuning.gain: 2}`` are ``(tuning, gain)`` and 2.
 
     The third is the path as it is written.
@@ -84,7 +86,7 @@ def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], Any, 
             yield tuple(dotted(here).split(".")), value, here
 
 
-def is_given(model: Any, path: Sequence[str | int]) -> bool:
+def is_given(model: object, path: Sequence[str | int]) -> bool:
     """Whether a file gives a field of a model, by its path below the model, with a value.
 
     An index finds what stands at that place of a sequence: ``ramp_soak.steps.1.soak``.
@@ -99,7 +101,7 @@ def is_given(model: Any, path: Sequence[str | int]) -> bool:
     return model is not None
 
 
-def given_fields(model: Any, above: Path = ()) -> Iterator[tuple[Path, Any]]:
+def given_fields(model: Any, above: Path = ()) -> Iterator[tuple[Path, object]]:
     """The leaf fields that a file gives of a model, with their values, in the order of the schema."""
     for key in type(model).model_fields:
         value = getattr(model, key)

@@ -39,7 +39,7 @@ def cores() -> int:
 class _Mine:
     """What this process does with an item."""
 
-    worker: Callable[[Any], Any]
+    worker: Callable[[object], object]
 
 
 @frozen
@@ -122,7 +122,7 @@ def _deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(stop: Connection, make: Callable[..., Callable[[Any], Any]], given: tuple[object, ...]) -> None:
+def _begin(stop: Connection, make: Callable[..., Callable[[Any], object]], given: tuple[object, ...]) -> None:
     """A new process makes its worker; it ends with its parent, which alone hears Ctrl-C."""
     import threading
     import warnings
@@ -143,5 +143,5 @@ def _end_when_told(stop: Connection) -> None:
     os._exit(1)
 
 
-def _work(item: Any) -> Any:
+def _work(item: object) -> Any:
     return _Mine.worker(item)

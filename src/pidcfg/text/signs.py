@@ -22,7 +22,6 @@ CI_COMMAND = re.compile(r"(?:^|(?<=\r))[^\S\r\n]*:(?=:)|#(?=#\w*\[)", re.MULTILI
 ``##[add-mask]``, ``##vso[…]`` of Azure and ``##teamcity[…]``; a sign behind it is the end of the order."""
 FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20", "\t", "\r", "\n", "'")
 """How a text begins that a spreadsheet would calculate, the wide signs too, or whose first character it would drop."""
-COUNTS_AS_ZERO = "; it counts as 0 (D50)"  # of a word that is no value
 
 
 def printable(text: str) -> str:

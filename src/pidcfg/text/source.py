@@ -17,7 +17,12 @@ from pidcfg.text.signs import SAVE_AS_UTF8, other_file
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from pidcfg.text.paths import Path
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError
+    from ruamel.yaml.events import AliasEvent, CollectionStartEvent, DocumentStartEvent, ScalarEvent
+
+    from pidcfg.text.document import Marked
+    from pidcfg.text.paths import Data, Path
 
 # --- YAML text to data plus positions; with ``writer`` the only module that knows ruamel ------------------------------
 #
@@ -49,7 +54,7 @@ class _Open:
 
     __slots__ = ("anchor", "data", "key", "node")
 
-    def __init__(self, data: dict[str, Any] | list[Any], node: Node, anchor: str | None) -> None:
+    def __init__(self, data: Data | list[object], node: Node, anchor: str | None) -> None:
         self.data = data
         self.node = node
         self.anchor = anchor
@@ -65,14 +70,14 @@ class _Builder:
         # A character has at most four bytes, so shorter text need not be measured.
         self.short = min(limits.scalar_bytes, limits.key_bytes) // 4
         self.stack: list[_Open] = []
-        self.anchors: dict[str, tuple[Any, Node] | None] = {}
+        self.anchors: dict[str, tuple[object, Node] | None] = {}
         self.duplicates: list[Diagnostic] = []
-        self.result: tuple[Any, Node] | None = None
+        self.result: tuple[object, Node] | None = None
         self.nodes = 0
         self.aliases = 0
         self.documents = 0
 
-    def document(self, event: Any) -> None:
+    def document(self, event: DocumentStartEvent) -> None:
         """A second document, or a directive, is refused."""
         self.documents += 1
         if self.documents > 1:
@@ -82,7 +87,7 @@ class _Builder:
             cure = "delete the line that begins with %"
             raise _RefusedError("PID011", "YAML directives are not accepted", span_of(event), cure)
 
-    def alias(self, event: Any) -> None:
+    def alias(self, event: AliasEvent) -> None:
         """An alias shares what its anchor named; the expansion counts against the limits."""
         self.aliases += 1
         self.check(self.aliases, self.limits.aliases, "aliases", event)
@@ -100,7 +105,7 @@ class _Builder:
         self.check(len(self.stack) + target[1].levels, self.limits.depth, "levels of nesting", event)
         self.add(*target)
 
-    def scalar(self, event: Any) -> None:
+    def scalar(self, event: ScalarEvent) -> None:
         """A key, or a value that stays text."""
         if event.tag is not None:
             self.refuse_tag(event)
@@ -119,9 +124,8 @@ class _Builder:
             self.anchors[event.anchor] = (value, node)
         self.add(value, node)
 
-    def open(self, data: dict[str, Any] | list[Any], node: Node) -> None:
+    def open(self, event: CollectionStartEvent, data: Data | list[object], node: Node) -> None:
         """Pushes a container that has begun."""
-        event = node.event
         self.refuse_tag(event)
         if self.wants_key():
             raise _RefusedError("PID008", "a key must be plain text", span_of(event), "write 'key: value'")
@@ -146,7 +150,7 @@ class _Builder:
         top = self.stack[-1]
         return top.key is None and top.data.__class__ is dict
 
-    def take_key(self, event: Any) -> None:
+    def take_key(self, event: ScalarEvent) -> None:
         """Remembers a key for the value that follows."""
         text: str = event.value
         top = self.stack[-1]
@@ -165,7 +169,7 @@ class _Builder:
             self.duplicates.append(Diagnostic("PID004", Severity.ERROR, message, self.file, place, help=cure))
         top.key = event
 
-    def add(self, value: Any, node: Node) -> None:
+    def add(self, value: object, node: Node) -> None:
         """Puts a finished value where it belongs."""
         if not self.stack:
             self.result = (value, node)
@@ -184,13 +188,13 @@ class _Builder:
             children[key] = (top.key, node)
         top.key = None
 
-    def refuse_tag(self, event: Any) -> None:
+    def refuse_tag(self, event: CollectionStartEvent | ScalarEvent) -> None:
         """Tags would let the file say what a value is; the field does that."""
         if event.tag is not None and event.tag != "!":
             cure = "delete the tag, the key decides the type; put a text that begins with ! in quotes"
             raise _RefusedError("PID010", f"the tag {event.tag} is not accepted", span_of(event), cure)
 
-    def check(self, value: int, limit: int, what: str, event: Any) -> None:
+    def check(self, value: int, limit: int, what: str, event: Marked) -> None:
         """Refuses the file when a limit is passed."""
         if value > limit:
             cure = "split the file, or raise the limit by option"
@@ -236,7 +240,7 @@ def _place(before: str) -> Span:
     return Span(line, column, line, column + 1)
 
 
-def _build(text: str, file: str, limits: Limits) -> tuple[dict[str, Any], Node, list[Diagnostic]]:
+def _build(text: str, file: str, limits: Limits) -> tuple[Data, Node, list[Diagnostic]]:
     """Walks the events of the parser."""
     builder = _Builder(file, limits)
     _walk(text, builder)
@@ -260,8 +264,8 @@ def _walk(text: str, builder: _Builder) -> None:
     take: dict[type, Callable[[Any], None]] = {
         events.ScalarEvent: builder.scalar,
         events.AliasEvent: builder.alias,
-        events.MappingStartEvent: lambda event: builder.open({}, Node(event, {})),
-        events.SequenceStartEvent: lambda event: builder.open([], Node(event, [])),
+        events.MappingStartEvent: lambda event: builder.open(event, {}, Node(event, {})),
+        events.SequenceStartEvent: lambda event: builder.open(event, [], Node(event, [])),
         events.DocumentStartEvent: builder.document,
     }
     ends = {events.MappingEndEvent, events.SequenceEndEvent}
@@ -278,27 +282,29 @@ def _walk(text: str, builder: _Builder) -> None:
         raise _RefusedError("PID001", f"not YAML: {str(e).splitlines()[0]}", START) from None
 
 
-def parser() -> Any:
+def parser() -> YAML:
     """One reader for all files of a thread: the one without C keeps the text in itself while it reads it."""
     if not hasattr(THREAD, "parser"):
         from ruamel.yaml import YAML
 
         THREAD.parser = YAML(typ="safe")
-    return THREAD.parser
+    one: YAML = THREAD.parser
+    return one
 
 
-def _refuse_syntax(text: str, error: Any) -> NoReturn:
+def _refuse_syntax(text: str, error: MarkedYAMLError) -> NoReturn:
     """The parser's complaint with a position and, where we know one, a cure."""
     from pidcfg.text.syntax import place_of, syntax_fault
 
     lines = LINE_BREAK.split(text)
     mark = error.problem_mark or error.context_mark
-    span = START if mark is None else place_of(mark, lines)
+    span = START if mark is None else place_of(mark.line, mark.column, lines)
     problem = str(error.problem or error.context or "not YAML").strip()
     line = lines[span.line - 1]
     if "\t" in line[: len(line) - len(line.lstrip())] or line[span.column - 1 : span.column] == "\t":
         raise _RefusedError("PID014", "a tab is used for indentation", span, "indent with spaces") from None
-    fault = syntax_fault(lines, problem, span, error.context_mark and place_of(error.context_mark, lines))
+    begin = error.context_mark
+    fault = syntax_fault(lines, problem, span, begin and place_of(begin.line, begin.column, lines))
     raise _RefusedError("PID001", f"not YAML: {fault.message}", fault.span, fault.cure) from None
 
 
@@ -389,5 +395,5 @@ def _alias(node: Node, path: Path) -> int | None:
     return None
 
 
-def _start(node: Node) -> Any:
+def _start(node: Node) -> tuple[int, int]:
     return node.span.line, node.span.column

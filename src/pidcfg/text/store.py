@@ -112,7 +112,7 @@ class Store:
         except (ValueError, RecursionError):
             return None
 
-    def put(self, key: str, value: Any) -> None:
+    def put(self, key: str, value: object) -> None:
         """Keeps a value of plain data, if that can be done."""
         with suppress(OSError):
             self.write(key, json.dumps(value, separators=(",", ":")).encode())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.text.diagnostics import Span
 from pidcfg.text.signs import BLANK, BLANKS, code_point, meant_sign, to_ascii
@@ -54,11 +54,11 @@ class Fault(NamedTuple):
     cure: str | None
 
 
-def place_of(mark: Any, lines: Sequence[str]) -> Span:
-    """The place of a mark of the parser, which counts a line more where the last one has no end."""
-    if mark.line >= len(lines):
+def place_of(line: int, column: int, lines: Sequence[str]) -> Span:
+    """The place of a mark of the parser, which counts from 0, and a line more where the last one has no end."""
+    if line >= len(lines):
         return Span(len(lines), len(lines[-1]) + 1, len(lines), len(lines[-1]) + 2)
-    return Span(mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
+    return Span(line + 1, column + 1, line + 1, column + 2)
 
 
 def syntax_fault(lines: Sequence[str], problem: str, span: Span, begin: Span | None = None) -> Fault:

@@ -5,9 +5,15 @@ from __future__ import annotations
 import io
 import json
 import re
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pidcfg.text.signs import CONTROL
+
+if TYPE_CHECKING:
+    from ruamel.yaml.nodes import ScalarNode
+    from ruamel.yaml.representer import BaseRepresenter
+
+    from pidcfg.text.paths import Data
 
 IN_QUOTES = re.compile(rf"[{CONTROL}]|#(?=#\w*\[)")
 """Control characters that JSON, and YAML in double quotes, may hold as they are; and what begins an order in a log."""
@@ -37,7 +43,7 @@ def _without_controls(text: str) -> str:
     return IN_QUOTES.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
 
 
-def yaml_text(data: dict[str, Any]) -> str:
+def yaml_text(data: Data) -> str:
     """A configuration as YAML; the same data give the same bytes. What would hide a part of the text is an escape."""
     from ruamel.yaml import YAML
 
@@ -50,7 +56,7 @@ def yaml_text(data: dict[str, Any]) -> str:
     return _without_controls(out.getvalue())
 
 
-def _number(representer: Any, text: Number) -> Any:
+def _number(representer: BaseRepresenter, text: Number) -> ScalarNode:
     """A node whose tag is the one that its text means to any reader, so that it needs neither quotes nor a tag."""
     from ruamel.yaml.nodes import ScalarNode
     from ruamel.yaml.resolver import VersionedResolver
@@ -58,7 +64,7 @@ def _number(representer: Any, text: Number) -> Any:
     return representer.represent_scalar(VersionedResolver().resolve(ScalarNode, str(text), (True, False)), str(text))
 
 
-def _styled(value: Any, *, flow: bool = False) -> Any:
+def _styled(value: object, *, flow: bool = False) -> object:
     """Short mappings and lists of scalars in flow style; texts that not every reader takes there are quoted."""
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
     from ruamel.yaml.scalarstring import DoubleQuotedScalarString, SingleQuotedScalarString
@@ -82,7 +88,7 @@ def _styled(value: Any, *, flow: bool = False) -> Any:
     return value
 
 
-def _flat(value: dict[str, Any]) -> bool:
+def _flat(value: Data) -> bool:
     """Whether a mapping fits on one line: scalars and pairs, and one level of short mappings."""
     if any(isinstance(inner, dict) and any(isinstance(x, dict) for x in inner.values()) for inner in value.values()):
         return False

@@ -6,7 +6,7 @@ import re
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING
 
-from pidcfg.addresses import SITE
+from pidcfg.about import SITE
 from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.references import Decision
 from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION
@@ -157,7 +157,7 @@ def text_of(rule: Rule) -> RuleText:
 D970 = Decision(
     970,
     "the page of a rule is told from the root of the documentation site until that has an address",
-    "`url` of a finding in JSON is `rules-dl06.html#dl242-…`; with an address in `addresses.py` it is absolute. "
+    "`url` of a finding in JSON is `rules-dl06.html#dl242-…`; with an address in `about.py` it is absolute. "
     "Formats that want an absolute address, rdjson and the language server, leave it out until then.",
     "No address has been given to the project, and one that is made up leads somebody else's readers astray. The root "
     "of a site that `python tasks.py docs` has built is known to whoever serves it.",

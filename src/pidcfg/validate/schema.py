@@ -502,9 +502,10 @@ def quote_edit(doc: Document, span: Span) -> tuple[Edit, ...]:
 def value_edit(doc: Document, path: Path, text: str) -> tuple[Edit, ...]:
     """Another text in the place of a value; none where an alias shares it, or where it takes several lines."""
     entry = _key_and_value(doc, path)
-    if entry is None or not hasattr(entry[1].event, "value") or entry[1].event.anchor is not None:
+    event = None if entry is None else entry[1].event
+    if event is None or not hasattr(event, "value") or event.anchor is not None:
         return ()
-    span = span_of(entry[1].event)
+    span = span_of(event)
     return (Edit(span, text),) if span.line == span.end_line else ()
 
 

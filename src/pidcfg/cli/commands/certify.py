@@ -111,10 +111,7 @@ def command(
         raise click.UsageError(f"--resume takes one scenario, not {len(scenarios)}")
     report_options.refuse_outputs((resume, *plot, *(report.path for report in reports)), files_of(scenarios))
     report_options.refuse_no_folder((resume, *plot))
-    if fmt != "text" and plots.TERMINAL in plot:
-        raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
-    if plot_loops and not plot:
-        raise click.UsageError("--plot-loop needs --plot")
+    plots.check_options(fmt, plot, plot_loops)
     listed = LISTED if keep_worst is None else keep_worst
     who = options.processes(jobs), cluster
     outcomes = list(run_all(scenarios, samples, seed, who, resume, listed, limits, record=bool(plot)))
@@ -237,10 +234,7 @@ def fan_charts(outcomes: Sequence[BatchOutcome], loops: Sequence[str]) -> list[C
     """The fan charts of all batches."""
     from pidcfg.study.certification.certify import charts_of
 
-    known = list(dict.fromkeys(loop for outcome in outcomes for loop in outcome.axes))
-    wrong = next((loop for loop in loops if loop not in known), None)
-    if wrong is not None and known:
-        raise click.UsageError(f"--plot-loop {wrong}: no such loop; there are {', '.join(known)}")
+    plots.refuse_unknown(loops, outcomes)
     return [chart for outcome in outcomes for chart in charts_of(outcome, loops)]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 from click.core import ParameterSource
@@ -32,7 +32,7 @@ EPILOG = options.examples(
 )
 
 
-def placement_options(command: Callable[..., Any]) -> Callable[..., Any]:
+def placement_options(command: Callable[..., object]) -> Callable[..., object]:
     """Where things go that the source does not say, as options of the command."""
     rows = {row.key: row for vendor in VENDORS.values() for row in vendor.load("convert_options")}
     for row in reversed(rows.values()):

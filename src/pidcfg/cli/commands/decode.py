@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,11 +11,10 @@ from pidcfg.cli.console import echo, note, remark
 from pidcfg.cli.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import refuse_all, usage
-from pidcfg.text.signs import COUNTS_AS_ZERO
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Collection, Iterable
 
     from pidcfg.output.words import DecodeResult
     from pidcfg.text.reader import Limits
@@ -32,7 +31,7 @@ EPILOG = options.examples(
 )
 
 
-def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
+def vendor_options(command: Callable[..., object]) -> Callable[..., object]:
     """What listings of any vendor may lack, as options of the command."""
     rows = {row.key: row for vendor in VENDORS.values() for row in vendor.load("decode_options")}
     for row in reversed(rows.values()):
@@ -119,19 +118,18 @@ def command(
     if out is None:
         echo(result.text)
     write_files(outputs, force=force)
-    tell_notes((*result.notes, *_on_suggestion(result, suggest)), quiet=quiet)
+    tell_notes((*result.notes, *_on_suggestion(result, suggest)), result.warnings, quiet=quiet)
     if out is not None and not annotate:
         from pidcfg.cli.console import next_step
 
         next_step("validate", out, quiet=quiet)
 
 
-def tell_notes(notes: Iterable[str], *, quiet: bool) -> None:
-    """Notes on a listing; a number that it does not hold, such as a 0 for what is no value, is never kept quiet."""
+def tell_notes(notes: Iterable[str], warnings: Collection[str], *, quiet: bool) -> None:
+    """Notes on a listing; those that are warnings are never kept quiet."""
     for line in notes:
-        wrong = line.endswith(COUNTS_AS_ZERO)
-        if wrong or not quiet:
-            remark(f"{'warning' if wrong else 'note'}: {line}")
+        if line in warnings or not quiet:
+            remark(f"{'warning' if line in warnings else 'note'}: {line}")
 
 
 def _on_suggestion(result: DecodeResult, suggest: str | None) -> tuple[str, ...]:

@@ -86,8 +86,7 @@ def command(
     from pidcfg.cli.inputs import Input
 
     report_options.refuse_outputs((*plot, *(report.path for report in reports)), (before, after))
-    if fmt != "text" and plots.TERMINAL in plot:
-        raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
+    plots.check_options(fmt, plot)
     sources = [_source(name, limits) for name in (before, after)]
     for entry, other in zip(sources, reversed(sources), strict=True):
         if isinstance(entry, Input) and entry.problem is not None:

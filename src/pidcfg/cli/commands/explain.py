@@ -14,7 +14,7 @@ from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from pidcfg.output.explanation.result import ExplainResult
+    from pidcfg.output.explanation.answer import ExplainResult
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
@@ -80,8 +80,7 @@ def command(
     Without a THING, lists what can be asked for.
     """
     from pidcfg.api import explain
-    from pidcfg.output.explanation.answer import QuestionError
-    from pidcfg.output.explanation.shown import as_text, forms_text
+    from pidcfg.output.explanation.answer import QuestionError, as_text, forms_text
 
     configuration = None if config is None else _configuration(config, limits)
     try:

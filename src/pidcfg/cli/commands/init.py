@@ -102,13 +102,11 @@ def _scenario(config: str, out: str | None, limits: Limits) -> str:
 def _from_sheet(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) -> str:
     """The configuration of a sheet."""
     from pidcfg.cli.environment import require_extra
-    from pidcfg.cli.inputs import read_input
+    from pidcfg.cli.inputs import readable_input
     from pidcfg.cli.options import refuse_all
     from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet
 
-    entry = read_input(sheet, limits)
-    if entry.problem is not None:
-        raise click.ClickException(entry.problem)
+    entry = readable_input(sheet, limits)
     if sheet.lower().endswith(".xlsx"):
         require_extra("openpyxl", "report")
     try:

@@ -22,6 +22,6 @@ def command(stdio: bool) -> None:
     del stdio
     if find_spec("pygls") is None:
         raise click.ClickException(MISSING)
-    from pidcfg.lsp.server import start
+    from pidcfg.cli.lsp.server import start
 
     start()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg import __version__
+from pidcfg.about import VERSION
 from pidcfg.cli import options
 from pidcfg.cli.console import echo_xml, note, remark
 from pidcfg.cli.environment import require_extra
@@ -128,7 +128,7 @@ def gather_inputs(
 
 
 def _read_inputs(
-    entries: Sequence[Input], given: tuple[Any, ...], jobs: int, progress: Callable[[float], None] | None
+    entries: Sequence[Input], given: tuple[object, ...], jobs: int, progress: Callable[[float], None] | None
 ) -> Iterator[ReadInput]:
     """The files one by one; what other processes have read counts as read here."""
     done = 0
@@ -259,7 +259,7 @@ def command(
     _require_packages("page" if out is not None else None, "xlsx" if xlsx is not None else None)
     pictures = out is not None and not sheet
     inputs = gather_inputs(paths, limits, _progress, pictures=pictures, jobs=options.processes(jobs))
-    block = Title(title, project, customer, plant, document, revision, author, date, __version__)
+    block = Title(title, project, customer, plant, document, revision, author, date, VERSION)
     content = content_of(inputs, block)
     page: str | bytes | None = None if out is None else _page(content, sheet=sheet, full=full)
     if printed is not None and isinstance(page, str):
@@ -287,7 +287,7 @@ def _progress(share: float) -> None:
 
 def _browser() -> str:
     """The browser that prints; ends the command, before anything runs, where there is none."""
-    from pidcfg.output.report.page import PdfError, browser
+    from pidcfg.output.report.formats import PdfError, browser
 
     try:
         return browser()
@@ -296,13 +296,13 @@ def _browser() -> str:
 
 
 def _page(content: Content, *, sheet: bool, full: bool) -> str:
-    from pidcfg.output.report.page import door_sheet, page
+    from pidcfg.output.report.formats import door_sheet, page
 
     return door_sheet(content) if sheet else page(content, full=full)
 
 
 def _print_pdf(html: str, path: str) -> bytes:
-    from pidcfg.output.report.page import PdfError, pdf
+    from pidcfg.output.report.formats import PdfError, pdf
 
     try:
         return pdf(html, path)
@@ -315,16 +315,16 @@ def _write(
 ) -> None:
     """All files or none; the page goes to standard output last. ``names``: of the page, the folder, the workbook."""
     from pidcfg.cli.outputs import write_files
-    from pidcfg.output.report.tables import tables_of
+    from pidcfg.output.report.formats import tables_of
 
     out, csv, xlsx = names
     files: dict[str, str | bytes] = {}
     if csv is not None:
-        from pidcfg.output.report.tables import csv_files
+        from pidcfg.output.report.formats import csv_files
 
         files |= {(Path(csv) / name).as_posix(): text for name, text in csv_files(tables_of(content)).items()}
     if xlsx is not None:
-        from pidcfg.output.report.tables import workbook
+        from pidcfg.output.report.formats import workbook
 
         files[xlsx] = workbook([table for table in tables_of(content) if table.rows], content.title)
     if out not in {None, STDOUT} and page is not None:
@@ -355,7 +355,7 @@ def _folder(name: str | None) -> Iterator[None]:
 
 def summary(content: Content, names: Sequence[str]) -> str:
     """One line on what was written."""
-    from pidcfg.output.report.page import counts
+    from pidcfg.output.report.formats import counts
 
     passed, total = content.verdicts
     loops, runs = len(content.loops), len(content.runs)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import echo_json, show
-from pidcfg.output.file_schemas import SCENARIO, schema
-from pidcfg.output.json_schemas import OUTPUTS
+from pidcfg.output.json_schemas import OUTPUTS, SCENARIO, schema
 from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from pidcfg.text.paths import Data
 
 SETTINGS = "settings"
 EPILOG = options.examples(
@@ -47,7 +49,7 @@ def command(name: str | None, out: str | None, force: bool) -> None:
         write_files({out: text}, force=force)
 
 
-def document_schema(name: str) -> dict[str, Any]:
+def document_schema(name: str) -> Data:
     """The JSON Schema of a vendor's files, with templates, of scenarios, of settings, or of an output."""
     if name == SETTINGS:
         from pidcfg.cli.settings import settings_schema

@@ -14,7 +14,7 @@ from pidcfg.cli.console import Detail, remark
 from pidcfg.cli.environment import require_extra
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.runs import render_runs
-from pidcfg.cli.inputs import FILES, STDIN, document, name_of, note_read, read_input, read_inputs
+from pidcfg.cli.inputs import FILES, STDIN, document, name_of, note_read, read_input, read_inputs, readable_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
 from pidcfg.text.diagnostics import Severity
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.engine.choice import EngineName
     from pidcfg.study.outcome import Outcome
     from pidcfg.text.document import Document
+    from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
@@ -146,10 +147,7 @@ def command(
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
     outputs = (csv, accept, *plot, *(report.path for report in reports))
     report_options.refuse_outputs(outputs, files_of(scenarios, reference=accept is None))
-    if fmt != "text" and plots.TERMINAL in plot:
-        raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
-    if plot_loops and not plot:
-        raise click.UsageError("--plot-loop needs --plot")
+    plots.check_options(fmt, plot, plot_loops)
     tell_drafts(() if quiet else scenarios)
     files: dict[str, str | bytes] = {}
     with trend_file(csv, force=force, others=files) as trend:
@@ -200,7 +198,7 @@ def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
 
 
 def run_all(
-    scenarios: Sequence[Document], how: Mapping[str, Any], trend: TextIO | None, detail: Detail, jobs: int
+    scenarios: Sequence[Document], how: Mapping[str, object], trend: TextIO | None, detail: Detail, jobs: int
 ) -> Iterator[SimulateResult]:
     """Runs the scenarios, here or in several processes; the line on the terminal shows how many are done."""
     from pidcfg.text.processes import Crew
@@ -210,7 +208,7 @@ def run_all(
     def show(share: float) -> None:
         LINE.update(f"simulating {Path(scenarios[done].file).name}", (done + share) / len(scenarios))
 
-    def runner(how: Mapping[str, Any]) -> Callable[[Document | str], SimulateResult]:
+    def runner(how: Mapping[str, object]) -> Callable[[Document | str], SimulateResult]:
         run = Runner({**how, "trend": trend, "progress": show})
         return lambda one: run(here[one] if isinstance(one, str) else one)
 
@@ -253,15 +251,13 @@ def scenarios_of(documents: list[Document], paths: Sequence[str]) -> list[Docume
     return [doc for doc in documents if is_scenario(doc) or doc.data is None or doc.file in paths]
 
 
-def accepted_run(name: str | None, accept: str | None, limits: Limits) -> dict[str, Any]:
+def accepted_run(name: str | None, accept: str | None, limits: Limits) -> Data:
     """What the call is given for ``--against`` and ``--accept``; a file that cannot be read ends the command."""
     if name is None:
         return {"accept": accept}
     if accept is not None:
         raise click.UsageError("--against and --accept exclude each other")
-    entry = read_input(name, limits)
-    if entry.problem is not None:
-        raise click.ClickException(entry.problem)
+    entry = readable_input(name, limits)
     return {"against": entry.data, "against_name": entry.name}
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 from pidcfg.cli import options, terminal
+from pidcfg.cli.commands import plc as plc_options
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.console import remark
 from pidcfg.cli.main import Exit
@@ -167,10 +168,10 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 
 
 @click.command("trend", epilog=EPILOG)
-@options.PLC
+@plc_options.PLC
 @options.MAP
-@options.LIKE
-@options.VENDOR
+@plc_options.LIKE
+@plc_options.VENDOR
 @click.option(
     "-o",
     "--output",
@@ -185,8 +186,8 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 )
 @vendor_options
 @options.FORCE
-@options.TIMEOUT
-@options.RETRIES
+@plc_options.TIMEOUT
+@plc_options.RETRIES
 @options.QUIET
 @options.LIMITS
 def command(
@@ -208,9 +209,9 @@ def command(
 
     Ctrl-C ends it; every row that was taken stays. In a terminal the loops are drawn meanwhile. The PLC is only read.
     """
-    options.require_packages(plc)
+    plc_options.require_packages(plc)
     from pidcfg.cli.findings import one_configuration, show_errors
-    from pidcfg.live.calls import trend
+    from pidcfg.live.trend import trend
 
     other = None if like is None else one_configuration(like, limits)
     if out is not None:
@@ -219,7 +220,7 @@ def command(
 
     chart = chart_for(out, seconds)
     try:
-        with options.reach_plc():
+        with plc_options.reach_plc():
             result = trend(
                 plc,
                 file,

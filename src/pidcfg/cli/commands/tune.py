@@ -36,7 +36,7 @@ EPILOG = options.examples(
 )
 
 
-def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[..., object]], Callable[..., object]]:
     """An option that is a finite number; above 0 unless it may be negative."""
 
     def check(ctx: click.Context, param: click.Parameter, value: float | None) -> float | None:
@@ -127,12 +127,13 @@ def command(
     """
     from pidcfg.api import tune
     from pidcfg.cli.formats.tuning import as_text, margin_chart
+    from pidcfg.cli.inputs import readable_input
     from pidcfg.cli.outputs import write_files
 
     ctx = click.get_current_context()
     refuse_options(ctx)
-    record = None if from_csv is None else _data(from_csv, limits)
-    configuration = None if into is None else _data(into, limits)
+    record = None if from_csv is None else readable_input(from_csv, limits).data
+    configuration = None if into is None else readable_input(into, limits).data
     try:
         with usage({"record": "--from-csv", "vendor": "--for", "start": "--from", "into": "--write"}):
             result = tune(
@@ -195,13 +196,3 @@ def save(written: Written, *, diff: bool) -> bool:
     elif changes and written.ok:
         replace_files({written.file: (written.before, written.data)})
     return changes
-
-
-def _data(name: str, limits: Limits) -> bytes:
-    """The bytes of a file."""
-    from pidcfg.cli.inputs import read_input
-
-    entry = read_input(name, limits)
-    if entry.problem is not None:
-        raise click.ClickException(entry.problem)
-    return entry.data

@@ -9,7 +9,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import remark
-from pidcfg.cli.inputs import RememberedFiles, read_input
+from pidcfg.cli.inputs import RememberedFiles, readable_input
 from pidcfg.cli.outputs import write_files
 from pidcfg.text.reader import SUFFIXES, Limits
 
@@ -71,9 +71,8 @@ def command(
 
     Exit codes: 0 the page was written, 2 a scenario that cannot run, or no Python for the browser.
     """
-    from pidcfg.desk.page import whatif_page
-    from pidcfg.desk.runtime import RuntimeFileError, read_runtime, usual_place
-    from pidcfg.desk.session import Session, UnusableError
+    from pidcfg.output.browser.page import RuntimeFileError, read_runtime, usual_place, whatif_page
+    from pidcfg.output.browser.session import Session, UnusableError
 
     try:
         python = read_runtime(Path(runtime) if runtime is not None else usual_place())
@@ -95,9 +94,8 @@ def texts_of(scenario: str, against: str | None, limits: Limits) -> tuple[str, d
     from pidcfg.api import check
 
     for name in (scenario, against):
-        entry = None if name is None else read_input(name, limits)
-        if entry is not None and entry.problem is not None:
-            raise click.ClickException(entry.problem)
+        if name is not None:
+            readable_input(name, limits)
     if against is not None and Path(against).suffix.lower() not in SUFFIXES:
         raise click.ClickException(f"{against} is no configuration; name a .yaml file")
     files = KeptFiles()

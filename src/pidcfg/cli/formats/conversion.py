@@ -8,7 +8,7 @@ from dataclasses import replace
 from decimal import Decimal
 from itertools import zip_longest
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.findings import names_of, said_once
 from pidcfg.cli.formats.reports import cell
@@ -231,17 +231,18 @@ def conversion_brief(result: ConvertResult) -> str:
 
 def _lines_of(changes: Sequence[Change]) -> Iterator[str]:
     """A line a change, and a note of several in a row once, behind them."""
-    rows = list({_line(change): change for change in changes}.values())
+    rows = list({_line(change, NARROW): change for change in changes}.values())
     for change, following in zip_longest(rows, rows[1:]):
         same = following is not None and following.note == change.note and following.kind == change.kind
-        yield _line(replace(change, note="") if same else change)
+        yield _line(replace(change, note="") if same else change, NARROW)
 
 
 def _rules_in_brief(result: ConvertResult) -> list[str]:
     """What the target's rules say about a result that is no error: in words where it is little, else by code."""
     rows = said_once(result.faults)
     if len(rows) <= FEW_FINDINGS:
-        return [f"what the rules of {result.target} say about the result:", *(f"  {one_line(row)}" for row in rows)]
+        findings = (fill(f"  {one_line(row)}", NARROW, subsequent_indent="    ") for row in rows)
+        return [f"what the rules of {result.target} say about the result:", *findings]
     codes = ", ".join(sorted({d.code for d in result.faults}))
     said = f"the rules of {result.target} warn of {len(result.faults)} things ({codes}); -v and `validate` say of which"
     return [fill(said, NARROW, subsequent_indent="  ")]
@@ -264,7 +265,8 @@ def conversion_text(result: ConvertResult) -> str:
         lines += ["", f"what the rules of {result.target} say about the result:"]
         for d in result.faults:
             where = f" [{d.loop}]" if d.loop else ""
-            lines.append(f"  {d.severity.label} {d.code}: {one_line(d.message + where)}")
+            said = f"  {d.severity.label} {d.code}: {one_line(d.message + where)}"
+            lines.append(fill(said, WIDTH, subsequent_indent="    "))
     return "\n".join(lines) + "\n"
 
 
@@ -357,7 +359,8 @@ def _change_cells(change: Change) -> str:
     return f"| {' | '.join(cell(value) for value in values)} |"
 
 
-def _line(change: Change) -> str:
+def _line(change: Change, width: int = WIDTH) -> str:
+    """A change, and its note in a line of its own; both hang where they are longer than the width."""
     values = f"{text_of(change.source)} -> {text_of(change.target)}"
     if change.target is None:
         values = text_of(change.source)
@@ -365,8 +368,11 @@ def _line(change: Change) -> str:
         values = text_of(change.target)
     error = f" ({_error(change)})" if change.error_percent else ""
     mark = "!" if _is_marked(change) else " "
-    note = f"\n             {one_line(change.note)}" if change.note else ""
-    return f" {mark}{change.kind:<8} {change.field}: {one_line(values)}{error}{note}"
+    texts = [f" {mark}{change.kind:<8} {change.field}: {one_line(values)}{error}"]
+    texts += [f"             {one_line(change.note)}"] if change.note else []
+    return "\n".join(
+        fill(text, width, subsequent_indent=" " * 15, break_long_words=False, break_on_hyphens=False) for text in texts
+    )
 
 
 # --- Differences as text, JSON and Markdown ---------------------------------------------------------------------------
@@ -411,7 +417,7 @@ def _change(d: Difference) -> str:
     return f"{values[0]} → {values[1]} {unit}".rstrip()
 
 
-def _value(value: Any, word: str | None) -> str:
+def _value(value: object, word: str | None) -> str:
     """A value; where there is none, a dash, and for what is no value its word."""
     if isinstance(value, list):
         return f"[{', '.join(map(text_of, value))}]"
@@ -427,7 +433,7 @@ def _word(d: Difference) -> str:
     return d.address if plain else f"{d.address} {words[0] or '-'} → {words[1] or '-'}"
 
 
-def _is_number(word: str, value: Any) -> bool:
+def _is_number(word: str, value: object) -> bool:
     """Whether a content is shown as its value already; with zeros in front it is a word."""
     if len(word) > 1 and word.startswith("0") and word.isdigit():
         return False

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.text.diagnostics import Diagnostic, Span
+    from pidcfg.text.paths import Data
 
 # --- The findings of a run, and what several formats need: names relative to the checkout, and fingerprints -----------
 
@@ -347,7 +348,7 @@ def render(fmt: str, findings: Findings) -> str:
     )
 
 
-def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
+def _rows(findings: Findings) -> Iterator[Data]:
     """A row a rule and severity, the most frequent first."""
     from pidcfg.validate.catalog import rule_of
 

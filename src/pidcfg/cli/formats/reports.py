@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pidcfg import __version__
+from pidcfg.about import VERSION
 from pidcfg.cli.formats import Format, Kind
 from pidcfg.cli.formats import findings as findings_format
 from pidcfg.cli.formats.findings import STDIN, Findings, details, display_name, fingerprints, sentence, summary, uri
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from pidcfg.study.outcome import Outcome
+    from pidcfg.text.paths import Data
     from pidcfg.validate.rule import Rule
 
 # --- Format ``text``: a block a finding, with the line and a caret; a section a run -----------------------------------
@@ -180,7 +181,7 @@ def findings_rdjson(findings: Findings) -> str:
     return json_text({"source": {"name": "pidcfg"}, "diagnostics": listed})
 
 
-def _diagnostic(d: Diagnostic, rows: Sequence[str]) -> dict[str, Any]:
+def _diagnostic(d: Diagnostic, rows: Sequence[str]) -> Data:
     """A finding; a correction of several places is left out, since each suggestion is applied by itself."""
     path = "stdin" if d.file == STDIN else display_name(d.file)
     page_of_rule = url_of(d.code, absolute=True)
@@ -229,9 +230,7 @@ def findings_sarif(findings: Findings) -> str:
     prints = fingerprints(every)
     why = [None] * len(findings.reported) + [_suppression(reason) for _, reason in findings.suppressed]
     run = {
-        "tool": {
-            "driver": {"name": "pidcfg", "version": __version__, "rules": [_rule(rule_of(code)) for code in used]}
-        },
+        "tool": {"driver": {"name": "pidcfg", "version": VERSION, "rules": [_rule(rule_of(code)) for code in used]}},
         "originalUriBaseIds": {BASE: {"description": {"text": "The checkout, or the folder that pidcfg ran in."}}},
         "columnKind": "unicodeCodePoints",
         "results": [
@@ -243,7 +242,7 @@ def findings_sarif(findings: Findings) -> str:
     return json_text(document)
 
 
-def _rule(rule: Rule) -> dict[str, Any]:
+def _rule(rule: Rule) -> Data:
     why, fix = (part[:1].upper() + part[1:] for part in (rule.part("Why"), rule.part("Fix")))
     return {
         "id": rule.code,
@@ -255,8 +254,8 @@ def _rule(rule: Rule) -> dict[str, Any]:
     }
 
 
-def _result(d: Diagnostic, number: int, fingerprint: str) -> dict[str, Any]:
-    location: dict[str, Any] = {"physicalLocation": {"artifactLocation": _artifact(d.file), "region": _region(d.span)}}
+def _result(d: Diagnostic, number: int, fingerprint: str) -> Data:
+    location: Data = {"physicalLocation": {"artifactLocation": _artifact(d.file), "region": _region(d.span)}}
     if d.path:
         location["logicalLocations"] = _logical(d)
     return {
@@ -277,7 +276,7 @@ def _suppression(reason: str | None) -> dict[str, str]:
     return {"kind": "inSource", **({"justification": reason} if reason else {})}
 
 
-def _artifact(file: str) -> dict[str, Any]:
+def _artifact(file: str) -> Data:
     reference, relative = uri(file)
     if file == STDIN:
         return {"uri": reference, "description": {"text": "standard input"}}
@@ -303,7 +302,7 @@ def _logical(d: Diagnostic) -> list[dict[str, str]]:
     return [key, {"name": d.loop, "kind": "object"}] if d.loop else [key]
 
 
-def _fix(d: Diagnostic, edits: Sequence[Edit]) -> dict[str, Any]:
+def _fix(d: Diagnostic, edits: Sequence[Edit]) -> Data:
     replacements = [{"deletedRegion": _replaced(e.span), "insertedContent": {"text": e.text}} for e in edits]
     change = {"artifactLocation": _artifact(d.file), "replacements": replacements}
     return {"description": {"text": d.help or d.message}, "artifactChanges": [change]}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 from pidcfg.cli.formats import Format, Kind, load, render
@@ -275,7 +275,7 @@ def run_verdict_line(outcome: Outcome, report: Report) -> str:
     return line
 
 
-def value_text(value: Any) -> str:
+def value_text(value: object) -> str:
     """What was measured, for people."""
     if isinstance(value, list):
         return " to ".join(value_text(v) for v in value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from math import isinf
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from pidcfg.output.gains import TuneResult
     from pidcfg.output.retune import Written
     from pidcfg.output.robust import Confirmation, RobustGains
+    from pidcfg.text.paths import Data
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.margins import Judgement
     from pidcfg.tuning.response import Record
@@ -105,7 +106,7 @@ def _plants(gains: RobustGains, count: int) -> str:
     return f"{count}: the process, {corners} combinations of ends, {count - corners - 1} samples between; {ends}"
 
 
-def _words(data: dict[str, Any]) -> Iterator[str]:
+def _words(data: Data) -> Iterator[str]:
     """What the grid of the PLC costs."""
     real = data["real"]
     tried = "the best of all words" if data["every_word"] else "the best words around the best real numbers"
@@ -237,7 +238,7 @@ def _limit(value: float, unit: str) -> str:
     return "unlimited" if isinf(value) else f"{value:.3g}{unit}"
 
 
-def _for_vendor(gains: dict[str, Any]) -> list[str]:
+def _for_vendor(gains: Data) -> list[str]:
     action = gains["action"] or "that of the process, which is not known without --gain"
     lines = [f"for {gains['vendor']}: action {action}"]
     for value in gains["values"]:

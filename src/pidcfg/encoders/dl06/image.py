@@ -454,7 +454,7 @@ def decode(
         notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
     if flags := words.get(ERROR_FLAGS):
         notes.append(f"{v_name(ERROR_FLAGS)} {flags:04X}: the PLC's error flags of the set-up are not carried over")
-    return Decoded(data, tuple(notes), (ERROR_FLAGS,))
+    return Decoded(data, tuple(notes), status=(ERROR_FLAGS,))
 
 
 def _no_loop_runs(count: int) -> str:

@@ -59,7 +59,7 @@ def block_claims(
     blocks: Mapping[str, tuple[str, RegisterMap]],
     space: Space,
     unnamed: str,
-    scaling_of: Callable[[Mapping[str, Any], Mapping[str, int], Mapping[int, int]], Scaling],
+    scaling_of: Callable[[Mapping[str, object], Mapping[str, int], Mapping[int, int]], Scaling],
     listing: Listing,
     options: Mapping[str, Any],
 ) -> Iterator[tuple[int, Placement]]:

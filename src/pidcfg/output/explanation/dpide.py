@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import CODES, D254, DPIDE_TABLE, INTEGRAL, ROWS, STATES, WRITERS
 from pidcfg.output.explanation.book import Direction, Series
@@ -23,7 +23,7 @@ TERMS = {
 """The terms that a coefficient of 0 switches off."""
 
 
-def split(name: str, _settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
+def split(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
     """``OVEN.SV`` to its loop, the instruction and the operand."""
     loop, _, operand = name.rpartition(".")
     return loop, NAME if operand in ROWS else None, operand

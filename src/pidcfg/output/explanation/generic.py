@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.generic import LOOP_TABLE, LOOPS
 from pidcfg.output.explanation.book import Direction
@@ -16,7 +16,7 @@ NAME = "generic"
 DIRECTION = "output_raises_pv"
 
 
-def split(name: str, _settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
+def split(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
     """``TIC-101.tuning.gain`` to its loop and field."""
     loop, path = LOOPS.split(name)
     return loop, NAME if path else None, path

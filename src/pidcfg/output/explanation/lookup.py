@@ -7,18 +7,27 @@ import re
 from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.explanation.answer import Page, QuestionError, UnknownError, Value
+from pidcfg.output.explanation.answer import ExplainResult, Page, QuestionError, UnknownError, Value, rule_page
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.messages import said
 from pidcfg.output.explanation.page import ADDRESS, SHOWN, Configured, Question
 from pidcfg.output.explanation.registers import Registers
-from pidcfg.output.explanation.result import ExplainResult, rule_page
-from pidcfg.output.explanation.spelling import CONTENT_BEHIND, REFERENCE, mistyped, referenced, spelled, titled, within
-from pidcfg.output.explanation.symptoms import named_by, pages_of, words_of
+from pidcfg.output.explanation.wording import (
+    CONTENT_BEHIND,
+    REFERENCE,
+    mistyped,
+    named_by,
+    pages_of,
+    referenced,
+    said,
+    spelled,
+    titled,
+    within,
+    words_of,
+)
 from pidcfg.text.references import Decision
 from pidcfg.validate.catalog import CODE, suggestion
 from pidcfg.validate.texts import texts
@@ -81,7 +90,7 @@ PROSE = frozenset(("description", "unit", "vendor"))
 def mentions(config: Configured, name: str) -> list[Page]:
     """The page of a name, with every line that says it; none where no line does."""
     vendor = config.checked.vendor
-    data: Any = config.document.data
+    data = config.document.data or {}
     word = re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w])", re.IGNORECASE)
     origins = [origin for path, text in _texts(data) if word.search(text) and (origin := _origin(config, path))]
     signals = data.get("signals")
@@ -97,7 +106,7 @@ def mentions(config: Configured, name: str) -> list[Page]:
     return [replace(page, origins=tuple(origins))]
 
 
-def _texts(data: Any, above: Path = ()) -> Iterator[tuple[Path, str]]:
+def _texts(data: object, above: Path = ()) -> Iterator[tuple[Path, str]]:
     """Every text of a configuration that may name something."""
     items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
     for key, value in items:
@@ -121,13 +130,12 @@ def _title(origins: list[Origin]) -> str:
 
 def _blocks(config: Configured, loop: str) -> tuple[str, ...]:
     """Where the loop's registers are."""
-    encoding: Any = config.checked.encoding
     ends: dict[str, tuple[int, int]] = {}
     for block in config.blocks:
         if block.loop == loop:
             first, last = ends.get(block.table.title, (block.start, 0))
             ends[block.table.title] = min(first, block.start), max(last, block.start + block.table.size - 1)
-    name = encoding.space.name if ends else str
+    name = config.encoding.space.name if ends else str
     return tuple(f"{title}: {name(first)} to {name(last)}" for title, (first, last) in ends.items())
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.nextopid import BITS, BLOCK_BITS, BLOCK_TYPES, D325, GROUPS, STATES
 from pidcfg.output.explanation.book import Direction
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 
-def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
+def split(name: str, settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
     """``TIC_1.Kp`` to its loop, the type of its block and the parameter."""
     loop, _, parameter = name.partition(".")
     kind = next((s.get("type") for s in settings if loop in {s.get("loop"), s.get("block")}), None)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import Content, Entry, Parameter
     from pidcfg.encoders.regmap import Bits, Kind, RegisterMap, Word
     from pidcfg.schemas.iec import IecType
-    from pidcfg.text.paths import Path
+    from pidcfg.text.paths import Data, Path
     from pidcfg.validate.engine import Checked
 
 # --- What a key of a configuration is, from the text below its field in the schema, and what is allowed there ---------
@@ -370,27 +370,26 @@ class Configured:
     def __init__(self, checked: Checked) -> None:
         self.checked = checked
         self.document = checked.document
+        self.encoding: Any = checked.encoding
+        """Of registers or of parameters: of each kind it has what it has."""
         self.loops: tuple[str, ...] = tuple(loop.name for loop in checked.config.loops)
 
     @property
     def blocks(self) -> tuple[Block, ...]:
         """The blocks of an encoding with addresses."""
-        encoding: Any = self.checked.encoding
-        blocks: tuple[Block, ...] = encoding.blocks
+        blocks: tuple[Block, ...] = self.encoding.blocks
         return blocks
 
     @property
     def entries(self) -> tuple[Entry, ...]:
         """The parameters of an encoding with names."""
-        encoding: Any = self.checked.encoding
-        entries: tuple[Entry, ...] = encoding.entries
+        entries: tuple[Entry, ...] = self.encoding.entries
         return entries
 
     @property
-    def settings(self) -> Sequence[Mapping[str, Any]]:
+    def settings(self) -> Sequence[Data]:
         """What stands beside the parameters."""
-        encoding: Any = self.checked.encoding
-        settings: Sequence[Mapping[str, Any]] = encoding.image.settings
+        settings: Sequence[Data] = self.encoding.image.settings
         return settings
 
     def units(self, loop: str | None) -> dict[str, str]:
@@ -407,11 +406,10 @@ class Configured:
 
         Raises `NoRegisterError` for a block that leaves the PLC's memory, where it has none.
         """
-        encoding: Any = self.checked.encoding
         for block in self.blocks:
             if block.table.title == table.title and loop in {None, block.loop}:
-                if block in encoding.outside:
-                    raise no_registers(block, encoding.space)
+                if block in self.encoding.outside:
+                    raise no_registers(block, self.encoding.space)
                 yield self._placement(block, word.offset), block.start + word.offset
 
     def _placement(self, block: Block, offset: int) -> Placement:
@@ -432,9 +430,8 @@ class Configured:
 
     def with_origin(self, page: Page, entry: Entry) -> Page:
         """A parameter's page with its loop and the line that gives it."""
-        data: Any = self.document.data
         for key in ("loops", "blocks", "signals"):
-            for i, item in enumerate(data.get(key) or ()):
+            for i, item in enumerate((self.document.data or {}).get(key) or ()):
                 if isinstance(item, dict) and item.get("name") == entry.address.removesuffix(f".{entry.field}"):
                     origin = self.origin((key, i, *steps(entry.field)), entry.loop)
                     return replace(page, loop=entry.loop, origins=(origin,) if origin else ())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from pidcfg.encoders.parameters import content_text, read_content
 from pidcfg.encoders.regmap import Bits
@@ -82,7 +82,7 @@ class Parameters(Book):
     """By the name that stands before a parameter's."""
     schemas: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """The schema of a table whose rows have no titles, by the same name."""
-    split: Callable[[str, Sequence[Mapping[str, Any]]], tuple[str, str | None, str]]
+    split: Callable[[str, Sequence[Mapping[str, object]]], tuple[str, str | None, str]]
     """A listing's name to loop, table and parameter."""
     groups: tuple[Group, ...] = ()
     counted: str = ""
@@ -194,7 +194,7 @@ class Parameters(Book):
         code = self.code(row.name, raw)
         return code.title if code else ""
 
-    def row_of(self, name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str, Parameter] | None:
+    def row_of(self, name: str, settings: Sequence[Mapping[str, object]]) -> tuple[str, str, Parameter] | None:
         """The loop, the table and the row of a listing's name."""
         loop, kind, parameter = self.split(name, settings)
         table = self.tables.get(kind) if kind is not None else None

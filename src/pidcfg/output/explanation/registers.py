@@ -104,7 +104,7 @@ class Registers(Book):
     """Meanings of bits, by the register and the lowest bit of the row."""
     scaling: Callable[[Any, Any], Scaling]
     """Scales and units of a loop of a configuration."""
-    claims: Callable[[Listing, Mapping[str, Any]], Iterator[tuple[int, Placement]]]
+    claims: Callable[[Listing, Mapping[str, object]], Iterator[tuple[int, Placement]]]
     """What each address of a listing is."""
     special: Callable[[Word, int, Scaling], str] | None = None
     """A content in words, for registers of no common kind; empty for the others."""
@@ -259,7 +259,7 @@ class Registers(Book):
         value = word.decode(raw) if limits is not None else None
         return limits_text(limits) if limits and isinstance(value, Decimal) and not limits.holds(value) else ""
 
-    def lines(self, listing: Listing, options: Mapping[str, Any]) -> Iterator[Line]:
+    def lines(self, listing: Listing, options: Mapping[str, object]) -> Iterator[Line]:
         """Every word of a listing with its meaning, in the order of the addresses."""
         words: dict[int, int] = listing.words
         claims: dict[int, Placement] = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from math import floor, isfinite, log10
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from pidcfg.output.explanation.page import is_before_root, share_before_root
 from pidcfg.schemas.base import Duration, Quantity
@@ -398,7 +398,7 @@ TINY, THOUSANDTH, THOUSAND, HUNDRED_THOUSAND, MILLION, HUGE = 1e-15, 1e-3, 1e3, 
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
-def cell(value: Any) -> Value:
+def cell(value: object) -> Value:
     """A value of a model as a cell: numbers, truths and texts stay what they are."""
     if value is None or isinstance(value, bool | int | float | Decimal):
         return value
@@ -414,7 +414,7 @@ def cell(value: Any) -> Value:
     return str(value)
 
 
-def text(value: Any) -> str:
+def text(value: object) -> str:
     """A cell, or a value that becomes one, as text."""
     if isinstance(value, Quantity) and value.counts:
         return str(value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.output.report.content import (
     Expectation,
@@ -211,7 +211,7 @@ def metric_unit(metric: str, units: Units | None) -> str:
     return pattern.format(pv=side, output=side) if side else ""
 
 
-def measured_text(value: Any) -> str:
+def measured_text(value: object) -> str:
     """What was measured, as text."""
     if isinstance(value, list | tuple):
         return " to ".join(measured_text(part) for part in value)

@@ -6,7 +6,7 @@ import re
 from dataclasses import field, replace
 from decimal import Decimal
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.differences import PLACE_KEYS
 from pidcfg.conversion.operation import source_of
@@ -16,6 +16,7 @@ from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.parameters import content_text as shown_content
 from pidcfg.encoders.regmap import Bits, NoRegisterError
+from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.lookup import PV_RISES
 from pidcfg.output.explanation.page import texts_of
 from pidcfg.output.report import content
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from pidcfg.encoders.image import Block, Cell, Encoding
-    from pidcfg.encoders.parameters import Entry
+    from pidcfg.encoders.parameters import AnyEncoding, Entry
     from pidcfg.encoders.regmap import Point, Word
     from pidcfg.output.explanation.parameters import ParameterBook
     from pidcfg.output.report.content import RunSheet, SourceFile, Title
@@ -76,7 +77,7 @@ WIRED = "the program chooses it: "
 
 
 def facts(
-    vendor: Vendor, loop: Any, neutral: Mapping[str, Any], groups: Sequence[Group], stored: Mapping[str, str]
+    vendor: Vendor, loop: object, neutral: Mapping[str, object], groups: Sequence[Group], stored: Mapping[str, str]
 ) -> Iterator[Fact]:
     """The facts of a loop; ``neutral``: its neutral form or nothing, ``stored``: what registers hold, as text."""
     units = {side: value_at(neutral, (side, "unit")) or "" for side in SIDES}
@@ -93,15 +94,15 @@ def facts(
         elif setting is not None:
             yield Fact(title, quantity(setting), place)
     if rises := direction(vendor, loop):
-        key = vendor.load("explainer").direction.key
+        key = book_of(vendor.key).direction.key
         yield Fact("Direction", rises, settings[key].place if key in settings else "")
     yield from tuning(vendor, loop, settings)
     yield from pulses(neutral, settings)
 
 
-def direction(vendor: Vendor, loop: Any) -> str:
+def direction(vendor: Vendor, loop: object) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
-    key, heating = vendor.load("explainer").direction.key, tables_of(vendor).TUNED.heating.rpartition(" ")[2]
+    key, heating = book_of(vendor.key).direction.key, tables_of(vendor).TUNED.heating.rpartition(" ")[2]
     value = value_at(loop, steps(key))
     if isinstance(value, Wire):
         return f"{WIRED}{key} := {value.text}"
@@ -110,7 +111,7 @@ def direction(vendor: Vendor, loop: Any) -> str:
     return ""
 
 
-def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterator[Fact]:
+def tuning(vendor: Vendor, loop: object, settings: Mapping[str, Setting]) -> Iterator[Fact]:
     """The form of the equation, where a vendor has two, and the three terms."""
     tuned = tables_of(vendor).TUNED
     form, dependent = getattr(tuned, "dependent", None), None
@@ -126,7 +127,7 @@ def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterat
             yield Fact(label(name), quantity(settings[path]), settings[path].place)
 
 
-def pulses(neutral: Mapping[str, Any], settings: Mapping[str, Setting]) -> Iterator[Fact]:
+def pulses(neutral: Mapping[str, object], settings: Mapping[str, Setting]) -> Iterator[Fact]:
     """The pulses of an output that a relay switches: period, shortest times, and duty cycle at the output's limits."""
     key = next((key for key in PERIODS if key in settings and not isinstance(settings[key].value, str | None)), None)
     if key is None:
@@ -158,7 +159,7 @@ def stored_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
     return {}
 
 
-def brief(value: Any) -> str:
+def brief(value: object) -> str:
     """A value with at most ten digits, never with an exponent: what a sheet shows first must be what the PLC holds."""
     return number(float(f"{float(value):.10g}")) if isinstance(value, float | Decimal) else text(value)
 
@@ -195,7 +196,7 @@ def sides(loop: object) -> dict[str, str]:
     return {**SIDES, **units_of(loop)}
 
 
-def setting(leaf: Leaf, loop: Any, vendor: Vendor, written: Any, place: str) -> Setting:
+def setting(leaf: Leaf, loop: object, vendor: Vendor, written: Any, place: str) -> Setting:
     """A value with everything that a reader wants to know; an address stands as the file writes it."""
     spelled = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
     address = spelled and not _is_number(written.strip("-"))
@@ -225,7 +226,7 @@ def place_of(path: str, places: Mapping[str, str]) -> str:
     return places.get(path, "")
 
 
-def groups_of(model: BaseModel, vendor: Vendor, data: Any, places: Mapping[str, str]) -> tuple[Group, ...]:
+def groups_of(model: BaseModel, vendor: Vendor, data: object, places: Mapping[str, str]) -> tuple[Group, ...]:
     """The settings of a model by its sections; ``data``: the same as it stands in the file."""
     sections: dict[str, list[Setting]] = {}
     for leaf in leaves(model):
@@ -337,7 +338,7 @@ class Words:
         if spelled is not None:
             return spelled(raw, self.encoding.space.name), ""
         try:
-            value: Any = block.table.decode_word(word, raw, block.scales)
+            value: object = block.table.decode_word(word, raw, block.scales)
         except DecodeError:
             return "no value", ""
         step, off = getattr(word.codec, "step", None), getattr(word.codec, "off", ())
@@ -386,10 +387,13 @@ def bit_numbers(row: Point) -> str:
 
 
 def parameters_of(
-    encoding: Any, loop: str | None, book: ParameterBook, units: Mapping[str, str] | None = None
+    encoding: AnyEncoding, loop: str | None, book: ParameterBook, units: Mapping[str, str] | None = None
 ) -> tuple[content.Parameter, ...]:
     """The named parameters of one loop (None: of what is no loop); ``units``: the loop's, else those of the table."""
-    return tuple(_parameter(entry, encoding.image, book, units) for entry in encoding.entries if entry.loop == loop)
+    program = encoding.image
+    if not isinstance(program, Program):
+        return ()
+    return tuple(_parameter(entry, program, book, units) for entry in encoding.entries if entry.loop == loop)
 
 
 def _parameter(
@@ -419,7 +423,7 @@ def plc_sheet(checked: Checked) -> PlcSheet:
     encoding: Any = checked.encoding
     if config is None or vendor is None or encoding is None or not has_image(encoding):
         return PlcSheet(file=doc.file, name="", description="", vendor=vendor.title if vendor else "")
-    image: Any = encoding.image
+    image = encoding.image
     loops, findings = neutral(checked), gravest_first(checked.findings)
     return PlcSheet(
         file=doc.file,
@@ -428,7 +432,7 @@ def plc_sheet(checked: Checked) -> PlcSheet:
         vendor=vendor.title,
         groups=groups_of(config, vendor, doc.data, {}),
         blocks=Words(encoding).blocks(None),
-        parameters=parameters_of(encoding, None, book_of(vendor)),
+        parameters=parameters_of(encoding, None, vendor.load("explainer")),
         outside=tuple(flat({key: value for key, value in image.plc.items() if key not in ELSEWHERE})),
         checklist=checked.checklist,
         loops=tuple(_loop_sheet(checked, i, findings, loops[i]) for i in range(len(config.loops))),
@@ -440,12 +444,7 @@ def gravest_first(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
     return sorted(sort_findings(list(findings)), key=lambda d: -d.severity)
 
 
-def book_of(vendor: Vendor) -> Any:
-    """What is known of the vendor's registers or parameters."""
-    return vendor.load("explainer")
-
-
-def has_image(encoding: Any) -> bool:
+def has_image(encoding: AnyEncoding) -> bool:
     """Whether every word has an address; one outside of the PLC's memory has none."""
     try:
         return encoding.image is not None
@@ -453,13 +452,15 @@ def has_image(encoding: Any) -> bool:
         return False
 
 
-def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutral_loop: Mapping[str, Any]) -> LoopSheet:
+def _loop_sheet(
+    checked: Checked, i: int, findings: Sequence[Diagnostic], neutral_loop: Mapping[str, object]
+) -> LoopSheet:
     vendor, loop = checked.vendor, checked.config.loops[i]
     encoding: Any = checked.encoding
     if vendor is None or encoding is None:
         raise ValueError(f"{checked.document.file} has no image")
-    image, data = cast("Any", encoding.image), (checked.document.data or {}).get("loops")
-    settings: Mapping[str, Any] = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
+    image, data = encoding.image, (checked.document.data or {}).get("loops")
+    settings: Mapping[str, object] = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
     outside = {key: value for key, value in settings.items() if key not in ELSEWHERE}
     places = _places(encoding, i, loop.name)
     if encoding.blocks:
@@ -470,14 +471,14 @@ def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutra
     pv_unit = sides(loop)["pv"]
     stored = stored_setpoint(encoding, i, pv_unit)
     shares = settings_before_root(encoding, i)
-    blocks = Words(encoding, sides(loop), setting_units, book_of(vendor).writers).blocks(i)
+    blocks = Words(encoding, sides(loop), setting_units, book_of(vendor.key).writers).blocks(i)
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
         facts=tuple(with_words(facts(vendor, loop, neutral_loop, groups, stored), blocks)),
         groups=with_shares(groups, shares, pv_unit),
         blocks=blocks,
-        parameters=parameters_of(encoding, loop.name, book_of(vendor), units),
+        parameters=parameters_of(encoding, loop.name, vendor.load("explainer"), units),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACE_KEYS))),
         findings=tuple(d for d in findings if loop.name == d.loop),
     )
@@ -489,14 +490,14 @@ def _places(encoding: Any, number: int, loop: str) -> dict[str, str]:
     return devices | places_of(encoding, number)
 
 
-def neutral(checked: Checked) -> list[Mapping[str, Any]]:
+def neutral(checked: Checked) -> list[Mapping[str, object]]:
     """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
         return [{}] * len(checked.config.loops)
     return [loop.data for loop in source_of(checked.vendor).to_neutral(checked.config)]
 
 
-def flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+def flat(data: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, str]]:
     """Nested settings as one row each."""
     for key, value in data.items():
         if isinstance(value, dict):

@@ -1,7 +1,7 @@
 "use strict";
 // The page around the worker: sliders, the picture, words and findings. What comes from files is set as text; the
 // picture is HTML that pidcfg has made and escaped.
-const MODULE = "pidcfg.desk.session", PATIENCE = 400, LONGEST = 2500;
+const MODULE = "pidcfg.output.browser.session", PATIENCE = 400, LONGEST = 2500;
 let model, loop, values = {}, last = {}, running = 0, runs = 0, began = 0, wanted = false, halted = false, hurry;
 
 const number = (value) => String(Number(Number(value).toPrecision(7)));

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lsprotocol import types
 
-from pidcfg.lsp import RUN, WORDS
-from pidcfg.lsp.completion import described, schema_of
-from pidcfg.lsp.files import Analysis, difference, uri_of
+from pidcfg.cli.lsp import RUN, WORDS
+from pidcfg.cli.lsp.completion import described, schema_of
+from pidcfg.cli.lsp.files import Analysis, difference, uri_of
 from pidcfg.output.findings import check_any, correct
 from pidcfg.output.places import RenamingError, configuration_of, loops_of, references, renamed
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
@@ -19,16 +19,16 @@ from pidcfg.text.source import comments_in, read_document
 from pidcfg.validate.baseline import DIRECTIVE, ignore_edit
 from pidcfg.validate.catalog import url_of
 from pidcfg.validate.engine import is_scenario
-from pidcfg.validate.fixes import splice, suggested
+from pidcfg.validate.fixes import MEANT, splice, suggested
 from pidcfg.validate.texts import page, text_by_code
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.lsp.files import Buffer, Files
+    from pidcfg.cli.lsp.files import Buffer, Files
     from pidcfg.output.places import Held, Reference
     from pidcfg.text.document import Document, Node
-    from pidcfg.text.paths import Path
+    from pidcfg.text.paths import Data, Path
 
 SOURCE = "pidcfg"
 LEVELS = {
@@ -176,7 +176,7 @@ def symbols(analysis: Analysis) -> list[types.DocumentSymbol]:
     return [] if doc is None else list(_symbols(doc.root, doc.data, analysis.buffer, DEPTH))
 
 
-def _symbols(node: Node, data: Any, buffer: Buffer, depth: int) -> Iterator[types.DocumentSymbol]:
+def _symbols(node: Node, data: object, buffer: Buffer, depth: int) -> Iterator[types.DocumentSymbol]:
     """The keys and items below a node; the items of a list go by their names, and plain ones are left out."""
     for step, start, below in _rows(node) if depth else ():
         value = value_at(data, (step,))
@@ -236,7 +236,7 @@ def actions(analysis: Analysis, files: Files, wanted: types.Range, *, lazy: bool
     found = []
     for d in here:
         if d.edits:
-            found.append(_action(f"Correct: {d.help or d.message}", {"code": d.code, "at": _at(d)}, d, analysis))
+            found.append(_action(_title(d), {"code": d.code, "at": _at(d)}, d, analysis))
             if sum(bool(one.edits) for one in analysis.findings if one.code == d.code) > 1:
                 found.append(_action(f"Correct every {d.code} of this file", {"code": d.code}, d, analysis))
         else:
@@ -254,9 +254,17 @@ def actions(analysis: Analysis, files: Files, wanted: types.Range, *, lazy: bool
     return [action for action in every if lazy or action.edit is not None]
 
 
+def _title(d: Diagnostic) -> str:
+    """What a correction does, as an order: ``Write setpoint``."""
+    if d.help is None:
+        return f"Correct: {d.message}"
+    meant = MEANT.fullmatch(d.help)
+    return f"Write {meant[1]}" if meant is not None and meant[1] else d.help[0].upper() + d.help[1:]
+
+
 def _action(
     title: str,
-    data: dict[str, Any],
+    data: Data,
     d: Diagnostic | None,
     analysis: Analysis,
     kind: str = types.CodeActionKind.QuickFix,
@@ -276,7 +284,7 @@ def _touches(one: types.Range, other: types.Range) -> bool:
 
 def with_edit(action: types.CodeAction, analysis: Analysis, files: Files) -> types.CodeAction:
     """An action with its edit; without one where what it was for has gone, or cannot be proven."""
-    data: dict[str, Any] = action.data if isinstance(action.data, dict) else {}
+    data: Data = action.data if isinstance(action.data, dict) else {}
     doc, before = analysis.document, analysis.buffer.text
     rest = {"code": data.get("ignore") or data.get("code"), "at": data.get("at")}
     wanted = [d for d in analysis.findings if rest["code"] in {None, d.code} and rest["at"] in (None, _at(d))]

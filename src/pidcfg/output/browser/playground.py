@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.paths import Data
 
-Data = dict[str, Any]
 Progress = Any
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
 
-from pidcfg.output.file_schemas import SCENARIO, schema
+from pidcfg.output.json_schemas import SCENARIO, schema
 from pidcfg.output.places import configuration_of, loops_of, wires_of
 from pidcfg.text.paths import value_at
 from pidcfg.text.writer import json_line
@@ -21,7 +21,7 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.lsp.files import Buffer
+    from pidcfg.cli.lsp.files import Buffer
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.text.reader import Reader
@@ -240,11 +240,11 @@ def _ways(root: Schema, one: Schema, data: Any) -> Iterator[Schema]:
         yield from _ways(root, kind, data)
 
 
-def _is_map(data: Any) -> bool:
+def _is_map(data: object) -> bool:
     return isinstance(data, dict)
 
 
-def schemas_at(root: Schema, path: Path, data: Any) -> list[Schema]:
+def schemas_at(root: Schema, path: Path, data: object) -> list[Schema]:
     """The plain schemas of what stands at a path; ``data``: the file, as far as it is known."""
     here: list[Schema] = [root] if root else []
     for n, step in enumerate(path):
@@ -267,7 +267,7 @@ def _below(one: Schema, step: str | int) -> list[Schema]:
     return [other for other in others if isinstance(other, dict)]
 
 
-def described(root: Schema, path: Path, *, data: Any) -> str:
+def described(root: Schema, path: Path, *, data: object) -> str:
     """What a key is, in Markdown: its meaning, unit, limits, choices and default; empty where nothing is known."""
     steps: list[Schema] = [root] if root else []
     for n, step in enumerate(path):
@@ -362,18 +362,18 @@ def _beside(file: str) -> list[str]:
     return sorted(path.name for path in islice(found, MOST_FILES) if ".scenario." not in path.name)
 
 
-def _head(text: str) -> Mapping[str, Any]:
+def _head(text: str) -> Mapping[str, object]:
     """The keys at the top of a text that say what it is."""
     return dict(re.findall(r"^(vendor|scenario) *: *(\S.*?) *$", text, re.MULTILINE))
 
 
-def _schema_of_head(head: Mapping[str, Any]) -> Schema:
+def _schema_of_head(head: Mapping[str, object]) -> Schema:
     if head.get("vendor") in VENDORS:
         return _schema(head["vendor"])
     return _schema(SCENARIO) if SCENARIO in head and "vendor" not in head else {}
 
 
-def _keys(root: Schema, cursor: Cursor, data: Any) -> Iterator[types.CompletionItem]:
+def _keys(root: Schema, cursor: Cursor, data: object) -> Iterator[types.CompletionItem]:
     """The keys that the mapping may have and has not."""
     offered: set[str] = set()
     for way in schemas_at(root, cursor.path, data):
@@ -387,7 +387,7 @@ def _keys(root: Schema, cursor: Cursor, data: Any) -> Iterator[types.CompletionI
             yield _item_of(key, types.CompletionItemKind.Property, f"{key}: ", one.get("x-unit", ""), text, order)
 
 
-def _values(root: Schema, cursor: Cursor, data: Any) -> Iterator[types.CompletionItem]:
+def _values(root: Schema, cursor: Cursor, data: object) -> Iterator[types.CompletionItem]:
     """The words, switches and examples with units that may be the value."""
     offered: set[str] = set()
     for way in schemas_at(root, cursor.path, data):
@@ -402,7 +402,7 @@ def _values(root: Schema, cursor: Cursor, data: Any) -> Iterator[types.Completio
                 yield _item_of(written, kind, written, order=f"1{len(offered):03}")
 
 
-def _written(value: Any) -> str:
+def _written(value: object) -> str:
     """A value as a file has it."""
     if isinstance(value, bool):
         return str(value).lower()

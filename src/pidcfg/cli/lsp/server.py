@@ -19,14 +19,14 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcInvalidRequest
 from pygls.lsp.server import LanguageServer
 
-from pidcfg import __version__
-from pidcfg.lsp import RUN, WORDS
-from pidcfg.lsp.files import Files, path_of, runs
+from pidcfg.about import VERSION
+from pidcfg.cli.lsp import RUN, WORDS
+from pidcfg.cli.lsp.files import Files, path_of, runs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pidcfg.lsp.files import Analysis
+    from pidcfg.cli.lsp.files import Analysis
 
 NAME = "pidcfg"
 INLAY_HINTS = "inlayHints"
@@ -39,7 +39,7 @@ class Server(LanguageServer):
     """A server for one editor."""
 
     def __init__(self) -> None:
-        super().__init__(NAME, __version__, types.TextDocumentSyncKind.Full)
+        super().__init__(NAME, VERSION, types.TextDocumentSyncKind.Full)
         self.files = Files()
         self.lazy = False
         """Whether the editor asks for the edit of an action when somebody wants it."""
@@ -72,13 +72,13 @@ class Server(LanguageServer):
                 if task.done() and self.running.get(uri) is task:
                     del self.running[uri]
 
-    async def work(self, call: Callable[..., Any], *args: Any, **named: Any) -> Any:
+    async def work(self, call: Callable[..., object], *args: object, **named: object) -> Any:
         """The result of something that takes a while, from the worker."""
         return await asyncio.get_running_loop().run_in_executor(self.pool, lambda: call(*args, **named))
 
     async def publish(self, uri: str) -> None:
         """Tells the editor what is found in a buffer, once a version."""
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         try:
             analysis = await self.analysis(uri)
@@ -159,7 +159,7 @@ def _take_files(server: Server) -> None:
     @server.feature(types.INITIALIZED)
     async def ready(ls: Server, params: types.InitializedParams) -> None:
         del params
-        await ls.work(import_module, "pidcfg.lsp.answers")
+        await ls.work(import_module, "pidcfg.cli.lsp.answers")
 
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
     async def opened(ls: Server, params: types.DidOpenTextDocumentParams) -> None:
@@ -198,31 +198,31 @@ def _take_files(server: Server) -> None:
 def _answer_places(server: Server) -> None:
     @server.feature(types.TEXT_DOCUMENT_HOVER)
     async def hover(ls: Server, params: types.HoverParams) -> types.Hover | None:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         return answers.hover(await ls.analysis(params.text_document.uri), params.position)
 
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
     async def hints(ls: Server, params: types.InlayHintParams) -> list[types.InlayHint]:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         return answers.hints(await ls.analysis(params.text_document.uri), params.range) if ls.hints else []
 
     @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     async def symbols(ls: Server, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         return answers.symbols(await ls.analysis(params.text_document.uri))
 
     @server.feature(types.TEXT_DOCUMENT_DEFINITION)
     async def definition(ls: Server, params: types.DefinitionParams) -> types.Location | None:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         return answers.definition(await ls.analysis(params.text_document.uri), ls.files, params.position)
 
     @server.feature(types.TEXT_DOCUMENT_REFERENCES)
     async def references(ls: Server, params: types.ReferenceParams) -> list[types.Location]:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         analysis = await ls.analysis(params.text_document.uri)
         found: list[types.Location] = await ls.work(answers.all_references, analysis, ls.files, params.position)
@@ -230,14 +230,14 @@ def _answer_places(server: Server) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[" ", "{", ","]))
     def complete(ls: Server, params: types.CompletionParams) -> list[types.CompletionItem]:
-        from pidcfg.lsp.completion import completions
+        from pidcfg.cli.lsp.completion import completions
 
         opened = ls.files.buffers.get(params.text_document.uri)
         return [] if opened is None else completions(opened.buffer, params.position, opened.good, ls.files.reader)
 
     @server.feature(types.TEXT_DOCUMENT_CODE_LENS)
     async def lenses(ls: Server, params: types.CodeLensParams) -> list[types.CodeLens]:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         return answers.lenses(await ls.analysis(params.text_document.uri))
 
@@ -252,7 +252,7 @@ def _answer_changes(server: Server) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, kinds)
     async def actions(ls: Server, params: types.CodeActionParams) -> list[types.CodeAction]:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         analysis = await ls.analysis(params.text_document.uri)
         found: list[types.CodeAction] = await ls.work(answers.actions, analysis, ls.files, params.range, lazy=ls.lazy)
@@ -261,7 +261,7 @@ def _answer_changes(server: Server) -> None:
 
     @server.feature(types.CODE_ACTION_RESOLVE)
     async def resolved(ls: Server, action: types.CodeAction) -> types.CodeAction:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         data: Any = action.data
         analysis = await ls.analysis(data["uri"])
@@ -270,13 +270,13 @@ def _answer_changes(server: Server) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
     async def renameable(ls: Server, params: types.PrepareRenameParams) -> types.Range | None:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         return answers.renameable(await ls.analysis(params.text_document.uri), ls.files, params.position)
 
     @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
     async def rename(ls: Server, params: types.RenameParams) -> types.WorkspaceEdit | None:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
         from pidcfg.output.places import RenamingError
 
         analysis = await ls.analysis(params.text_document.uri)
@@ -302,7 +302,7 @@ def _take_commands(server: Server) -> None:
 
     @server.command(WORDS)
     async def words(ls: Server, uri: str, loop: str) -> str:
-        from pidcfg.lsp import answers
+        from pidcfg.cli.lsp import answers
 
         text = answers.words_text(await ls.analysis(uri), loop)
         ls.window_show_message(types.ShowMessageParams(types.MessageType.Info, text))

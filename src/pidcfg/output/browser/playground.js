@@ -1,7 +1,7 @@
 "use strict";
 // The playground: two texts on the left, what pidcfg says of them on the right. Texts are set as text; pictures are HTML
 // that pidcfg has made and escaped.
-const MODULE = "pidcfg.desk.playground", PAUSE = 250, LONGEST = 2500;
+const MODULE = "pidcfg.output.browser.playground", PAUSE = 250, LONGEST = 2500;
 const PANES = ["config", "scenario"], RESULTS = ["findings", "words", "trend", "convert", "explain"];
 let pane = "config", shown = "findings", texts = { config: "", scenario: "" }, names = { config: "", scenario: "" }, others = {};
 let judged = { findings: [], words: "" }, running = false, wanted = false, timer, began = 0;

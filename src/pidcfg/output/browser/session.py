@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.output.words import EncodeResult
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
+    from pidcfg.text.paths import Data
 
-Data = dict[str, Any]
 Progress = Callable[[float], None]
 
 DECADE, REACH = 60, 10.0
@@ -258,7 +258,7 @@ class Session:
         return found
 
     @property
-    def _plants(self) -> Any:
+    def _plants(self) -> object:
         return (self.scenario.data or {})["plants"]
 
     def _said(self, result: SimulateResult, config: Document) -> Data:

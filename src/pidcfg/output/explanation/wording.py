@@ -1,0 +1,387 @@
+"""What people ask in words: what they see at a panel, messages of pidcfg's own, how they spell a bit or a reference."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import unicodedata
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.listing import FIRST_REFERENCE
+from pidcfg.encoders.regmap import Meaning
+from pidcfg.output.explanation.answer import SYMPTOM, Page, Point
+from pidcfg.output.explanation.book import book_of
+from pidcfg.output.explanation.page import Question
+from pidcfg.output.explanation.registers import Registers
+from pidcfg.text.frozen import frozen
+from pidcfg.text.references import Decision
+from pidcfg.validate.catalog import CODE
+from pidcfg.validate.texts import PREFIX, texts
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.output.explanation.book import Book
+
+
+# --- What people see at a panel, by its usual names, and what to look at: the rows of symptoms.toml -------------------
+
+D940 = Decision(
+    940,
+    "what people see is a table of its own",
+    "`explain` knows what a loop does wrong by its usual names, in English and German, and says for every PLC what to "
+    "look at, the likeliest first. The registers are named as the vendor's tables have them, the rules by their codes; "
+    "what they have to do with it follows from the manuals, their order is ours. Of several names that a question has "
+    "in it, that of most words counts; names of as many words are all answered.",
+    "The manuals have a page of causes for the DL06 only, and none has all five PLCs side by side. A person at a "
+    "cabinet knows what he sees, not the register.",
+)
+SYMPTOMS = Path(__file__).with_name("symptoms.toml")
+WORD = re.compile(r"[^\W_]+")
+NONE_OF = re.compile(r"\b(?:no|kein(?:en?|er|es|em)?)\s+(?=[^\W_])")
+"""What makes one word with the next: ``no pv`` is not said of a text with ``no`` and ``pv`` in it."""
+SPELLINGS = (("ae", "a"), ("oe", "o"), ("ue", "u"), ("setpoint", "set point"))
+"""Letters and words of two spellings."""
+BEGINNING, ENDING = 4, 4
+"""Letters of a word from which on it is the beginning of others, and letters that are only their ending."""
+_FILLERS = """
+    a an the of in on at is are be to it its my our this that when why how what does do did with for and or by has have
+    der die das ein eine im in am ist sind wird zu von mein warum wie was mit bei auf und nach
+    bit which where register value parameter address wo welches loop loops pid plc controller regler regelkreis
+"""
+FILLERS = frozenset(_FILLERS.split())
+"""Words that say nothing of what is wrong."""
+
+
+class Cause(NamedTuple):
+    """What to look at with a vendor: registers as `pidcfg explain` knows them, what they have to do with it, rules."""
+
+    at: tuple[str, ...]
+    see: str
+    rules: tuple[str, ...]
+
+
+@frozen
+class Symptom:
+    """A row: what it is, what is true of every PLC, its names, and the causes by vendor, the likeliest first."""
+
+    title: str
+    says: str
+    words: tuple[str, ...]
+    causes: Mapping[str, tuple[Cause, ...]]
+
+
+@cache
+def symptoms() -> tuple[Symptom, ...]:
+    """All rows."""
+    import tomllib
+
+    return rows_of(tomllib.loads(SYMPTOMS.read_text("utf-8"))["symptom"])
+
+
+def rows_of(rows: Iterable[Mapping[str, object]]) -> tuple[Symptom, ...]:
+    """Rows of a table."""
+    return tuple(map(_symptom, rows))
+
+
+def _symptom(row: Mapping[str, Any]) -> Symptom:
+    causes = {
+        key: tuple(Cause(tuple(cause["at"]), cause["see"], tuple(cause["rules"])) for cause in row[key])
+        for key in VENDORS
+        if key in row
+    }
+    return Symptom(row["title"], row["says"], tuple(row["words"]), causes)
+
+
+def words_of(text: str) -> list[str]:
+    """The words of a text in one spelling: small letters, without dots and accents."""
+    plain = "".join(c for c in unicodedata.normalize("NFKD", text.casefold()) if not unicodedata.combining(c))
+    for spelling, other in SPELLINGS:
+        plain = plain.replace(spelling, other)
+    return WORD.findall(NONE_OF.sub("no", plain))
+
+
+@cache
+def _phrases() -> tuple[tuple[tuple[str, ...], Symptom], ...]:
+    """Every name with its words, and whose it is."""
+    return tuple((tuple(words_of(phrase)), row) for row in symptoms() for phrase in row.words)
+
+
+def _is(word: str, asked: str) -> bool:
+    return asked == word or (len(word) >= BEGINNING and asked.startswith(word))
+
+
+def _is_all(word: str, asked: str) -> bool:
+    return _is(word, asked) and len(asked) - len(word) <= ENDING
+
+
+def has_words(asked: Sequence[str], words: Sequence[str]) -> bool:
+    """Whether each of some words, or one that begins with it, is among those that were asked."""
+    return all(any(_is(word, one) for one in asked) for word in words)
+
+
+def named_by(text: str, *, whole: bool = False) -> list[Symptom]:
+    """The symptoms that a text names, by the name of most words; ``whole``: by one that leaves no word over."""
+    asked = words_of(text)
+    telling = [word for word in asked if word not in FILLERS]
+    best: list[Symptom] = []
+    most = 0
+    for words, row in _phrases():
+        if len(words) < most or not has_words(asked, words):
+            continue
+        if whole and not all(any(_is_all(word, one) for word in words) for one in telling):
+            continue
+        best = [row] if len(words) > most else [*best, *([] if row in best else [row])]
+        most = len(words)
+    return best
+
+
+def pages_of(rows: Iterable[Symptom], vendors: Sequence[str]) -> list[Page]:
+    """A page of each symptom for each vendor that it has causes with; for another one only what is always true."""
+    return [page for row in rows for page in _pages(row, vendors)]
+
+
+def _pages(row: Symptom, vendors: Sequence[str]) -> list[Page]:
+    always = Page(SYMPTOM, row.words[0], row.title, meaning=Meaning(row.says))
+    pages = []
+    for key in vendors:
+        causes = row.causes.get(key, ())
+        points = tuple(_point(key, cause) for cause in causes)
+        title = VENDORS[key].title
+        pages += [Page(SYMPTOM, row.words[0], row.title, key, title, meaning=always.meaning, points=points)] * bool(
+            points
+        )
+    return pages or [always]
+
+
+def _point(vendor: str, cause: Cause) -> Point:
+    titles = "; ".join(title for title in dict.fromkeys(title_of(vendor, name) for name in cause.at) if title)
+    return Point(
+        ", ".join(cause.at), titles or cause.see, meaning=Meaning(cause.see if titles else "", "", cause.rules)
+    )
+
+
+def title_of(vendor: str, name: str) -> str:
+    """What a register is called; empty where its name says it all."""
+    page = book_of(vendor).find(Question(name, name))[0]
+    title = (page.points[0].title if page.kind == "bit" else page.title).partition(" [")[0]
+    return "" if title == "a switch" else title
+
+
+# --- What pidcfg itself says, asked for as it stands: a message, a line of the checklist, a note of a run -------------
+
+MESSAGES = Path(__file__).with_name("messages.toml")
+LINES = "line"
+HOLE = re.compile(r"\{[^{}]*\}")
+"""Where a template has something else each time."""
+LEAST, LEAST_OF_HEAD = 6, 15
+"""Letters that a template, and a beginning of one, must have of its own."""
+END = re.compile(r" \(|[:;] ")
+"""What a message goes into detail with."""
+PLACE = re.compile(
+    r"^\s*(?:\S+:[0-9]+(?::[0-9]+)?:?\s+)?(?:(?:error|warning|info|note|Error|check after the download):?\s+)?"
+)
+"""What stands before a message in a terminal."""
+LOOP_BEHIND = re.compile(r"\s*\[[^\][]+\]$")
+WRITTEN_CODE = re.compile(rf"\b{CODE.pattern}\b")
+WRITTEN_ADDRESS = re.compile(r"\b([A-Z]{1,2})[0-9]+\b")
+SPACES = re.compile(r"\s+")
+
+
+class Template(NamedTuple):
+    """A text with holes, as a pattern; ``own``: how many of its letters are its own."""
+
+    pattern: re.Pattern[str]
+    own: int
+    means: str | Symptom
+    """The code of a rule, or a line."""
+
+    @classmethod
+    def of(cls, text: str, means: str | Symptom) -> Template:
+        """``unknown key {}`` as a pattern."""
+        parts = [re.escape(SPACES.sub(" ", part)) for part in HOLE.split(text)]
+        own = sum(map(len, HOLE.split(text)))
+        return cls(re.compile(".*?".join(parts), re.IGNORECASE), own, means)
+
+
+@cache
+def templates() -> tuple[Template, ...]:
+    """Those of all rules, then those of the table; a text that is nothing but a hole is none."""
+    import tomllib
+
+    table = tomllib.loads(MESSAGES.read_text("utf-8"))
+    found = [Template.of(rule.message, code) for code, rule in texts().items()]
+    found += [Template.of(text, code) for code, texts in table["rules"].items() for text in texts]
+    found += [Template.of(text, row) for row in rows_of(table[LINES]) for text in row.words]
+    return tuple(template for template in found if template.own >= LEAST)
+
+
+@cache
+def beginnings() -> tuple[Template, ...]:
+    """Messages up to where they go into detail: people ask for as much as a line on their screen has."""
+    heads = [(END.split(rule.message, maxsplit=1), code) for code, rule in texts().items()]
+    found = [Template.of(parts[0], code) for parts, code in heads if len(parts) > 1]
+    return tuple(template for template in found if template.own >= LEAST_OF_HEAD)
+
+
+def said(text: str, vendors: Sequence[str]) -> list[str | Symptom]:
+    """The rules, by their codes, and lines that a text is of: by a code in it, and by its wording."""
+    means: list[str | Symptom] = [code for code in dict.fromkeys(WRITTEN_CODE.findall(text)) if code in texts()]
+    found = [template for template in _matching(text) if _is_of(template, vendors)]
+    banks = set(WRITTEN_ADDRESS.findall(text))
+    addressed = [key for key in vendors if banks & {*VENDORS[key].banks}]
+    found = [template for template in found if _is_of(template, addressed, shared=False)] or found
+    most = max((template.own for template in found), default=0)
+    for template in found:
+        if template.own == most and template.means not in means:
+            means.append(template.means)
+    return means
+
+
+def _is_of(template: Template, vendors: Sequence[str], *, shared: bool = True) -> bool:
+    """Whether a template is of one of some vendors; ``shared``: or of all."""
+    prefixes = tuple(VENDORS[key].prefix for key in vendors)
+    if not isinstance(template.means, str) or template.means.startswith(PREFIX):
+        return shared
+    return template.means.startswith(prefixes)
+
+
+def _matching(text: str) -> Iterator[Template]:
+    """The templates that a text is of: as it stands, without its place, without the loop behind or before it."""
+    whole = SPACES.sub(" ", text).strip()
+    plain = PLACE.sub("", whole)
+    texts = {whole, plain, LOOP_BEHIND.sub("", plain), plain.partition(": ")[2] or plain}
+    whole_ones = [template for template in templates() if any(map(template.pattern.fullmatch, texts))]
+    most = max((template.own for template in whole_ones), default=None)
+    heads = (t for t in beginnings() if most in {None, t.own} and any(map(t.pattern.fullmatch, texts)))
+    return iter((*whole_ones, *heads))
+
+
+# --- How people write what they ask: a bit in words, a bit by its own letter, a Modbus reference ----------------------
+
+D941 = Decision(
+    941,
+    "a Modbus reference has five or six digits",
+    "Its first digit is the table, the others count from 1: 40001 and 400001 are holding register 0. It is explained "
+    "with each vendor whose numbering is known; of the others the project's map says it.",
+    "Both lengths are in use, and a number alone does not say whose it is.",
+)
+ASKING, WITHIN = "(?:what|was|is|ist|means|the|das)", "(?:of|in|von|vom|im|der|des)"
+BIT_FIRST = re.compile(rf"(?:{ASKING}\s+)*bit\s*([0-9]{{1,2}})\s+{WITHIN}\s+(?:word\s+|wort\s+)?(\S.*)", re.IGNORECASE)
+BIT_LAST = re.compile(r"(\S.*?)[\s,]+bit\s*([0-9]{1,2})", re.IGNORECASE)
+BIT_BEHIND = re.compile(r"([A-Za-z]{0,4} ?\+ ?[0-9]+|[A-Za-z]{1,2}[0-9]+)\s*[:/]\s*([0-9]{1,2})")
+SPACED = re.compile(r"([A-Za-z]{1,2}) ([0-9]+(?:\.[0-9]{1,2})?)")
+NO_PLUS = re.compile(r"(Cn|DSn|DFn|Base|addr) ?([0-9]{1,2}(?:\.[0-9]{1,2})?)", re.IGNORECASE)
+BIT_OF_WORD = re.compile(r"[Bb]([0-7]+\.[0-9]{1,2})")
+"""How the DirectLOGIC family writes a bit of a V-memory word: ``B7642.3``."""
+TERM = re.compile(r"([PID])[ -](gain|time)", re.IGNORECASE)
+"""How people call the three numbers: ``P gain``, ``I time``."""
+TERMS = {"p": "proportional", "i": "integral", "d": "derivative"}
+_BIT = r"(?:\.[0-9]{1,2})?"
+_NAMES = (
+    rf"(?:(?:addr|cn|dsn|dfn|base|ramp) ?)?\+ ?[0-9]{{1,2}}{_BIT}",
+    rf"(?:V|C|DS|DF|R|S|CK|AT)[0-9]{{1,6}}{_BIT}",
+    r"error [0-9]{1,3}",
+    r"[04][0-9]{4,5}",
+)
+WITHIN_TEXT = re.compile(
+    rf"(?<![\w.+])(?:bit\s*(?P<first>[0-9]{{1,2}})\s+\w+\s+)?(?P<name>{'|'.join(_NAMES)})(?!\w)"
+    r"(?:,?\s+bit\s*(?P<last>[0-9]{1,2}))?",
+    re.IGNORECASE,
+)
+"""Addresses, offsets, error numbers and references in a sentence, with their bits."""
+CONTENT_BEHIND = re.compile(r"([A-Za-z]\w*) ((?:0x)?[0-9A-Fa-f]+)", re.ASCII)
+"""A name and a content without the sign between them: ``ErrBits 4``."""
+REFERENCE = re.compile(r"[0134][0-9]{4,5}")
+
+
+def spelled(name: str) -> str:
+    """A name with its bit as the tables have it: ``bit 10 of V2006``, ``V2006 bit 10``, ``V2006:10``, ``B2006.10``."""
+    name = name.strip(" '\"`?!")
+    if match := BIT_FIRST.fullmatch(name):
+        name = f"{match[2]}.{match[1]}"
+    elif match := BIT_LAST.fullmatch(name) or BIT_BEHIND.fullmatch(name):
+        name = f"{match[1].rstrip(' ,')}.{match[2]}"
+    if match := SPACED.fullmatch(name):
+        name = f"{match[1]}{match[2]}"
+    if match := NO_PLUS.fullmatch(name):
+        name = f"{match[1]}+{match[2]}"
+    if match := BIT_OF_WORD.fullmatch(name):
+        name = f"V{match[1]}"
+    if match := TERM.fullmatch(name):
+        name = f"{TERMS[match[1].lower()]} {match[2]}"
+    return name
+
+
+def within(text: str) -> list[str]:
+    """What a sentence is about that has an address or a number of its own."""
+    found = WITHIN_TEXT.finditer(text)
+    return list(dict.fromkeys(f"{m['name']}.{m['first'] or m['last']}".removesuffix(".None") for m in found))
+
+
+def referenced(question: Question, vendors: Sequence[str]) -> Iterator[Page]:
+    """What a Modbus reference is with the vendors whose numbering is known: ``40001``, ``41025``, ``428673``."""
+    if not REFERENCE.fullmatch(question.name):
+        return
+    number = int(question.name)
+    long = len(question.name) - len("40001")
+    table, first = max(
+        ((table, firsts[long]) for table, firsts in FIRST_REFERENCE.items() if firsts[long] <= number),
+        key=lambda row: row[1],
+        default=("coil", 1),
+    )
+    for key in vendors:
+        try:
+            found = VENDORS[key].load("numbering").find(table, number - first)
+        except LookupError:
+            continue
+        book = book_of(key)
+        if found is None or not isinstance(book, Registers):
+            continue
+        name = book.space.name(found[0])
+        part = f", its register {found[1] + 1}" if found[1] else ""
+        note = f"Modbus reference {question.name} is {table} {number - first}, counted from 0: {name}{part}"
+        for page in book.find(replace(question, name=name)):
+            yield replace(page, notes=(note, *page.notes))
+
+
+SHORT = 2
+"""Letters of a word that says nothing of what it is about."""
+
+
+def titled(name: str, book: Book) -> list[str]:
+    """The names and titles of a vendor that have all words of a name; the name itself where there is one."""
+    asked = [word for word in words_of(name) if word not in FILLERS]
+    if "_" in name or not any(word.isalpha() and len(word) > SHORT for word in asked):
+        return []
+    found = [other for other in book.spellings if has_words(words_of(other), asked)]
+    return [other for other in found if words_of(other) == asked] or found
+
+
+ALIKE = 0.75
+"""How alike two words are of which one is the other's misspelling."""
+
+
+def mistyped(name: str, names: Iterable[str]) -> str | None:
+    """The name that was probably meant: it has all words, each begun alike and almost spelled alike, and few others."""
+    asked = words_of(name)
+    if not all(map(str.isalpha, asked)):
+        return None
+    best, nearest = (0.0, 0), None
+    for other in names:
+        words = words_of(other)
+        if not asked or len(words) < len(asked) or (len(asked) == 1 < len(words)):
+            continue
+        rank = min(max((_likeness(word, one) for one in words), default=0.0) for word in asked), -len(words)
+        if rank[0] >= ALIKE and rank > best:
+            best, nearest = rank, other
+    return nearest
+
+
+def _likeness(word: str, other: str) -> float:
+    """How alike two words are that begin alike."""
+    return difflib.SequenceMatcher(None, word, other).ratio() if word[0] == other[0] else 0.0
