@@ -455,9 +455,14 @@ class Controller(Protocol):
 
     Options: type[Any]
     """A dataclass: what a scenario may choose about the PLC (its key ``plc``); times in ticks."""
-    Config: type[LoopConfig]
-    State: type[LoopState]
-    """The records of a loop: flat slots dataclasses of ints and floats."""
+
+    @property
+    def Config(self) -> type[LoopConfig]:  # noqa: N802 - a class of the module
+        """The record of a loop, set between two segments of a run: a flat slots dataclass of ints and floats."""
+
+    @property
+    def State(self) -> type[LoopState]:  # noqa: N802 - a class of the module
+        """What a loop's samples change, the same."""
 
     @property
     def load(self) -> Callable[..., Plc]:
