@@ -29,23 +29,11 @@ class Plain(str):
     __slots__ = ()
 
 
-class Mark(Protocol):
-    """A place of the parser, counted from 0."""
+class Event(Protocol):
+    """A value that the parser has come to: its marks with lines and columns from 0, and its anchor for aliases."""
 
-    line: int
-    column: int
-
-
-class Marked(Protocol):
-    """What the parser has come to: where it begins, and where it ends."""
-
-    start_mark: Mark
-    end_mark: Mark
-
-
-class Event(Marked, Protocol):
-    """A value that the parser has come to, which may have an anchor for aliases."""
-
+    start_mark: Any
+    end_mark: Any
     anchor: str | None
 
 
@@ -161,21 +149,22 @@ def _entries(node: Node) -> Iterator[tuple[tuple[int, int], str | int, Event | N
     """The children of a node: where each begins, step, the event of the key (None in a list), and the node."""
     if isinstance(node.children, dict):
         for step, (key, child) in node.children.items():
-            yield _start(span_of(key)), step, key, child
+            yield start_of(span_of(key)), step, key, child
     else:
-        yield from ((_start(child.span), i, None, child) for i, child in enumerate(node.children or ()))
+        yield from ((start_of(child.span), i, None, child) for i, child in enumerate(node.children or ()))
 
 
-def _start(span: Span) -> tuple[int, int]:
+def start_of(span: Span) -> tuple[int, int]:
+    """Line and column in which a place begins."""
     return span.line, span.column
 
 
 def _holds(span: Span, place: tuple[int, int]) -> bool:
     """Whether a place is within a span, its end included."""
-    return _start(span) <= place <= (span.end_line, span.end_column)
+    return start_of(span) <= place <= (span.end_line, span.end_column)
 
 
-def span_of(event: Marked | None) -> Span:
+def span_of(event: Event | None) -> Span:
     """The place of a parser's event; the start of the file where there is none."""
     if event is None:
         return START

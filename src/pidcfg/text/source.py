@@ -10,18 +10,17 @@ from threading import local
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
-from pidcfg.text.document import LINE_BREAK, Document, Node, Plain, resolve_templates, span_of
+from pidcfg.text.document import LINE_BREAK, Document, Node, Plain, resolve_templates, span_of, start_of
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.signs import SAVE_AS_UTF8, other_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError
-    from ruamel.yaml.events import AliasEvent, CollectionStartEvent, DocumentStartEvent, ScalarEvent
+    from ruamel.yaml.events import AliasEvent, CollectionStartEvent, ScalarEvent
 
-    from pidcfg.text.document import Marked
+    from pidcfg.text.document import Event
     from pidcfg.text.paths import Data, Path
 
 # --- YAML text to data plus positions; with ``writer`` the only module that knows ruamel ------------------------------
@@ -77,7 +76,7 @@ class _Builder:
         self.aliases = 0
         self.documents = 0
 
-    def document(self, event: DocumentStartEvent) -> None:
+    def document(self, event: Any) -> None:
         """A second document, or a directive, is refused."""
         self.documents += 1
         if self.documents > 1:
@@ -194,7 +193,7 @@ class _Builder:
             cure = "delete the tag, the key decides the type; put a text that begins with ! in quotes"
             raise _RefusedError("PID010", f"the tag {event.tag} is not accepted", span_of(event), cure)
 
-    def check(self, value: int, limit: int, what: str, event: Marked) -> None:
+    def check(self, value: int, limit: int, what: str, event: Event) -> None:
         """Refuses the file when a limit is passed."""
         if value > limit:
             cure = "split the file, or raise the limit by option"
@@ -282,14 +281,13 @@ def _walk(text: str, builder: _Builder) -> None:
         raise _RefusedError("PID001", f"not YAML: {str(e).splitlines()[0]}", START) from None
 
 
-def parser() -> YAML:
+def parser() -> Any:
     """One reader for all files of a thread: the one without C keeps the text in itself while it reads it."""
     if not hasattr(THREAD, "parser"):
         from ruamel.yaml import YAML
 
         THREAD.parser = YAML(typ="safe")
-    one: YAML = THREAD.parser
-    return one
+    return THREAD.parser
 
 
 def _refuse_syntax(text: str, error: MarkedYAMLError) -> NoReturn:
@@ -386,14 +384,10 @@ def _alias(node: Node, path: Path) -> int | None:
             return None
         key, value = entry
         if isinstance(node.children, list):
-            before = [_start(node), *(_start(item) for item in node.children[: int(step)])]
-            if _start(value) <= max(before):
+            before = [start_of(node.span), *(start_of(item.span) for item in node.children[: int(step)])]
+            if start_of(value.span) <= max(before):
                 return 0
         elif span_of(key) > value.span:
             return span_of(key).line
         node = value
     return None
-
-
-def _start(node: Node) -> tuple[int, int]:
-    return node.span.line, node.span.column
