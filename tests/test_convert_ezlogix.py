@@ -8,7 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
 import ezlogix_strategies
@@ -552,6 +552,7 @@ def test_a_loop_with_everything_comes_back_whole():
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 @given(neutral_files())
+@example(generic({"output": {"range": [0, 100], "limits": [0, 1], "pulse": {"period": 2, "min_on": 1}}}))
 def test_what_is_made_has_no_errors_of_its_own(file):
     made = from_neutral(file, {})
     try:
@@ -562,7 +563,15 @@ def test_what_is_made_has_no_errors_of_its_own(file):
     found = check_document(read_document(yaml_text(made.data).encode(), "made.yaml")).findings
     errors = {f.code for f in found if f.severity is Severity.ERROR}
     without_term = any(not (loop.tuning.proportional or loop.tuning.integral_time) for loop in file.loops)
-    assert errors <= ({"EZ424"} if without_term else set())
+    never_on = any(loop.output.pulse and longest_pulse(loop) < loop.output.pulse.min_on for loop in file.loops)
+    assert errors <= ({"EZ424"} if without_term else set()) | ({"EZ467"} if never_on else set())
+
+
+def longest_pulse(loop):
+    """Of a neutral loop's discrete output at its high limit, in s, as 4095 of 4096 parts of its cycle have it."""
+    low, high = loop.output.range
+    top = loop.output.limits[1] if loop.output.limits else high
+    return loop.output.pulse.period * int((top - low) / (high - low) * 4095 + Decimal("0.5")) / 4096
 
 
 @settings(max_examples=60)
