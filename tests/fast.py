@@ -10,7 +10,7 @@ from collections import Counter
 from pathlib import Path
 
 SLOW = Path(__file__).with_name("slow.txt")
-FAST = 36.0
+FAST = 20.0
 """Seconds of one processor that the fast tests may take, collecting them aside."""
 
 
