@@ -16,7 +16,6 @@ from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.parameters import content_text as shown_content
 from pidcfg.encoders.regmap import Bits, NoRegisterError
-from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.lookup import PV_RISES
 from pidcfg.output.explanation.page import texts_of
 from pidcfg.output.report import content
@@ -94,7 +93,7 @@ def facts(
         elif setting is not None:
             yield Fact(title, quantity(setting), place)
     if rises := direction(vendor, loop):
-        key = book_of(vendor.key).direction.key
+        key = vendor.load("explainer").direction.key
         yield Fact("Direction", rises, settings[key].place if key in settings else "")
     yield from tuning(vendor, loop, settings)
     yield from pulses(neutral, settings)
@@ -102,7 +101,7 @@ def facts(
 
 def direction(vendor: Vendor, loop: object) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
-    key, heating = book_of(vendor.key).direction.key, tables_of(vendor).TUNED.heating.rpartition(" ")[2]
+    key, heating = vendor.load("explainer").direction.key, tables_of(vendor).TUNED.heating.rpartition(" ")[2]
     value = value_at(loop, steps(key))
     if isinstance(value, Wire):
         return f"{WIRED}{key} := {value.text}"
@@ -471,7 +470,7 @@ def _loop_sheet(
     pv_unit = sides(loop)["pv"]
     stored = stored_setpoint(encoding, i, pv_unit)
     shares = settings_before_root(encoding, i)
-    blocks = Words(encoding, sides(loop), setting_units, book_of(vendor.key).writers).blocks(i)
+    blocks = Words(encoding, sides(loop), setting_units, vendor.load("explainer").writers).blocks(i)
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
