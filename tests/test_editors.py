@@ -172,7 +172,7 @@ def test_every_pattern_means_the_same_to_python():
 
 NOT_IN_A_PATTERN = re.compile(
     r"does not exist|is beyond|word of the programming language|at most \d+ are allowed|more than \d+ digits"
-    r"|is too (large|small)|leaves nothing to vary|is not a TIME|is not a whole number of ms|no such rule"
+    r"|is too (large|small)|leaves nothing to vary|is not a TIME|is not a whole number of m?s|no such rule"
 )
 """Why a text that looks right is refused: how much it says, or what others say."""
 

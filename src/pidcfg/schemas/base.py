@@ -271,7 +271,9 @@ Text = Annotated[str, Parser(parse_text), WithJsonSchema({"type": ["string", "nu
 Name = Annotated[str, Parser(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})]
 Seconds = Annotated[Decimal, Parser(parse_seconds), WithJsonSchema(DURATION_SCHEMA)]
 WholeSeconds = Annotated[
-    int, Parser(parse_whole_seconds), WithJsonSchema({"anyOf": [DURATION_TEXT, {"type": "integer"}]})
+    int,
+    Parser(parse_whole_seconds),
+    WithJsonSchema({"anyOf": [text_schema(DURATION_FORM, "90 s", "2 min"), {"type": "integer"}]}),
 ]
 OffSeconds = Annotated[
     Decimal, Parser(parse_off_seconds), WithJsonSchema(number_schema(DURATION_TEXT, {"const": "off"}))
