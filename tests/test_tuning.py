@@ -125,6 +125,14 @@ def test_a_reset_beyond_the_word_in_seconds_is_one_in_minutes(seconds, held, uni
     assert (reset.stored if reset.stored is None else float(reset.stored), reset.unit) == (held, unit)
 
 
+@pytest.mark.parametrize(("seconds", "said"), [(9000, True), (100, False)])
+def test_a_reset_in_minutes_says_which_key_it_needs(seconds, said):
+    """The word counts in seconds unless bit 4 of +01 is on: 134 alone would integrate 60 times as fast."""
+    process = {"gain": 2, "time_constant": seconds, "dead_time": 1000, "sample_time": 10}
+    found = pidcfg.tune("simc", "PI", vendor="dl06", pv_range=(0, 200), **process)
+    assert any("`reset_unit: minutes`" in warning for warning in found.warnings) is said
+
+
 @pytest.mark.parametrize(
     ("vendor", "least", "most", "below", "above"),
     [("dl06", 0.05, 99.99, 0.049, 100), ("click", 0.1, 30, 0.099, 30.1), ("ezlogix", 0.05, 99.99, 0.049, 100)],

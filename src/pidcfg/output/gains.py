@@ -17,6 +17,7 @@ from pidcfg.output.process import (
     reduce_transfer,
     refuse_missing,
     refuse_other_sample_time,
+    warn_of_unit,
 )
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors, warnings_of_sensitivity
@@ -204,8 +205,9 @@ def tune_gains(
     if fit is not None:
         result = replace(result, warnings=(*result.warnings, *fit.cautions))
     if target.into is None or around is None:
-        warnings = (*result.warnings, *target.warn_of_sampling(known.numbers.get("sample_time")))
-        return replace(result, vendor=target.gains(result.gains, heating=result.heating), warnings=warnings)
+        held = target.gains(result.gains, heating=result.heating)
+        said = (*target.warn_of_sampling(known.numbers.get("sample_time")), *warn_of_unit(target.vendor, held))
+        return replace(result, vendor=held, warnings=(*result.warnings, *said))
     return _into_loop(result, target, target.into, around, limits, "" if step is None else step[1])
 
 

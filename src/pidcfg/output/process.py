@@ -293,6 +293,18 @@ class Target:
         return gains_as_held(self.vendor, fit(gains, self.vendor, *spans), heating=heating)
 
 
+def warn_of_unit(vendor: Vendor | None, held: VendorGains | None) -> tuple[str, ...]:
+    """What to say of a reset in min where the word counts in s unless the file says otherwise (D1086)."""
+    if vendor is None or held is None:
+        return ()
+    from pidcfg.schemas.base import RESET_UNIT
+
+    words = tables_of(vendor).TUNED
+    chosen = {words.key(name) for name in words.names if words.unit(name) == RESET_UNIT}
+    rows = (v for v in held.values if v.key in chosen and v.unit == "min")
+    return tuple(f"{v.key} is in min: write `reset_unit: minutes` beside it, or its number counts as s" for v in rows)
+
+
 def gains_as_held(vendor: Vendor, values: Sequence[Fitted], *, heating: bool | None) -> VendorGains:
     """The three numbers of a PLC with its word for the action."""
     words = tables_of(vendor).TUNED
