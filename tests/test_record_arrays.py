@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import MutableSequence  # noqa: TC003 - the annotations of `doubled` are read
+from collections.abc import MutableSequence
 from dataclasses import astuple, fields
 from typing import NamedTuple
 

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 # --- Environment variables: each option has one, ``PIDCFG_COMMAND_OPTION``, which the command line outranks -----------
 

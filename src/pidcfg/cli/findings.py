@@ -5,25 +5,21 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from pidcfg.cli.console import remark
-from pidcfg.cli.inputs import FILES, document, read_inputs
+from pidcfg.cli.inputs import FILES, Input, document, read_inputs
 from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import Limits, Reader
 from pidcfg.text.store import Store, UnsafeFolderError, cache_folder
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from pidcfg.cli.inputs import Input
-    from pidcfg.text.reader import Limits, Reader
 
 # --- What was read for an input, so that its findings can be kept for as long as all of that is the same --------------
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields, replace
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import click
 from click.core import ParameterSource
@@ -16,9 +16,6 @@ from click.types import IntParamType
 
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.reader import DEFAULT, Limits
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
 
 # --- Options that several commands share ------------------------------------------------------------------------------
 

@@ -7,10 +7,11 @@ import hashlib
 import os
 import stat
 import sys
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from difflib import unified_diff
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TextIO
+from typing import NamedTuple, TextIO
 
 import click
 
@@ -20,9 +21,6 @@ from pidcfg.cli.interrupts import uninterrupted
 from pidcfg.cli.terminal import encodable
 from pidcfg.text.reader import STREAM, open_file, read_file
 from pidcfg.text.signs import UNPRINTABLE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 # --- Temporary files beside their targets, named after them and locked while they are written -------------------------
 #

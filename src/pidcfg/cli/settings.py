@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import field
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import click
 
@@ -16,14 +17,9 @@ from pidcfg.cli.formats import formats_of
 from pidcfg.cli.inputs import EXCLUDED, Exclusion, relative
 from pidcfg.cli.options import only_file
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import UP
+from pidcfg.text.paths import UP, Data
 from pidcfg.text.reader import read_file
 from pidcfg.text.signs import closest_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from pidcfg.text.paths import Data
 
 # --- The keys of a settings file, and the JSON Schema for editors that is generated from them -------------------------
 

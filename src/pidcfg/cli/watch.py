@@ -10,8 +10,8 @@ import glob
 import os
 import sys
 import time
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -20,9 +20,6 @@ from pidcfg.cli.console import note, print_error, remark, system_refusal
 from pidcfg.cli.inputs import NAMES, READ, STDIN, expand
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
 
 INTERVAL = 0.25
 """Seconds between two looks at the disk."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,32 +12,27 @@ from pidcfg.conversion.builder import flatten, rescale_output, without_unused_te
 from pidcfg.conversion.differences import (
     Compared,
     Difference,
+    Status,
     judge_difference,
     judge_key,
     rank_by_risk,
     sort_by_risk,
 )
-from pidcfg.conversion.ledger import ConvertError, number_of, overlap
+from pidcfg.conversion.ledger import ConvertError, NeutralLoop, number_of, overlap
 from pidcfg.conversion.operation import source_of
 from pidcfg.conversion.pipeline import generic_file
-from pidcfg.conversion.terms import SIGNALS, Item, Owner, Wired
+from pidcfg.conversion.terms import SIGNALS, Item, Owner, Terms, Wired
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
+from pidcfg.encoders.parameters import AnyEncoding
+from pidcfg.schemas.base import ConfigurationFile
+from pidcfg.schemas.generic import Loop
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
+from pidcfg.vendors import Vendor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
     from pydantic import BaseModel
-
-    from pidcfg.conversion.differences import Status
-    from pidcfg.conversion.ledger import NeutralLoop
-    from pidcfg.conversion.terms import Terms
-    from pidcfg.encoders.parameters import AnyEncoding
-    from pidcfg.schemas.base import ConfigurationFile
-    from pidcfg.schemas.generic import Loop
-    from pidcfg.vendors import Vendor
 
 # --- Configurations of two vendors compared by meaning: through the neutral loop, in engineering units ----------------
 #

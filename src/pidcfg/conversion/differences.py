@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from pidcfg.conversion.ledger import json_value, number_of
-from pidcfg.conversion.terms import CALCULATED
+from pidcfg.conversion.terms import CALCULATED, Subject
 from pidcfg.conversion.vendor_terms import outputs_of
 from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.decoding import name_in
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
-    from pidcfg.conversion.terms import Subject
-    from pidcfg.vendors import Vendor
+from pidcfg.vendors import Vendor
 
 # --- What a comparison of two configurations gives: their loops, and what differs in each, by what can go wrong -------
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.conversion.builder import (
     HUNDRED,
@@ -11,6 +12,7 @@ from pidcfg.conversion.builder import (
     ZERO,
     NeutralBuilder,
     Same,
+    Table,
     apply_table,
     filter_time,
     outputs_in_inner_units,
@@ -20,6 +22,7 @@ from pidcfg.conversion.builder import (
     same_fields,
     width,
 )
+from pidcfg.conversion.ledger import NeutralLoop
 from pidcfg.conversion.operation import (
     Hand,
     Interlock,
@@ -33,24 +36,16 @@ from pidcfg.conversion.operation import (
     WithoutIntegral,
     Zero,
 )
-from pidcfg.encoders.codecs import is_raw
+from pidcfg.encoders.codecs import Scale, is_raw
 from pidcfg.encoders.dl06.image import OUTPUT_OFFSET, deviation_alarms_on, loop_start, pv_alarms_on, reset_value, scales
-from pidcfg.encoders.image import switched_on
+from pidcfg.encoders.image import Data, switched_on
 from pidcfg.encoders.maps.dl06 import RESET
 from pidcfg.schemas.base import SECONDS, Quantity, v_name
+from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoak
+from pidcfg.schemas.dl06 import Transfer as Dl06Transfer
 from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from pidcfg.conversion.builder import Table
-    from pidcfg.conversion.ledger import NeutralLoop
-    from pidcfg.encoders.codecs import Scale
-    from pidcfg.encoders.image import Data
-    from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoak
-    from pidcfg.schemas.dl06 import Transfer as Dl06Transfer
 
 # ----------------------------------------------------------------------------------------------------------------------
 # DL06 quantities, which may be raw counts, as exact engineering values; what a square-root loop makes of alarms.

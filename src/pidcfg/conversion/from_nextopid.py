@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.conversion.builder import (
     ZERO,
     NeutralBuilder,
     Same,
     Span,
+    Table,
     apply_table,
     dependent,
     product,
@@ -20,23 +22,15 @@ from pidcfg.conversion.builder import (
     round_computed,
     same_fields,
 )
-from pidcfg.encoders.nextopid.image import bumpless_moves, encode
+from pidcfg.conversion.ledger import NeutralLoop
+from pidcfg.encoders.nextopid.image import Placed, bumpless_moves, encode
 from pidcfg.schemas import expressions as ops
-from pidcfg.schemas.expressions import CONDITIONAL
+from pidcfg.schemas.expressions import CONDITIONAL, Expression
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, LowFilter, PidaReal, Pwm
+from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, LowFilter, Move, NextopidFile, PidaReal, Pwm
 from pidcfg.schemas.numbers import EXACT_CONTEXT
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from pidcfg.conversion.builder import Table
-    from pidcfg.conversion.ledger import NeutralLoop
-    from pidcfg.encoders.nextopid.image import Placed
-    from pidcfg.schemas.expressions import Expression
-    from pidcfg.schemas.nextopid import Move, NextopidFile
 
 # --- What stands behind the wires of a configuration: first values, cascades, filters and pulses of its loops ---------
 

@@ -3,17 +3,31 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import field, replace
 from decimal import Decimal
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 from pydantic import BaseModel
 
 from pidcfg.conversion.ledger import json_value
 from pidcfg.encoders.contract import tables_of, units_by_path
-from pidcfg.encoders.decoding import name_in
-from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Rate, Seconds, limits_at, unit_text, units_of
+from pidcfg.encoders.decoding import Reading, name_in
+from pidcfg.encoders.image import Settings
+from pidcfg.encoders.regmap import Access, Tuned, Written
+from pidcfg.schemas.base import (
+    UNIT_WORDS,
+    ConfigurationFile,
+    Duration,
+    Minutes,
+    Quantity,
+    Rate,
+    Seconds,
+    limits_at,
+    unit_text,
+    units_of,
+)
 from pidcfg.schemas.expressions import (
     CONSTANT,
     FUNCTIONS,
@@ -29,17 +43,8 @@ from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import beginnings, dotted, steps
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
-
-    from pidcfg.encoders.decoding import Reading
-    from pidcfg.encoders.image import Settings
-    from pidcfg.encoders.regmap import Access, Tuned, Written
-    from pidcfg.schemas.base import ConfigurationFile
-    from pidcfg.text.paths import Path
-    from pidcfg.vendors import Vendor
+from pidcfg.text.paths import Path, beginnings, dotted, steps
+from pidcfg.vendors import Vendor
 
 # --- The values of a configuration one by one, each with the unit that a reader needs ---------------------------------
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pidcfg.conversion.terms import (
     CALCULATED,
@@ -33,22 +34,15 @@ from pidcfg.conversion.terms import (
 from pidcfg.encoders.codecs import Choice, DecodeError
 from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.decoding import Reading, name_in
-from pidcfg.encoders.listing import few
-from pidcfg.encoders.parameters import Entry, content_text, read_content
-from pidcfg.encoders.regmap import D345, NoRegisterError, Written, writer_of
+from pidcfg.encoders.image import Block
+from pidcfg.encoders.listing import Listing, few
+from pidcfg.encoders.parameters import AnyImage, Entry, content_text, read_content
+from pidcfg.encoders.regmap import D345, Bits, NoRegisterError, Point, Word, Written, writer_of
 from pidcfg.schemas.base import Quantity, unit_text
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
 from pidcfg.text.paths import beginnings, dotted, is_given, steps, value_at
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
-
-    from pidcfg.encoders.image import Block
-    from pidcfg.encoders.listing import Listing
-    from pidcfg.encoders.parameters import AnyImage
-    from pidcfg.encoders.regmap import Bits, Point, Word
-    from pidcfg.vendors import Vendor
+from pidcfg.vendors import Vendor
 
 # --- Terms of a vendor with registers: every row of its map that a loop has, with the register's content --------------
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable, Mapping
 from decimal import ROUND_HALF_EVEN, Decimal
 from functools import cached_property
 from math import inf, isfinite, nextafter
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import EXACT_CONTEXT
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 # --- Codecs of 16-bit words: a pair with a stated domain, exact in between --------------------------------------------
 #

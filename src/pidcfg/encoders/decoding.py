@@ -3,32 +3,23 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of, formats_of
-from pidcfg.encoders.image import Decoded, Encoding, NoValueError, RefusedError, read_settings
-from pidcfg.encoders.listing import HEADERS, Listing, ListingError, columns, few, first_line, kind_of
-from pidcfg.encoders.parameters import Elsewhere
+from pidcfg.encoders.image import Decoded, Encoding, Image, NoValueError, RefusedError, read_settings
+from pidcfg.encoders.listing import HEADERS, FileKind, Listing, ListingError, columns, few, first_line, kind_of
+from pidcfg.encoders.parameters import AnyEncoding, AnyImage, Elsewhere
 from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import dotted, has_key, put, steps, value_at
-from pidcfg.text.reader import DEFAULT
+from pidcfg.text.paths import Path, dotted, has_key, put, steps, value_at
+from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.signs import binary_file
-from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Image
-    from pidcfg.encoders.listing import FileKind
-    from pidcfg.encoders.parameters import AnyEncoding, AnyImage
-    from pidcfg.text.paths import Path
-    from pidcfg.text.reader import Limits
-    from pidcfg.vendors import Vendor
+from pidcfg.vendors import VENDORS, Vendor
 
 # --- A memory listing of any vendor and format to a configuration -----------------------------------------------------
 

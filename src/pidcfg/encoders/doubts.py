@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 from pidcfg.encoders.codecs import Bcd, typed_digits
 from pidcfg.encoders.image import Cell, Encoding, Image
-from pidcfg.encoders.listing import PLC, write_text
+from pidcfg.encoders.listing import PLC, Listing, write_text
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from pidcfg.encoders.listing import Listing
 
 D950 = Decision(
     950,

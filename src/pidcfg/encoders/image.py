@@ -3,30 +3,36 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import field
 from decimal import Decimal
 from functools import cache, cached_property
 from math import isfinite
 from types import MappingProxyType, UnionType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar, Union, get_args, get_origin
+from typing import Any, ClassVar, NamedTuple, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.regmap import SINGLE, WORD, Kind, NoRegisterError
+from pidcfg.encoders.codecs import DecodeError, Scale
+from pidcfg.encoders.regmap import (
+    SINGLE,
+    WORD,
+    Access,
+    Encoded,
+    Kind,
+    Misfit,
+    NoRegisterError,
+    RegisterMap,
+    Rounded,
+    Space,
+    Word,
+    Written,
+)
 from pidcfg.schemas.base import Model, Quantity
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import dotted, given_fields, has_key, put, steps, value_at
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-
-    from pidcfg.encoders.codecs import Scale
-    from pidcfg.encoders.regmap import Access, Encoded, Misfit, RegisterMap, Rounded, Space, Word, Written
-    from pidcfg.text.paths import Path
+from pidcfg.text.paths import Path, dotted, given_fields, has_key, put, steps, value_at
 
 # --- What is downloaded to a PLC: its words in address order, and beside them what no register holds ------------------
 

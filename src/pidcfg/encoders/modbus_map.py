@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast
 
 from pidcfg.encoders.codecs import WORD_MAX
-from pidcfg.encoders.image import Cell
+from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import (
     COMMENT,
     FIRST_REFERENCE,
@@ -21,20 +22,12 @@ from pidcfg.encoders.listing import (
     delimiter,
     reference,
 )
-from pidcfg.encoders.parameters import raw_of, types_of
-from pidcfg.encoders.regmap import BIT, SINGLE, WORD
-from pidcfg.schemas.iec import Wire
+from pidcfg.encoders.parameters import Content, Program, raw_of, types_of
+from pidcfg.encoders.regmap import BIT, SINGLE, WORD, Kind, Space
+from pidcfg.schemas.iec import IecType, Wire
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import closest_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Image
-    from pidcfg.encoders.parameters import Content, Program
-    from pidcfg.encoders.regmap import Kind, Space
-    from pidcfg.schemas.iec import IecType
 
 # --- The rows of a Modbus map that the user states: a symbol of the PLC, and where a client finds it ------------------
 #

@@ -5,12 +5,10 @@ A vendor's own ones stand in its ``options``, which a command's help reads: they
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 @frozen

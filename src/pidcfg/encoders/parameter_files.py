@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from pidcfg.encoders.listing import (
     FileKind,
@@ -27,9 +27,6 @@ from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, content_t
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
 from pidcfg.schemas.numbers import NUMBER
 from pidcfg.text.signs import pad_right, width_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 NAME = re.compile(r"\w[\w.\-/# ]*")
 COLUMNS = ("name", "type", "value", "expression", "device", "loop", "parameter")

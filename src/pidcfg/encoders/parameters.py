@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
@@ -12,9 +13,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 from pidcfg.encoders.codecs import WORD_MAX, DecodeError, EncodeError, Single, single_bits, single_value
 from pidcfg.encoders.image import (
     NOTHING,
+    Data,
     Decoded,
     Encoding,
     Image,
+    LoopOption,
+    Settings,
     file_data,
     plain,
     present,
@@ -23,8 +27,8 @@ from pidcfg.encoders.image import (
     settings_values,
     with_options,
 )
-from pidcfg.encoders.regmap import Misfit
-from pidcfg.schemas.base import SectionSettings, limits_at
+from pidcfg.encoders.regmap import GainUnit, Misfit, Rounded
+from pidcfg.schemas.base import Limits, Model, SectionSettings, limits_at
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.iec import (
     AUTOTUNE_MODE,
@@ -44,20 +48,12 @@ from pidcfg.schemas.iec import (
     time_text,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import beginnings, put, steps, value_at
-from pidcfg.text.references import Decision
+from pidcfg.text.paths import Path, beginnings, put, steps, value_at
+from pidcfg.text.references import Basis, Decision
 from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
     from pydantic import BaseModel
-
-    from pidcfg.encoders.image import Data, LoopOption, Settings
-    from pidcfg.encoders.regmap import GainUnit, Rounded
-    from pidcfg.schemas.base import Limits, Model
-    from pidcfg.text.paths import Path
-    from pidcfg.text.references import Basis
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The image of a vendor whose parameters have names and types, as variables of a program have, and no addresses.

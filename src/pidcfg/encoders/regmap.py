@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from decimal import Decimal
 from functools import cached_property
@@ -16,21 +17,16 @@ from pidcfg.encoders.codecs import (
     Distance,
     EncodeError,
     Position,
+    Scale,
     single_bits,
     single_value,
 )
-from pidcfg.schemas.base import limits_at
+from pidcfg.schemas.base import Limits, limits_at
 from pidcfg.text.frozen import frozen
-from pidcfg.text.references import Decision
+from pidcfg.text.references import Basis, Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
     from pydantic import BaseModel
-
-    from pidcfg.encoders.codecs import Scale
-    from pidcfg.schemas.base import Limits
-    from pidcfg.text.references import Basis
 
 # --- A vendor's registers as a table, and everything that follows from the table --------------------------------------
 #

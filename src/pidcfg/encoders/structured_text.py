@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pidcfg.encoders.listing import Listing, ListingError, load_json
-from pidcfg.encoders.parameters import read_content, store
-from pidcfg.schemas.iec import TYPED, Timed, time_seconds
+from pidcfg.encoders.parameters import Content, read_content, store
+from pidcfg.schemas.iec import TYPED, IecType, Timed, time_seconds
 from pidcfg.schemas.numbers import MAX_DIGITS
 from pidcfg.text.signs import CONTROL
 from pidcfg.text.writer import json_line
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.parameters import Content
-    from pidcfg.schemas.iec import IecType
 
 # --- Structured Text as words and signs with their places, and its comments -------------------------------------------
 

@@ -6,47 +6,38 @@ is asked for, is a `PlcError`, which is a `ConnectionError` of one line with hos
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
+from pidcfg.conversion.differences import Compared, Difference
 from pidcfg.conversion.ledger import text_of
 from pidcfg.conversion.terms import CONFIGURATION
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of, formats_of, tables_of
 from pidcfg.encoders.image import read_settings
-from pidcfg.encoders.listing import few
+from pidcfg.encoders.listing import Numbering, few
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
+from pidcfg.encoders.parameters import AnyImage
 from pidcfg.live.link import Address, AddressError, Link, Patience, parse_address, run
 from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents
 from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_unknown, vendor_named, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
 from pidcfg.output.findings import errors_in, findings_data, short_repr
-from pidcfg.output.sources import checked_of, stated_map
+from pidcfg.output.sources import Source, checked_of, stated_map
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
+from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import steps, value_at
-from pidcfg.text.reader import DEFAULT, Limits
-from pidcfg.validate.map_files import numbering_of
-from pidcfg.vendors import VENDORS, format_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from pidcfg.conversion.differences import Compared, Difference
-    from pidcfg.encoders.listing import Numbering
-    from pidcfg.encoders.parameters import AnyImage
-    from pidcfg.output.sources import Source
-    from pidcfg.text.document import Document
-    from pidcfg.text.paths import Data
-    from pidcfg.text.paths import Path as KeyPath
-    from pidcfg.text.reader import Files
-    from pidcfg.validate.engine import Checked
-    from pidcfg.validate.map_files import MapFile
-    from pidcfg.vendors import Vendor
+from pidcfg.text.paths import Data, steps, value_at
+from pidcfg.text.paths import Path as KeyPath
+from pidcfg.text.reader import DEFAULT, Files, Limits
+from pidcfg.validate.engine import Checked
+from pidcfg.validate.map_files import MapFile, numbering_of
+from pidcfg.vendors import VENDORS, Vendor, format_of
 
 # --- What a PLC holds, as a configuration or a memory listing: the result of `pidcfg.pull` ----------------------------
 

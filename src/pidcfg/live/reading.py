@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Protocol
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import Encoder, tables_of
-from pidcfg.encoders.image import Image
-from pidcfg.encoders.listing import Listing
-from pidcfg.encoders.modbus_map import MapError, StatedNumbering, with_contents
+from pidcfg.encoders.image import Area, Image
+from pidcfg.encoders.listing import Listing, Numbering, Place
+from pidcfg.encoders.modbus_map import MapError, NamedNumbering, StatedNumbering, with_contents
 from pidcfg.encoders.modbus_map import place_text as shown_place
 from pidcfg.encoders.parameter_files import ParameterListing
-from pidcfg.encoders.parameters import Program, register_content
+from pidcfg.encoders.parameters import AnyImage, Program, register_content
 from pidcfg.encoders.regmap import writer_of
-from pidcfg.live.link import MOST, NoRegistersError, PlcError, Request
+from pidcfg.live.link import MOST, Link, NoRegistersError, PlcError, Request
 from pidcfg.schemas.iec import Wire
+from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
 from pidcfg.validate.map_files import space_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Area
-    from pidcfg.encoders.listing import Numbering, Place
-    from pidcfg.encoders.modbus_map import NamedNumbering
-    from pidcfg.encoders.parameters import AnyImage
-    from pidcfg.live.link import Link
-    from pidcfg.text.paths import Data
-    from pidcfg.vendors import Vendor
+from pidcfg.vendors import Vendor
 
 # --- What a reading tells about itself: contents that nobody has meant ------------------------------------------------
 

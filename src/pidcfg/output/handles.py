@@ -2,44 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import field, replace
 from decimal import Decimal
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
+from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.output.retune import number_as_written
 from pidcfg.schemas.base import number_of
 from pidcfg.schemas.numbers import decimal_text
-from pidcfg.study.axes import axes_of
-from pidcfg.study.scenario import load
+from pidcfg.schemas.scenario import Plant, Scenario
+from pidcfg.study.axes import Axes, axes_of
+from pidcfg.study.scenario import Loaded, load
+from pidcfg.text.diagnostics import Diagnostic
+from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import dotted, has_key, steps, value_at
+from pidcfg.text.paths import Data, Path, dotted, has_key, steps, value_at
+from pidcfg.text.reader import Reader
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
-from pidcfg.tuning.margins import margins
+from pidcfg.tuning.margins import Margins, margins
 from pidcfg.tuning.robust import gain_factor
 from pidcfg.tuning.rules import Gains, is_usable
 from pidcfg.tuning.transfer import Transfer
-from pidcfg.validate.engine import check_document, is_scenario
+from pidcfg.validate.engine import Checked, check_document, is_scenario
 from pidcfg.validate.fixes import PlacingError, with_values
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from pidcfg.encoders.regmap import LoopTuning
-    from pidcfg.schemas.scenario import Plant, Scenario
-    from pidcfg.study.axes import Axes
-    from pidcfg.study.scenario import Loaded
-    from pidcfg.text.diagnostics import Diagnostic
-    from pidcfg.text.document import Document
-    from pidcfg.text.paths import Data, Path
-    from pidcfg.text.reader import Reader
-    from pidcfg.tuning.margins import Margins
-    from pidcfg.validate.engine import Checked
 
 # --- The three numbers of each loop as the PLC holds them, and how robust they are ------------------------------------
 

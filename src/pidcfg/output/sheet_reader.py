@@ -6,10 +6,11 @@ import csv
 import io
 import re
 import zipfile
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import date, time, timedelta
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.output.sheets import (
     TEXTS,
@@ -23,24 +24,17 @@ from pidcfg.output.sheets import (
 )
 from pidcfg.schemas.base import scaled_sides
 from pidcfg.schemas.terms import ENDS
-from pidcfg.text.diagnostics import Severity
+from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import put, steps, value_at
+from pidcfg.text.paths import Data, Path, put, steps, value_at
+from pidcfg.text.reader import Limits
 from pidcfg.text.signs import FORMULA
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.purpose import action_key, action_word
-from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pidcfg.text.diagnostics import Diagnostic
-    from pidcfg.text.paths import Data, Path
-    from pidcfg.text.reader import Limits
-    from pidcfg.vendors import Vendor
+from pidcfg.vendors import VENDORS, Vendor
 
 # --- A sheet as a table of texts: CSV with any usual separator, or the first sheet of a workbook ----------------------
 

@@ -6,18 +6,14 @@ time and everything between, so that no spike is lost.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from pidcfg.pictures.chart import Bar, Chart, Line, Panel, Strip
 from pidcfg.pictures.layout import HELD_ROLES, drawable, explain_marks, number_marks, plain, unit_of_time, with_unit
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import pad_left, width_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from pidcfg.pictures.chart import Bar, Chart, Line, Panel, Strip
 
 GUTTER, SHARE = 12, 4
 """Characters left of a panel at least, for its numbers; and the part of the width that names of strips may take."""

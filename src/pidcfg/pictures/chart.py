@@ -6,12 +6,10 @@ strips: one row each for modes, alarms and ramp/soak steps, in which something l
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Sequence
+from typing import Literal
 
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 Role = Literal["setpoint", "pv", "output", "level", "other"]
 """Set point, output and level (of an alarm, of a limit) hold their value until the next one; a PV moves between its

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import ceil, floor, isfinite, log10
-from typing import TYPE_CHECKING
 
-from pidcfg.pictures.chart import Line
+from pidcfg.pictures.chart import Band, Chart, Line, Mark, Panel, Strip, StripKind
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from pidcfg.pictures.chart import Band, Chart, Mark, Panel, Strip, StripKind
 
 # ----------------------------------------------------------------------------------------------------------------------
 # How pictures look: colours that survive greyscale printing and colour blindness, line styles, sizes, units of time.

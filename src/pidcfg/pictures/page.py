@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import base64
 import hashlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from pidcfg.pictures.chart import Chart, Line, Panel, Strip
 from pidcfg.pictures.figure import locus_svg, salt_of
 from pidcfg.pictures.layout import (
     SQUARE,
@@ -29,11 +30,6 @@ from pidcfg.pictures.layout import (
     unit_of_time,
     with_unit,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-
-    from pidcfg.pictures.chart import Chart, Line, Panel, Strip
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Charts as parts of an HTML page: one drawing for every width and colour scheme, which a small script can zoom.

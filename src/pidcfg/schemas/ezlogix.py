@@ -6,8 +6,9 @@ A quantity on the PV's or output's scale is in engineering units where that scal
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from decimal import Decimal
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import WithJsonSchema
 
@@ -37,9 +38,6 @@ from pidcfg.schemas.base import (
 )
 from pidcfg.schemas.numbers import JsonSchema, parse_integer, refuse, text_schema
 from pidcfg.text.references import EZLOGIX, Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 D150 = Decision(
     150,

@@ -7,8 +7,9 @@ blocks' parameters. What an expression means is known only once all names are (`
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from decimal import Decimal
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, WithJsonSchema
 
@@ -27,9 +28,6 @@ from pidcfg.schemas.numbers import (
     text_schema,
 )
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 Kind = Literal["bool", "whole", "real", "word", "time"]
 

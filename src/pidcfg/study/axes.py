@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from math import isfinite, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.controllers.plc import TICKS, Plc
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from pidcfg.sim.controllers.plc import Plc
 
 PERCENT = (0.0, 100.0)
 

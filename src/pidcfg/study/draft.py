@@ -4,31 +4,35 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.engine.run import Settings
-from pidcfg.study.draft_plan import Line, PlanUnits, digits, find_connections, make_draft, make_plans, time_text
+from pidcfg.sim.judgement.report import Report, Standing, Verdict
+from pidcfg.study.draft_plan import (
+    DraftParts,
+    Line,
+    PlanUnits,
+    digits,
+    find_connections,
+    make_draft,
+    make_plans,
+    time_text,
+)
 from pidcfg.study.outcome import Outcome, simulate_loaded
 from pidcfg.study.scenario import Loaded, read_scenario
 from pidcfg.study.verification.comparison import loops_of
 from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import value_at
 from pidcfg.text.signs import one_line
 from pidcfg.text.source import read_document
-from pidcfg.validate.engine import check_document
+from pidcfg.validate.engine import Checked, check_document
 from pidcfg.validate.purpose import ACTION, action_of, purpose_of
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
-
-    from pidcfg.sim.judgement.report import Report, Standing, Verdict
-    from pidcfg.study.draft_plan import DraftParts
-    from pidcfg.text.document import Document
-    from pidcfg.validate.engine import Checked
 
 # --- What a drafted run should show: set points reached, little overshoot, no outermost alarm -------------------------
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from pidcfg.pictures.chart import Chart, Line, Strip
 from pidcfg.sim.judgement.control import NO_REFERENCE
-from pidcfg.study.outcome import charts_of
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from pidcfg.pictures.chart import Chart, Line, Strip
-    from pidcfg.study.outcome import Outcome
+from pidcfg.study.outcome import Outcome, charts_of
 
 
 def overlaid(before: Outcome, after: Outcome, names: tuple[str, str], loops: Collection[str] = ()) -> list[Chart]:

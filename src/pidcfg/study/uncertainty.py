@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from decimal import Decimal
 from math import inf
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from pydantic_core import PydanticCustomError
 
 from pidcfg.schemas.base import DURATION, SECONDS, parse_seconds
 from pidcfg.schemas.numbers import decimal_text
-from pidcfg.schemas.scenario import Amount, Scenario, Spread, parse_amount
-from pidcfg.sim.controllers.plc import SETPOINT
+from pidcfg.schemas.scenario import Amount, Plant, Scenario, Spread, parse_amount
+from pidcfg.sim.controllers.plc import SETPOINT, Plc
 from pidcfg.sim.engine.checks import LARGEST, MODEL_KEYS, NOT_NEGATIVE, OWN_KEYS, POSITIVE, SMALLEST
 from pidcfg.sim.engine.expressions import Problem, unknown_name
-from pidcfg.text.document import Plain
+from pidcfg.text.document import Document, Plain
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import dotted, leaves, steps, value_at
+from pidcfg.text.paths import Path, dotted, leaves, steps, value_at
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.schemas.scenario import Plant
-    from pidcfg.sim.controllers.plc import Plc
-    from pidcfg.text.document import Document
-    from pidcfg.text.paths import Path
 
 D800 = Decision(
     800,

@@ -7,15 +7,12 @@ another list of fields. Fields, `dataclasses.replace`, pickling and what type ch
 
 from __future__ import annotations
 
-from dataclasses import MISSING, FrozenInstanceError, dataclass, field, fields
+from collections.abc import Callable
+from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, field, fields
 from functools import cached_property
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, dataclass_transform
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from dataclasses import Field
-    from types import FunctionType
+from types import FunctionType
+from typing import Any, NoReturn, TypeVar, dataclass_transform
 
 T = TypeVar("T")
 put = object.__setattr__

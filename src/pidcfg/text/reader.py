@@ -9,12 +9,9 @@ import re
 import stat
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import IO, Protocol
 
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from typing import IO
 
 # --- Limits on untrusted input, all in one place; the command line may raise them, a file never can -------------------
 

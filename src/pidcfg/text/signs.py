@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Collection, Iterable
 from itertools import takewhile
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What is no text where it stands: what would move a cursor, end a line, hide what is written, or command a CI job.

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from pidcfg.text.diagnostics import Span
 from pidcfg.text.signs import BLANK, BLANKS, code_point, meant_sign, to_ascii
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 # --- Lines that are no YAML, in words of somebody who writes the file: where it is, what it is, and the cure ----------
 #

@@ -8,11 +8,11 @@ is fitted by least squares.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from math import inf, sqrt
 from statistics import fmean, median
-from typing import TYPE_CHECKING
 
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -33,9 +33,6 @@ from pidcfg.tuning.response import (
     search,
 )
 from pidcfg.tuning.rules import Process
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 __all__ = ["Identified", "Record", "RecordError", "identify"]
 

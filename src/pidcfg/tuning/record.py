@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from itertools import groupby, pairwise
 from math import isfinite
 from statistics import median
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import Limits
 from pidcfg.text.references import Decision
 from pidcfg.tuning.identify import Identified, identify
 from pidcfg.tuning.response import Record, RecordError, Request
@@ -17,6 +19,8 @@ from pidcfg.tuning.sheet import (
     CLOCK,
     MISSING,
     UNIT_IN_NAME,
+    Row,
+    Sheet,
     StampError,
     looks_like_stamp,
     number_of,
@@ -24,12 +28,6 @@ from pidcfg.tuning.sheet import (
     read_stamp,
     seconds_of,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from pidcfg.text.reader import Limits
-    from pidcfg.tuning.sheet import Row, Sheet
 
 # --- Which column of a record is time, output and PV: as the user says, by their names, or by what they hold ----------
 #

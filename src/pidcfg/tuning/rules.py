@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import random
 import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Literal, NoReturn
+from typing import Literal, NoReturn
 
 from pidcfg.text.frozen import frozen
-from pidcfg.text.references import NEXTOPID, Decision
+from pidcfg.text.references import NEXTOPID, Basis, Decision
 from pidcfg.tuning.tables import (
     GENTLE_CLOSED,
     NEXTOPID_CLOSED,
@@ -20,11 +21,6 @@ from pidcfg.tuning.tables import (
     Form,
     Row,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from pidcfg.text.references import Basis
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The manuals' tuning rules as tables and formulas; results are in the dependent form, in engineering units and s.

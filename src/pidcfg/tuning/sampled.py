@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from cmath import exp as turn
+from collections.abc import Iterator, Sequence
 from math import ceil, exp, expm1, floor, inf, isclose, log10, pi, sqrt
-from typing import TYPE_CHECKING
 
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.tuning.margins import TURNS, Margins, gain_margin, peak, phase_margin
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from pidcfg.tuning.rules import Gains, Process
+from pidcfg.tuning.rules import Gains, Process
 
 # --- The loop as a PLC runs it: samples, a held output, the PV's filter, and the vendor's difference equation ---------
 #

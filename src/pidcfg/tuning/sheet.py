@@ -5,19 +5,16 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from datetime import UTC, date, datetime
 from itertools import pairwise
 from math import isfinite
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.decoding import listing_text
 from pidcfg.encoders.listing import ListingError
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import binary_file
 from pidcfg.tuning.rules import TuningError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Times as loggers write them, to seconds: ISO stamps, dates of all countries, clock times, date and time apart.

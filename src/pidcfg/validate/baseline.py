@@ -5,22 +5,18 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter, defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, number_of
+from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
-from pidcfg.text.source import Places, comments_in, read_document
+from pidcfg.text.source import Comment, Places, comments_in, read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import LISTED, ignorable, rules, suggestion, unusable
 from pidcfg.validate.fixes import line_break, splice
 from pidcfg.validate.rule import D315, D317, SUPPRESSION
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-
-    from pidcfg.text.document import Document
-    from pidcfg.text.source import Comment
 
 # --- Known findings: a list that is written once and from then on only shrinks ----------------------------------------
 #

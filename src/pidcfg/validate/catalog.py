@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING
 
 from pidcfg.about import SITE
 from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.references import Decision
-from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION
+from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION, Rule
 from pidcfg.validate.texts import PREFIX, RuleText, listed, matches, texts
 from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from pidcfg.validate.rule import Rule
 
 # --- All rules by code: the only module that knows what a code looks like, and whose rules it belongs to --------------
 #

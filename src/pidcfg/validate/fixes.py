@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from bisect import bisect_left, insort
 from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pidcfg.text.diagnostics import Edit, Severity, Span
-from pidcfg.text.document import LINE_BREAK, Plain, same_places, span_of
+from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
+from pidcfg.text.document import LINE_BREAK, Document, Plain, same_places, span_of
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, has_key, put, value_at
 from pidcfg.text.references import Decision
@@ -17,12 +18,6 @@ from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import ignorable, unusable
 from pidcfg.validate.rule import READING, SCHEMA
 from pidcfg.validate.schema import QUOTES
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.text.diagnostics import Diagnostic
-    from pidcfg.text.document import Document
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Corrections with a proof: texts are spliced, every other byte stays, and what was made is read again and compared.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import cache, lru_cache
@@ -16,17 +17,13 @@ from pydantic import BaseModel, ValidationError
 from pidcfg.schemas import numbers
 from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
-from pidcfg.text.document import span_of
+from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Path, value_at
 from pidcfg.text.signs import fold_word, key_of_term, lookalike_remark, same_word, to_ascii
 from pidcfg.validate.rule import BY_KIND, OTHER_KIND, loop_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from pydantic_core import ErrorDetails
-
-    from pidcfg.text.document import Document, Node
 
 # --- The one key that a misspelt key can stand for; no valid key of any vendor is ever replaced by another ------------
 

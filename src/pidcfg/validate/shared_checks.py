@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from functools import cached_property
 from itertools import pairwise, permutations
-from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from pidcfg.encoders.image import is_enabled
+from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.references import Decision
-from pidcfg.validate.rule import Finding, finding
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.regmap import RegisterMap
-    from pidcfg.text.diagnostics import Severity
-    from pidcfg.text.paths import Path
-    from pidcfg.text.references import Basis
-    from pidcfg.validate.rule import Findings
+from pidcfg.text.paths import Path
+from pidcfg.text.references import Basis, Decision
+from pidcfg.validate.rule import Finding, Findings, finding
 
 # --- What the rules of all vendors look at: a configuration, its loops, and numbers as messages write them ------------
 

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.resources import files
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import options, plots
 from pidcfg.cli.console import show
 from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 EPILOG = options.examples("pidcfg demo", "pidcfg demo --vendor click", "pidcfg demo --color always")
 MISTAKES = {

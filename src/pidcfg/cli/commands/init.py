@@ -5,16 +5,13 @@ from __future__ import annotations
 import os
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import echo, remark
+from pidcfg.text.reader import Limits
 from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg init --vendor dl06",

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
 
 from lsprotocol import types
 
 from pidcfg.cli.lsp import RUN, WORDS
 from pidcfg.cli.lsp.completion import described, schema_of
-from pidcfg.cli.lsp.files import Analysis, difference, uri_of
+from pidcfg.cli.lsp.files import Analysis, Buffer, Files, difference, uri_of
 from pidcfg.output.findings import check_any, correct
-from pidcfg.output.places import RenamingError, configuration_of, loops_of, references, renamed
+from pidcfg.output.places import Held, Reference, RenamingError, configuration_of, loops_of, references, renamed
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
-from pidcfg.text.document import span_of
-from pidcfg.text.paths import value_at
+from pidcfg.text.document import Document, Node, span_of
+from pidcfg.text.paths import Data, Path, value_at
 from pidcfg.text.reader import Overlay, data_of, read_other
 from pidcfg.text.source import comments_in, read_document
 from pidcfg.validate.baseline import DIRECTIVE, ignore_edit
@@ -21,14 +21,6 @@ from pidcfg.validate.catalog import url_of
 from pidcfg.validate.engine import is_scenario
 from pidcfg.validate.fixes import MEANT, splice, suggested
 from pidcfg.validate.texts import page, text_by_code
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from pidcfg.cli.lsp.files import Buffer, Files
-    from pidcfg.output.places import Held, Reference
-    from pidcfg.text.document import Document, Node
-    from pidcfg.text.paths import Data, Path
 
 SOURCE = "pidcfg"
 LEVELS = {

@@ -9,11 +9,12 @@ import asyncio
 import gc
 import os
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stdout
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcInvalidRequest
@@ -21,12 +22,7 @@ from pygls.lsp.server import LanguageServer
 
 from pidcfg.about import VERSION
 from pidcfg.cli.lsp import RUN, WORDS
-from pidcfg.cli.lsp.files import Files, path_of, runs
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from pidcfg.cli.lsp.files import Analysis
+from pidcfg.cli.lsp.files import Analysis, Files, path_of, runs
 
 NAME = "pidcfg"
 INLAY_HINTS = "inlayHints"

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from pidcfg.encoders.options import Option, listed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 # --- What CLICK listings do not say of a loop, and where the blocks of converted loops begin --------------------------
 

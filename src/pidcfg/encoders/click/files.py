@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pidcfg.encoders.click.nicknames import (
     HEADER,
@@ -12,6 +13,7 @@ from pidcfg.encoders.click.nicknames import (
     read_nicknames,
     write_nicknames,
 )
+from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import (
     FileKind,
     Listing,
@@ -24,15 +26,9 @@ from pidcfg.encoders.listing import (
     listings,
 )
 from pidcfg.encoders.maps.click import ALL_BANKS, SPACE, address_of, modbus_place
-from pidcfg.encoders.regmap import BIT, INT16, SINGLE, NoRegisterError
+from pidcfg.encoders.regmap import BIT, INT16, SINGLE, Bank, Kind, NoRegisterError
+from pidcfg.schemas.click import ClickFile
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from pidcfg.encoders.image import Cell, Image
-    from pidcfg.encoders.regmap import Bank, Kind
-    from pidcfg.schemas.click import ClickFile
 
 # --- CLICK DataViews (CDV): one a loop, with new values for the settings; UTF-16 and CRLF as CLICK writes them --------
 

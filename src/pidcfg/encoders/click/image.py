@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
 
 from pidcfg.encoders.image import (
     Area,
@@ -10,7 +10,10 @@ from pidcfg.encoders.image import (
     Data,
     Decoded,
     Encoding,
+    Image,
+    LoopBlock,
     LoopOption,
+    Settings,
     defaults_of,
     file_data,
     is_enabled,
@@ -25,14 +28,8 @@ from pidcfg.encoders.image import (
 from pidcfg.encoders.image import values_of as mapped
 from pidcfg.encoders.maps.click import BANKS, BLOCKS, MODE_BITS, SPACE, TABLES, TUNED, UNUSED
 from pidcfg.encoders.regmap import LoopTuning
-from pidcfg.schemas.click import BITS, FLOATS, INTEGERS, Loop, LoopSettings, PlcSettings
+from pidcfg.schemas.click import BITS, FLOATS, INTEGERS, ClickFile, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.numbers import decimal_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Image, LoopBlock, Settings
-    from pidcfg.schemas.click import ClickFile
 
 # --- A CLICK configuration to its C, DS and DF registers --------------------------------------------------------------
 

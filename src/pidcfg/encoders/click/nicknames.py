@@ -6,20 +6,17 @@ import csv
 import io
 import re
 from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pidcfg.encoders.codecs import FLAG, Choice
+from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import CONFLICT, Listing, ListingError, UnwritableError, cells_stand, decimal_content, few
 from pidcfg.encoders.maps.click import ALL_BANKS, BLOCKS, SPACE, SUFFIXES, address_of, modbus_place
+from pidcfg.encoders.regmap import Word
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Cell, Image
-    from pidcfg.encoders.regmap import Word
 
 # --- The nicknames of a loop's registers: a name each, its initial value, and a comment that says what it is ----------
 

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.image import loop_start
+from pidcfg.encoders.image import Image
 from pidcfg.encoders.listing import FileKind, Listing, ListingError, Place, listings
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES, SPACE
 from pidcfg.schemas.base import v_name
+from pidcfg.schemas.dl06 import Dl06File
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from pidcfg.encoders.image import Image
-    from pidcfg.schemas.dl06 import Dl06File
 
 # --- Intel HEX: bytes by address (Intel, Hexadecimal Object File Format Specification, revision A, 1988) --------------
 #

@@ -6,10 +6,10 @@ no row says.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from decimal import Decimal
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import DecodeError, Scale, bcd_digits
 from pidcfg.encoders.image import (
@@ -19,7 +19,9 @@ from pidcfg.encoders.image import (
     Data,
     Decoded,
     Encoding,
+    Image,
     LoopBlock,
+    Settings,
     default_name,
     defaults_of,
     file_data,
@@ -49,15 +51,19 @@ from pidcfg.encoders.maps.dl06 import (
 )
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.base import Quantity, v_name
-from pidcfg.schemas.dl06 import OFF_NINES, Loop, LoopSettings, PlcSettings, RampSoakStep
+from pidcfg.schemas.dl06 import (
+    OFF_NINES,
+    Dl06File,
+    Loop,
+    LoopSettings,
+    Plc,
+    PlcSettings,
+    RampSoak,
+    RampSoakStep,
+    Transfer,
+)
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Image, Settings
-    from pidcfg.schemas.dl06 import Dl06File, Plc, RampSoak, Transfer
-    from pidcfg.text.paths import Path
+from pidcfg.text.paths import Path
 
 # --- The checks that the DL06 itself makes of its set-up words and pointers, as pure functions of 16-bit words --------
 #

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import csv
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 from pidcfg.encoders.listing import (
     DECIMAL,
@@ -28,9 +29,6 @@ from pidcfg.encoders.listing import (
 from pidcfg.encoders.maps.dl06 import SPACE
 from pidcfg.encoders.regmap import WORD
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 D991 = Decision(
     991,

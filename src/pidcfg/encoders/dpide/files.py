@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.st_read import read_st
 from pidcfg.encoders.dpide.st_scope import read_symbols
@@ -21,20 +21,13 @@ from pidcfg.encoders.dpide.symbols import (
 )
 from pidcfg.encoders.listing import FileKind, columns
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS, WRITTEN, WRITTEN_BY_AUTOTUNE
-from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_rows
+from pidcfg.encoders.modbus_map import Device, Point, Symbols, map_kind, symbol_rows
 from pidcfg.encoders.parameter_files import parameter_listings
+from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.regmap import writer_of
 from pidcfg.encoders.structured_text import opening
-from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, LoopSettings, place_of
+from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, DpideFile, Loop, LoopSettings, place_of
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
-    from pidcfg.encoders.modbus_map import Device
-    from pidcfg.encoders.parameters import Program
-    from pidcfg.schemas.dpide import DpideFile, Loop
-
 
 OFFERED = ("PV", "MV", "PID_RUN", "PID_MAN", "PID_MODE")
 """Operands that run, and that a trend or an operator wants."""

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.image import Decoded, Settings
 from pidcfg.encoders.maps.dpide import LOOPS, NEEDED, TUNED
-from pidcfg.encoders.parameters import Elsewhere
+from pidcfg.encoders.parameters import Content, Elsewhere
 from pidcfg.encoders.regmap import LoopTuning
-from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from pidcfg.encoders.image import Decoded, Settings
-    from pidcfg.encoders.parameters import Content
-    from pidcfg.schemas.dpide import DpideFile, Loop
-    from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
+from pidcfg.schemas.iec import Wire
 
 # --- A configuration to the operands of DPIDE instructions ------------------------------------------------------------
 

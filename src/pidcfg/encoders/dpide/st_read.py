@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pidcfg.encoders.dpide.st_scope import (
     Binding,
+    Guard,
     Scope,
     Step,
     SymbolListing,
+    Unit,
     constant,
     device_in,
     initial_value,
@@ -30,26 +33,17 @@ from pidcfg.encoders.dpide.st_write import (
     TIMER,
     WITHOUT_NUMBER,
 )
-from pidcfg.encoders.dpide.symbols import BREAK, SUFFIXES
-from pidcfg.encoders.image import default_name
+from pidcfg.encoders.dpide.symbols import BREAK, SUFFIXES, Row
+from pidcfg.encoders.image import Data, default_name
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.maps.dpide import LOOPS, ROWS
 from pidcfg.encoders.parameter_files import ParameterListing
-from pidcfg.encoders.parameters import Elsewhere
-from pidcfg.encoders.structured_text import END, NAME, Cursor, settings_of
+from pidcfg.encoders.parameters import Content, Elsewhere
+from pidcfg.encoders.structured_text import END, NAME, Comment, Cursor, Token, settings_of
 from pidcfg.schemas.dpide import parse_timer
+from pidcfg.schemas.iec import Wire
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import closest_name
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.dpide.st_scope import Guard, Unit
-    from pidcfg.encoders.dpide.symbols import Row
-    from pidcfg.encoders.image import Data
-    from pidcfg.encoders.parameters import Content
-    from pidcfg.encoders.structured_text import Comment, Token
-    from pidcfg.schemas.iec import Wire
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What is left out of a program, as far as it concerns operands: what may write them, and jumps around the calls.

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pidcfg.encoders.dpide.st_write import WITHOUT_NUMBER
 from pidcfg.encoders.dpide.symbols import SUFFIXES, Row, Table, parse, registers_of, units_in_comments
-from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.image import Data
+from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, ROWS
 from pidcfg.encoders.parameter_files import ParameterListing
-from pidcfg.encoders.parameters import Elsewhere, read_content
+from pidcfg.encoders.parameters import Content, Elsewhere, Parameter, read_content
 from pidcfg.encoders.structured_text import (
     END,
     ENDS,
@@ -21,7 +23,9 @@ from pidcfg.encoders.structured_text import (
     TRUTHS,
     TYPED_LITERAL,
     VARIABLES,
+    Comment,
     Cursor,
+    Declaration,
     Token,
     declarations,
     number_of,
@@ -29,17 +33,8 @@ from pidcfg.encoders.structured_text import (
     tokens_of,
 )
 from pidcfg.schemas.dpide import BLOCK, parse_flag_device, parse_register
-from pidcfg.schemas.iec import BOOL, REAL, Timed
+from pidcfg.schemas.iec import BOOL, REAL, IecType, Timed
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from pidcfg.encoders.image import Data
-    from pidcfg.encoders.listing import Listing
-    from pidcfg.encoders.parameters import Content, Parameter
-    from pidcfg.encoders.structured_text import Comment, Declaration
-    from pidcfg.schemas.iec import IecType
 
 # --- A text as programs and function blocks, and their statements one by one with the conditions around them ----------
 

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.symbols import Symbol, identifier, symbols
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, WRITTEN_BY_AUTOTUNE
+from pidcfg.encoders.parameters import Entry, Parameter, Program
 from pidcfg.encoders.structured_text import comment_text, literal, settings_text, wrap_call
 from pidcfg.schemas.dpide import Call
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
-    from pidcfg.encoders.parameters import Entry, Parameter, Program
 
 # --- DPIDE in program text: what its writer and its reader share ------------------------------------------------------
 #

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from pidcfg.encoders.image import Data, Settings
 from pidcfg.encoders.listing import (
     CONFLICT,
     Listing,
@@ -18,7 +20,7 @@ from pidcfg.encoders.listing import (
 )
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
 from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
-from pidcfg.encoders.parameters import content_text
+from pidcfg.encoders.parameters import Entry, Parameter, Program, content_text
 from pidcfg.schemas.base import parse_name
 from pidcfg.schemas.dpide import parse_flag_device, parse_register, place_of
 from pidcfg.schemas.iec import BOOL
@@ -26,12 +28,6 @@ from pidcfg.schemas.numbers import NUMBER
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import printable
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from pidcfg.encoders.image import Data, Settings
-    from pidcfg.encoders.parameters import Entry, Parameter, Program
 
 # --- The operand table: a row an operand with device, value and unit, for people who enter a DPIDE instruction --------
 #

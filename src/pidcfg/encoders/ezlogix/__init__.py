@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from pidcfg.encoders.options import Option, listed, one_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 # --- What EZLogix listings do not say of a loop, and where blocks and tags of converted loops go ----------------------
 

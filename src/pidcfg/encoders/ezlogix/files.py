@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 from pidcfg.encoders.codecs import Choice, Distance, Implied, Position
+from pidcfg.encoders.image import Cell, Data, Image
 from pidcfg.encoders.listing import (
     CONFLICT,
     LOOP,
@@ -25,15 +27,9 @@ from pidcfg.encoders.listing import (
 )
 from pidcfg.encoders.maps.ezlogix import MAP_SPACE, PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.modbus_map import map_kind, space_rows
-from pidcfg.schemas.ezlogix import PlcSettings, tag_name
+from pidcfg.encoders.regmap import Word
+from pidcfg.schemas.ezlogix import EzlogixFile, PlcSettings, tag_name
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
-    from pidcfg.encoders.image import Cell, Data, Image
-    from pidcfg.encoders.regmap import Word
-    from pidcfg.schemas.ezlogix import EzlogixFile
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The tag list of an EZLogix image: one tag a loop variable, written, added to a list of the user's, and read back.

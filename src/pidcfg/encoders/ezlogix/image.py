@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
 
 from pidcfg.encoders.codecs import DecodeError, Position, Scale
 from pidcfg.encoders.image import (
@@ -11,7 +11,10 @@ from pidcfg.encoders.image import (
     Data,
     Decoded,
     Encoding,
+    Image,
+    LoopBlock,
     LoopOption,
+    Settings,
     defaults_of,
     file_data,
     present,
@@ -24,16 +27,22 @@ from pidcfg.encoders.image import (
 )
 from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, CV, MAP_SPACE, SPACE, TABLES, TUNED, counts_format
 from pidcfg.encoders.regmap import LoopTuning
-from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, WORD_MOST, Loop, LoopSettings, Plc, PlcSettings
+from pidcfg.schemas.ezlogix import (
+    CV_FULL,
+    DISCRETES,
+    REGISTERS,
+    WORD_MOST,
+    EzlogixFile,
+    Loop,
+    LoopSettings,
+    OutputSettings,
+    Plc,
+    PlcSettings,
+    PvSettings,
+)
+from pidcfg.schemas.ezlogix import Output as OutputSection
+from pidcfg.schemas.ezlogix import Pv as PvSection
 from pidcfg.schemas.numbers import EXACT_CONTEXT
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Image, LoopBlock, Settings
-    from pidcfg.schemas.ezlogix import EzlogixFile, OutputSettings, PvSettings
-    from pidcfg.schemas.ezlogix import Output as OutputSection
-    from pidcfg.schemas.ezlogix import Pv as PvSection
 
 # --- An EZLogix configuration to its registers and discretes ----------------------------------------------------------
 

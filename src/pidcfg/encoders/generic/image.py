@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from math import expm1
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.generic import LOOPS, TUNED
 from pidcfg.encoders.regmap import LoopTuning
+from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from pidcfg.schemas.generic import GenericFile, Loop
 
 # --- How the neutral form is calculated, where its equation leaves a choice -------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from decimal import Decimal
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from pidcfg.encoders.codecs import FLAG, Choice, Implied, Single
 from pidcfg.encoders.regmap import (
@@ -21,13 +21,11 @@ from pidcfg.encoders.regmap import (
     Written,
 )
 from pidcfg.schemas import click as limits
+from pidcfg.schemas.base import Limits
 from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS, OUTPUTS
 from pidcfg.schemas.click import ERRORS as ERROR_LIST
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import CLICK, CLICK_ADDRESSES, Decision
-
-if TYPE_CHECKING:
-    from pidcfg.schemas.base import Limits
 
 # --- CLICK registers: tables only, offsets in decimal as the help prints them -----------------------------------------
 #

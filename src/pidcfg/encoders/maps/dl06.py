@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.codecs import (
     SIGN,
@@ -15,6 +16,7 @@ from pidcfg.encoders.codecs import (
     Format,
     Pointer,
     Position,
+    Scale,
     SignMagnitude,
     is_raw,
 )
@@ -22,11 +24,6 @@ from pidcfg.encoders.regmap import D345, WORD, Bank, Bits, Meaning, RegisterMap,
 from pidcfg.schemas.base import HIGHEST, RESET_UNIT, v_name
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import DL06, Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from pidcfg.encoders.codecs import Scale
 
 # --- Codecs of words that only the DL06 has ---------------------------------------------------------------------------
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pidcfg.encoders.image import LoopOption
 from pidcfg.encoders.parameters import NamedLoops, Parameter, ParameterTable, TunedParameters
 from pidcfg.encoders.regmap import Code, Meaning, Written
 from pidcfg.schemas.dpide import D251, Loop, LoopSettings, PlcSettings
-from pidcfg.schemas.iec import BOOL, DINT, REAL
+from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType
 from pidcfg.text.references import DPIDE, Decision
-
-if TYPE_CHECKING:
-    from pidcfg.schemas.iec import IecType
 
 # --- DPIDE operands: a table only, in the order of the instruction ----------------------------------------------------
 

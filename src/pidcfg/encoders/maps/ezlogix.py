@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import cache
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import FLAG, WORD_MAX, Choice, Distance, EncodeError, Format, Implied, Position
 from pidcfg.encoders.regmap import BIT, WORD, Bank, Code, Meaning, RegisterMap, Space, TunedWords, Word, Written
+from pidcfg.schemas.base import Limits
 from pidcfg.schemas.ezlogix import (
     AUTOTUNE,
     CONTROL_OUTPUT,
@@ -20,9 +20,6 @@ from pidcfg.schemas.ezlogix import (
 )
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import EZLOGIX, Decision
-
-if TYPE_CHECKING:
-    from pidcfg.schemas.base import Limits
 
 # --- EZLogix registers and discretes: tables only, offsets from the base in decimal as the manual prints them ---------
 

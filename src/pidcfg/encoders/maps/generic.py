@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pidcfg.encoders.parameters import NamedLoops, Parameter, ParameterTable, TunedParameters
 from pidcfg.encoders.regmap import Written
 from pidcfg.schemas.generic import D280, Loop, LoopSettings, PlcSettings
-from pidcfg.schemas.iec import BOOL, DERIVATIVE_OF, LOOP_MODE, LREAL
-
-if TYPE_CHECKING:
-    from pidcfg.schemas.iec import IecType
+from pidcfg.schemas.iec import BOOL, DERIVATIVE_OF, LOOP_MODE, LREAL, IecType
 
 
 def _row(name: str, kind: IecType, unit: str, title: str) -> Parameter:

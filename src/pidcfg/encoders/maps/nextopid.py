@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, get_args
 
 from pidcfg.encoders.parameters import Parameter, ParameterTable, TunedParameters
@@ -10,14 +11,10 @@ from pidcfg.schemas import nextopid as schema
 from pidcfg.schemas.base import Limits, limits_at
 from pidcfg.schemas.iec import BOOL, INT, REAL, IecType
 from pidcfg.text.frozen import frozen
-from pidcfg.text.references import NEXTOPID, Decision
+from pidcfg.text.references import NEXTOPID, Basis, Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pydantic import BaseModel
-
-    from pidcfg.text.references import Basis
 
 # --- NextoPID's function blocks and functions: tables only ------------------------------------------------------------
 #

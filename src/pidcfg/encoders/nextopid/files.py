@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from pidcfg.encoders.image import Settings
 from pidcfg.encoders.listing import FileKind
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, SIGNAL, WRITTEN
 from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_rows
 from pidcfg.encoders.nextopid.st_read import read_plcopen, read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
 from pidcfg.encoders.parameter_files import parameter_listings
+from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.regmap import writer_of
 from pidcfg.encoders.structured_text import opening
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.nextopid import Plc
+from pidcfg.schemas.nextopid import NextopidFile, Plc
 from pidcfg.schemas.numbers import decimal_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from pidcfg.encoders.image import Settings
-    from pidcfg.encoders.parameters import Program
-    from pidcfg.schemas.nextopid import NextopidFile
 
 BEGIN = re.compile(r"(?:PROGRAM|FUNCTION(?:_BLOCK)?|TYPE|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 

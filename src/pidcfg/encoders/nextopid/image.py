@@ -2,43 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from functools import cached_property
 from itertools import product
 from math import expm1
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import ConfigDict
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
-from pidcfg.encoders.image import Data, Decoded, RefusedError, file_data, plain, present, read_settings
-from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, TUNED
+from pidcfg.encoders.image import Data, Decoded, RefusedError, Settings, file_data, plain, present, read_settings
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, TUNED, BlockType
 from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
-from pidcfg.encoders.parameters import Entry, NamedEncoding, Parameter, Program, read_content, store, store_value
-from pidcfg.encoders.regmap import LoopTuning, Misfit
+from pidcfg.encoders.parameters import (
+    Content,
+    Entry,
+    NamedEncoding,
+    Parameter,
+    Program,
+    read_content,
+    store,
+    store_value,
+)
+from pidcfg.encoders.regmap import LoopTuning, Misfit, Rounded
 from pidcfg.encoders.structured_text import st_real
 from pidcfg.schemas.base import Integer, MapFile, Model, Seconds, SectionSettings, Text
-from pidcfg.schemas.expressions import NOT, ExpressionError
+from pidcfg.schemas.expressions import NOT, Expression, ExpressionError
 from pidcfg.schemas.expressions import SIGNAL as SIGNAL_CODE
-from pidcfg.schemas.iec import BOOL, REAL, Identifier, Wire, signal_type
-from pidcfg.schemas.nextopid import Controller, Move, OutputText, PidaReal, Plc, PvText
+from pidcfg.schemas.iec import BOOL, REAL, Identifier, IecType, Wire, signal_type
+from pidcfg.schemas.nextopid import Block, Controller, Item, Loop, Move, NextopidFile, OutputText, PidaReal, Plc, PvText
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import put, steps, value_at
+from pidcfg.text.paths import Path, put, steps, value_at
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.text.signs import closest_name
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Settings
-    from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.parameters import Content
-    from pidcfg.encoders.regmap import Rounded
-    from pidcfg.schemas.expressions import Expression
-    from pidcfg.schemas.iec import IecType
-    from pidcfg.schemas.nextopid import Block, Item, Loop, NextopidFile
-    from pidcfg.text.paths import Path
 
 # --- What a program copies beside the calls of its blocks: the MOVE instructions of figures 4-6 and 16-1 --------------
 #

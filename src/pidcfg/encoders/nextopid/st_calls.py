@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from itertools import compress
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from pidcfg.encoders.nextopid.st_scope import LIBRARY
+from pidcfg.encoders.nextopid.st_scope import LIBRARY, Item, Scope
+from pidcfg.encoders.parameters import Parameter
 from pidcfg.encoders.structured_text import (
     END,
     ENDS,
     INTEGERS,
     NAME,
+    Argument,
     Cursor,
     Statement,
     Token,
@@ -25,14 +29,6 @@ from pidcfg.encoders.structured_text import (
 from pidcfg.schemas.base import parse_seconds
 from pidcfg.schemas.expressions import MAX_LENGTH
 from pidcfg.schemas.numbers import plain_number
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-    from decimal import Decimal
-
-    from pidcfg.encoders.nextopid.st_scope import Item, Scope
-    from pidcfg.encoders.parameters import Parameter
-    from pidcfg.encoders.structured_text import Argument
 
 # --- IF and CASE of Structured Text as assignments, each with the conditions under which it is executed ---------------
 #

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
 from operator import itemgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from pidcfg.encoders.image import Data
 from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.nextopid.st_calls import MOST_GUARDS
-from pidcfg.encoders.nextopid.st_scope import LONGER, SIGNAL_TYPES, Wiring
+from pidcfg.encoders.nextopid.st_calls import MOST_GUARDS, Calls, Guard, Guarded, Label
+from pidcfg.encoders.nextopid.st_scope import LONGER, SIGNAL_TYPES, Item, Scope, Wiring
 from pidcfg.encoders.nextopid.st_write import wire_text
-from pidcfg.encoders.structured_text import content_of
+from pidcfg.encoders.structured_text import Token, content_of
 from pidcfg.schemas.expressions import AND, AT_LEAST, AT_MOST, CONSTANT, EQUAL, MAX_LENGTH, NEGATE, NOT, OR, SIGNAL
-from pidcfg.schemas.iec import BOOL, REAL
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Data
-    from pidcfg.encoders.nextopid.st_calls import Calls, Guard, Guarded, Label
-    from pidcfg.encoders.nextopid.st_scope import Item, Scope
-    from pidcfg.encoders.structured_text import Token
-    from pidcfg.schemas.iec import IecType
+from pidcfg.schemas.iec import BOOL, REAL, IecType
 
 # --- The conditions of an assignment in Structured Text as one expression of a configuration --------------------------
 

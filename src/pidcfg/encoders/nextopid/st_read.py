@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from itertools import compress
-from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.nextopid.st_calls import Calls
+from pidcfg.encoders.nextopid.st_calls import Assignment, Calls
 from pidcfg.encoders.nextopid.st_moves import Moves
 from pidcfg.encoders.nextopid.st_scope import (
     LIBRARY,
     SIGNAL_TYPES,
+    Item,
     Scope,
     Source,
     Wiring,
@@ -27,22 +28,24 @@ from pidcfg.encoders.nextopid.st_scope import (
     parse_st,
 )
 from pidcfg.encoders.nextopid.st_write import wire_text
-from pidcfg.encoders.nextopid.wiring import Layout
-from pidcfg.encoders.structured_text import END, NAME, Comment, Declaration, Member, Token, content_of, tokens_of
+from pidcfg.encoders.nextopid.wiring import Layout, Wires
+from pidcfg.encoders.parameters import Content, Parameter
+from pidcfg.encoders.structured_text import (
+    END,
+    NAME,
+    Comment,
+    Declaration,
+    Initial,
+    Member,
+    Token,
+    content_of,
+    tokens_of,
+)
 from pidcfg.schemas.base import parse_seconds
 from pidcfg.schemas.expressions import ExpressionError
 from pidcfg.schemas.iec import REAL, Wire, time_seconds
 from pidcfg.schemas.nextopid import Plc
 from pidcfg.schemas.numbers import decimal_text, plain_number
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from pidcfg.encoders.nextopid.st_calls import Assignment
-    from pidcfg.encoders.nextopid.st_scope import Item
-    from pidcfg.encoders.nextopid.wiring import Wires
-    from pidcfg.encoders.parameters import Content, Parameter
-    from pidcfg.encoders.structured_text import Initial
 
 # --- Structured Text to a listing: what the program declares and calls, and what its comments say beside --------------
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 from pydantic_core import PydanticCustomError
 
-from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
+from pidcfg.encoders.image import Data
+from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, BlockType
 from pidcfg.encoders.nextopid.st_write import DEEPEST, EQUALITY, OPERATORS, PRODUCT, SUM
+from pidcfg.encoders.parameters import Parameter
 from pidcfg.encoders.structured_text import (
     END,
     INTEGERS,
@@ -47,17 +50,8 @@ from pidcfg.schemas.expressions import (
     SIGNAL,
     TRUTH,
 )
-from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, Timed, Wire, parse_identifier
+from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, IecType, Timed, Wire, parse_identifier
 from pidcfg.text.signs import closest_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Data
-    from pidcfg.encoders.listing import Listing
-    from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.parameters import Parameter
-    from pidcfg.schemas.iec import IecType
 
 # --- A text as one program: its declarations, statements and comments, and what stands beside it ----------------------
 

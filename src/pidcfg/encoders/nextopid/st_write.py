@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 from html import escape
 from itertools import chain
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pidcfg.encoders.listing import UnwritableError
-from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.nextopid.image import MoveError, read_moves
-from pidcfg.encoders.nextopid.wiring import Layout, Wires
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, BlockType
+from pidcfg.encoders.nextopid.image import Copy, MoveError, read_moves
+from pidcfg.encoders.nextopid.wiring import Instance, Layout, Wires
+from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
 from pidcfg.encoders.structured_text import comment_text, literal, settings_text, st_real, wrap_call
 from pidcfg.schemas.base import LOOKS_BOOLEAN
 from pidcfg.schemas.expressions import (
@@ -35,22 +37,13 @@ from pidcfg.schemas.expressions import (
     SUBTRACT,
     TRUTH,
     TRUTHS,
+    Expression,
     ExpressionError,
 )
-from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, Wire, is_numeric
+from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, IecType, Wire, is_numeric
 from pidcfg.schemas.nextopid import Move, Plc
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.nextopid.image import Copy
-    from pidcfg.encoders.nextopid.wiring import Instance
-    from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
-    from pidcfg.schemas.expressions import Expression
-    from pidcfg.schemas.iec import IecType
 
 # --- Expressions in Structured Text and in configuration files: the same code, printed in two dialects ----------------
 #

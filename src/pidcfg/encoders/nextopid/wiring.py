@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from pidcfg.encoders.maps.nextopid import LOOP_TYPES
+from pidcfg.encoders.maps.nextopid import LOOP_TYPES, BlockType
 from pidcfg.schemas.expressions import (
     CONSTANT,
     DIVIDE,
@@ -28,15 +29,10 @@ from pidcfg.schemas.expressions import (
     Typed,
     lengths_of,
 )
+from pidcfg.schemas.iec import IecType
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import closest_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.schemas.iec import IecType
 
 D204 = Decision(
     204,

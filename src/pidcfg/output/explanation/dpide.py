@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 from pidcfg.encoders.maps.dpide import CODES, D254, DPIDE_TABLE, INTEGRAL, ROWS, STATES, WRITERS
+from pidcfg.encoders.parameters import Content, Parameter
 from pidcfg.output.explanation.book import Direction, Series
 from pidcfg.output.explanation.parameters import ParameterBook, Words
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from pidcfg.encoders.parameters import Content, Parameter
 
 NAME = "DPIDE"
 TERMS = {

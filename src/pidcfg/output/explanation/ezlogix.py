@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.codecs import SIGN
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, DUTY_FULL, R_BLOCK, S_BLOCK, SPACE, VARIABLES, WORDS
+from pidcfg.encoders.regmap import Word
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
 from pidcfg.output.explanation.registers import DIALOG, FILE, Block, RegisterBook
 from pidcfg.schemas.base import units_of
-from pidcfg.schemas.ezlogix import CV_FULL, OutputSettings, PvSettings
+from pidcfg.schemas.ezlogix import CV_FULL, Loop, OutputSettings, PvSettings
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from pidcfg.encoders.regmap import Word
-    from pidcfg.schemas.ezlogix import Loop
 
 ERROR = R_BLOCK.word("error")
 ROOT = S_BLOCK.offset("square_root")

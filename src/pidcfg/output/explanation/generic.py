@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 from pidcfg.encoders.maps.generic import LOOP_TABLE, LOOPS
 from pidcfg.output.explanation.book import Direction
 from pidcfg.output.explanation.lookup import PV_RISES
 from pidcfg.output.explanation.parameters import ParameterBook
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 NAME = "generic"
 DIRECTION = "output_raises_pv"

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 from pidcfg.encoders.maps.nextopid import BITS, BLOCK_BITS, BLOCK_TYPES, D325, GROUPS, STATES
 from pidcfg.output.explanation.book import Direction
 from pidcfg.output.explanation.parameters import Group, ParameterBook
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 
 def split(name: str, settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import difflib
 import re
 import unicodedata
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pidcfg.encoders.listing import FIRST_REFERENCE
 from pidcfg.encoders.regmap import Meaning
 from pidcfg.output.explanation.answer import SYMPTOM, Page, Point
-from pidcfg.output.explanation.book import book_of
+from pidcfg.output.explanation.book import Book, book_of
 from pidcfg.output.explanation.page import Question
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.text.frozen import frozen
@@ -21,12 +22,6 @@ from pidcfg.text.references import Decision
 from pidcfg.validate.catalog import CODE
 from pidcfg.validate.texts import PREFIX, texts
 from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.output.explanation.book import Book
-
 
 # --- What people see at a panel, by its usual names, and what to look at: the rows of symptoms.toml -------------------
 

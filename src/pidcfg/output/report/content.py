@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from math import floor, isfinite, log10
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+from pidcfg.encoders.image import Block, Encoding
+from pidcfg.encoders.regmap import Word
 from pidcfg.output.explanation.page import is_before_root, share_before_root
 from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS
-from pidcfg.text.diagnostics import Severity
+from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pidcfg.encoders.image import Block, Encoding
-    from pidcfg.encoders.regmap import Word
-    from pidcfg.text.diagnostics import Diagnostic
 
 # --- What a commissioning report says, as data: the page, the CSV files and the workbook read the same ----------------
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING
 
 from pidcfg.output.report.content import (
     Expectation,
@@ -17,17 +17,12 @@ from pidcfg.output.report.content import (
     number,
     text,
 )
+from pidcfg.pictures.chart import Chart
 from pidcfg.pictures.page import figures
 from pidcfg.sim.judgement.expect import UNITS as EXPECTATION_UNITS
 from pidcfg.sim.judgement.meters import OF_SWINGS
-from pidcfg.sim.judgement.report import Tally, flag_words
+from pidcfg.sim.judgement.report import LoopReport, Report, Tally, Verdict, flag_words
 from pidcfg.text.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pidcfg.pictures.chart import Chart
-    from pidcfg.sim.judgement.report import LoopReport, Report, Verdict
 
 METRIC_TITLES = {
     "overshoot": "Overshoot, %",

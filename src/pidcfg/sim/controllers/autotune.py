@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import TYPE_CHECKING
 
+from pidcfg.sim.controllers.kernels import CurveState, RelayState
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning.tables import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
-
-if TYPE_CHECKING:
-    from pidcfg.sim.controllers.kernels import CurveState, RelayState
 
 # --- The answer of a process to a step of its input, recorded in little memory: steepest slope and dead time ----------
 #

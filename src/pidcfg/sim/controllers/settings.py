@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import difflib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
+from decimal import Decimal
+from typing import Any, NamedTuple, TypeVar, cast
 
 from pydantic_core import PydanticCustomError
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
+from pidcfg.encoders.regmap import Point, RegisterMap, Word
 from pidcfg.schemas.base import SIDES, Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import closest_name, key_of_term
-
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence, Sequence
-    from decimal import Decimal
-
-    from pidcfg.encoders.regmap import Point, RegisterMap, Word
-
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a scenario's ``set`` may write: a key of the configuration to its register, by the register map's own codecs.

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from decimal import Decimal
 from math import inf
-from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
 from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
 from pidcfg.schemas.numbers import parse_number
-from pidcfg.schemas.scenario import Never
+from pidcfg.schemas.scenario import Bound, Event, Expectation, Never, Plant, Scenario
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, Plc
 from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.text.paths import Path, dotted, leaves, steps
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.schemas.scenario import Bound, Event, Expectation, Plant, Scenario
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What an expectation may say: one subject with the keys that go with it, names that exist, bounds that can be met.

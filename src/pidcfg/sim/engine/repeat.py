@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic_core import PydanticCustomError, ValidationError
 
-from pidcfg.schemas.scenario import Event, Plant
+from pidcfg.schemas.scenario import Event, Plant, Scenario
+from pidcfg.sim.controllers.plc import Controller, Plc
 from pidcfg.sim.engine.checks import check_plant
 from pidcfg.sim.engine.events import Agenda, idle_events
 from pidcfg.sim.engine.influence import Influence, wrong_actions
 from pidcfg.sim.engine.network import initial_values, rest, set_numbers
-from pidcfg.sim.engine.run import Run, settled
+from pidcfg.sim.engine.run import Run, Settings, settled
 from pidcfg.sim.judgement.evidence import least_swing
 from pidcfg.text.paths import leaves
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from pidcfg.schemas.scenario import Scenario
-    from pidcfg.sim.controllers.plc import Controller, Plc
-    from pidcfg.sim.engine.run import Settings
 
 # Design. What a scenario says in names (loops, wiring, events, expectations) is read, checked and wired once. Another
 # one may have other numbers in its plants, another seed, and other values of the parameters that its events set; all

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import exp, inf
-from typing import TYPE_CHECKING
 
 from pidcfg.sim.engine.influence import answer
 from pidcfg.sim.judgement.evidence import (
@@ -22,9 +22,6 @@ from pidcfg.sim.judgement.evidence import (
     too_early_verdict,
     unjudged_verdict,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 # Design. Each look (`pidcfg.sim.judgement.evidence`) compares the mean error of the two halves of its window, at the
 # moment at which the window ends: limits, selectors and the other loops are as they are then. What a loop does in the

@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
-from pidcfg.schemas.scenario import Never
+from pidcfg.schemas.scenario import Event, Never
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.events import describe_event
 from pidcfg.sim.engine.expressions import Problem
@@ -39,9 +38,6 @@ from pidcfg.sim.judgement.lasting import judge_error, judge_saturation, look_at
 from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
 from pidcfg.sim.judgement.report import ASSUMED, ASSUMED_KIND, Standing, VerdictWord, ten_digits
 from pidcfg.text.paths import dotted, leaves
-
-if TYPE_CHECKING:
-    from pidcfg.schemas.scenario import Event
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a loop's signals must show at the end: ``pv-not-driven``, ``out-of-range``, ``oscillates``, ``alarm-stands``.

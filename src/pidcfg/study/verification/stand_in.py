@@ -8,9 +8,10 @@ source does, with the target's rules what the target does. It shares no line of 
 
 from __future__ import annotations
 
+from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass, field
 from math import gcd, isfinite, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.conversion.operation import (
     Deadband,
@@ -19,6 +20,7 @@ from pidcfg.conversion.operation import (
     Interlock,
     Manual,
     Master,
+    Operation,
     Rate,
     Smoothing,
     Start,
@@ -28,7 +30,7 @@ from pidcfg.conversion.operation import (
     Zero,
 )
 from pidcfg.encoders.contract import encoder_of
-from pidcfg.schemas.generic import GenericFile
+from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.sim.controllers.generic import equation as bits
 from pidcfg.sim.controllers.generic import scan as generic
 from pidcfg.sim.controllers.generic.equation import AUTO, BUMPLESS, CASCADE, FRESH, MANUAL, MODES, REQUEST, SP_SET
@@ -40,12 +42,6 @@ from pidcfg.study.verification.trial import Side, new_plc, root_step
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence, Sequence
-
-    from pidcfg.conversion.operation import Operation
-    from pidcfg.schemas.generic import Loop
 
 D927 = Decision(
     927,

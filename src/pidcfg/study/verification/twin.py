@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import BaseModel
 
 from pidcfg.conversion import operation as rules_of_operation
 from pidcfg.conversion.builder import flatten
-from pidcfg.conversion.ledger import LOSSES, ConvertError, number_of, overlap
-from pidcfg.conversion.operation import PREFIX, Answer, WithoutIntegral, first_output, source_of
+from pidcfg.conversion.ledger import LOSSES, Change, ConvertError, number_of, overlap
+from pidcfg.conversion.operation import PREFIX, Answer, Operation, WithoutIntegral, first_output, source_of
+from pidcfg.conversion.pipeline import LoopReport
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.image import default_of
@@ -29,16 +31,8 @@ from pidcfg.study.verification.comparison import (
     neutral_values,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import steps, value_at
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from pidcfg.conversion.ledger import Change
-    from pidcfg.conversion.operation import Operation
-    from pidcfg.conversion.pipeline import LoopReport
-    from pidcfg.text.paths import Path
-    from pidcfg.vendors import Vendor
+from pidcfg.text.paths import Path, steps, value_at
+from pidcfg.vendors import Vendor
 
 # Design. The stand-in of a conversion has every number of the source's file. It takes another number only where a line
 # of the report says which one was written: then the target must have that very number, so that a line about a gain

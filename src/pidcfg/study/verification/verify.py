@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from itertools import chain
 from math import expm1
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.conversion.builder import flatten, has_alarms
-from pidcfg.conversion.ledger import overlap
-from pidcfg.conversion.operation import PREFIX, differing_rules, source_of
+from pidcfg.conversion.comparison import NeutralSide
+from pidcfg.conversion.ledger import Change, overlap
+from pidcfg.conversion.operation import PREFIX, Operation, differing_rules, source_of
+from pidcfg.conversion.pipeline import LoopReport
 from pidcfg.encoders.contract import encoder_of
-from pidcfg.pictures.chart import Chart, Line, Mark, Panel
+from pidcfg.pictures.chart import Chart, Line, Mark, Panel, Role
+from pidcfg.schemas.generic import Loop
 from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import (
     ACTION,
@@ -33,10 +37,11 @@ from pidcfg.study.verification.comparison import (
     refused_mode,
 )
 from pidcfg.study.verification.lines import field_of, is_material, key_of
-from pidcfg.study.verification.stages import bench_of, stages_of
+from pidcfg.study.verification.stages import Bench, Stage, bench_of, stages_of
 from pidcfg.study.verification.stand_in import Rules, StandIn, stand_in
 from pidcfg.study.verification.trial import (
     Side,
+    Trial,
     companions,
     finest_counts,
     nearest_step,
@@ -47,23 +52,10 @@ from pidcfg.study.verification.trial import (
     run_stage,
     smaller_moves,
 )
-from pidcfg.study.verification.twin import ALARMS, reported_loops, with_fields, without_losses
+from pidcfg.study.verification.twin import ALARMS, ReportLine, reported_loops, with_fields, without_losses
 from pidcfg.text.frozen import frozen
 from pidcfg.text.processes import Crew
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from pidcfg.conversion.comparison import NeutralSide
-    from pidcfg.conversion.ledger import Change
-    from pidcfg.conversion.operation import Operation
-    from pidcfg.conversion.pipeline import LoopReport
-    from pidcfg.pictures.chart import Role
-    from pidcfg.schemas.generic import Loop
-    from pidcfg.study.verification.stages import Bench, Stage
-    from pidcfg.study.verification.trial import Trial
-    from pidcfg.study.verification.twin import ReportLine
-    from pidcfg.vendors import Vendor
+from pidcfg.vendors import Vendor
 
 # --- The battery: source, twin and target of every loop through all stages, and what comes of it ----------------------
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 from pidcfg.text.diagnostics import number_of
 from pidcfg.validate.rule import Rule
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 
 def collect(*modules: ModuleType) -> dict[str, Rule]:

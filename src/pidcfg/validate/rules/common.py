@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from decimal import Decimal
 from functools import cache
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, TypeAlias, get_args
+from typing import Any, TypeAlias, get_args
 
 from pydantic import BaseModel
 
+from pidcfg.encoders.image import Encoding
+from pidcfg.encoders.regmap import Misfit, Rounded
 from pidcfg.schemas.base import SIDES, Limits, Quantity, Rate, unit_text, units_of
 from pidcfg.schemas.numbers import EXACT_CONTEXT, MAX_DIGITS, decimal_text
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import value_at
+from pidcfg.text.paths import Path, value_at
 from pidcfg.text.references import Decision
 from pidcfg.validate.purpose import action_of, purpose_of
 from pidcfg.validate.rule import D930, Finding, Findings, always, checklist, error, finding, warning
-from pidcfg.validate.shared_checks import list_names, number_text
+from pidcfg.validate.shared_checks import Context, list_names, number_text
 from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from pidcfg.encoders.image import Encoding
-    from pidcfg.encoders.regmap import Misfit, Rounded
-    from pidcfg.text.paths import Path
-    from pidcfg.validate.shared_checks import Context
 
 D06 = Decision(
     6,

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from decimal import Decimal
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.image import D299, D302, D303
 from pidcfg.encoders.parameters import ProgramEncoding
-from pidcfg.schemas.generic import D280, GenericFile, Loop
+from pidcfg.schemas.base import Model
+from pidcfg.schemas.generic import D280, GenericFile, Loop, Pulse
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import closest_name, same_word
@@ -27,12 +28,6 @@ from pidcfg.validate.shared_checks import (
     outside_limits,
     report_at_both,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.schemas.base import Model
-    from pidcfg.schemas.generic import Pulse
 
 
 @frozen

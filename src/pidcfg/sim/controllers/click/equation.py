@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pidcfg.encoders.codecs import Implied
 from pidcfg.encoders.image import default_name
@@ -23,10 +25,6 @@ from pidcfg.sim.controllers.kernels import (
     single,
 )
 from pidcfg.sim.controllers.plc import TICKS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from decimal import Decimal
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Records of a CLICK loop: `Config` (decoded registers, fixed during a run) and `State` (what the controller writes).

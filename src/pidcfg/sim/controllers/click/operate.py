@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Callable
+from decimal import Decimal
+from typing import Any, cast
 
 from pidcfg.encoders.maps.click import ERRORS, TABLES, error_text
+from pidcfg.encoders.regmap import Point, Word
 from pidcfg.schemas.base import Quantity, Rate, parse_seconds
 from pidcfg.schemas.click import parse_sample_rate, parse_unit_rate
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
@@ -34,12 +37,6 @@ from pidcfg.sim.controllers.click.equation import (
 )
 from pidcfg.sim.controllers.kernels import GOAL_ENDS, tell_request
 from pidcfg.sim.controllers.settings import Keys, items_of, rows_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from decimal import Decimal
-
-    from pidcfg.encoders.regmap import Point, Word
 
 # --- Mode requests of a CLICK loop: what is granted, refused or overridden, and the bumpless transfer (D119) ----------
 #

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping, MutableSequence, Sequence
 from math import isnan
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.click import BLOCKS, MODE_BITS, SPACE
+from pidcfg.encoders.regmap import Word
 from pidcfg.sim.controllers.click.autotune import tune
 from pidcfg.sim.controllers.click.equation import (
     AUTO,
@@ -31,11 +32,6 @@ from pidcfg.sim.controllers.kernels import clamp, finite, single
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.controllers.settings import NOT_NOW, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
-
-    from pidcfg.encoders.regmap import Word
 
 # --- The virtual CLICK: what one pass of the main program does for its PID loops --------------------------------------
 #

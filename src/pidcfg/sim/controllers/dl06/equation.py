@@ -6,11 +6,12 @@ from collections.abc import Mapping, MutableSequence, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pidcfg.encoders.codecs import DecodeError, Scale
 from pidcfg.encoders.dl06.image import alarm_order_broken, check_ramp_soak
 from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_SIZE, RESET
+from pidcfg.encoders.regmap import Point, RegisterMap
 from pidcfg.schemas.base import Quantity
 from pidcfg.sim.controllers.kernels import (
     CountsConfig,
@@ -22,9 +23,6 @@ from pidcfg.sim.controllers.kernels import (
     renew_alarm,
 )
 from pidcfg.sim.controllers.plc import TICKS
-
-if TYPE_CHECKING:
-    from pidcfg.encoders.regmap import Point, RegisterMap
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a DL06 loop knows: `Config` (decoded words, fixed during a run) and `State` (what the controller writes).

@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 from decimal import Decimal
 from functools import cache
 from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.codecs import Bcd, Scale
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES, RESET
+from pidcfg.encoders.regmap import Point, Word
 from pidcfg.schemas.base import Rate, parse_quantity, parse_rate, parse_seconds, parse_text, parse_v_address
 from pidcfg.schemas.dl06 import Reset, parse_reset
 from pidcfg.schemas.numbers import parse_number
@@ -46,9 +47,6 @@ from pidcfg.sim.controllers.dl06.equation import (
 from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEAREST, step_to, tell_request
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.controllers.settings import Keys, check_fit, rows_of
-
-if TYPE_CHECKING:
-    from pidcfg.encoders.regmap import Point, Word
 
 # --- Mode requests of a DL06 loop: what is granted, refused or overridden, and the bumpless transfers -----------------
 #

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
 from dataclasses import dataclass, fields
 from decimal import Decimal
 from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.codecs import Scale
 from pidcfg.encoders.dl06.image import Setup, check_setup, intended_mode
-from pidcfg.encoders.image import default_name
+from pidcfg.encoders.image import Image, default_name
 from pidcfg.encoders.maps.dl06 import (
     CPU,
     FORMATS,
@@ -20,6 +21,8 @@ from pidcfg.encoders.maps.dl06 import (
     READ_LATE,
     TABLE_POINTER,
 )
+from pidcfg.encoders.regmap import Point
+from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06 import operate as dl06_modes
@@ -63,17 +66,9 @@ from pidcfg.sim.controllers.kernels import NEVER, tell_request
 from pidcfg.sim.controllers.plc import TICKS, CountsPlc, low_and_width
 from pidcfg.sim.controllers.settings import items_of
 from pidcfg.sim.engine.expressions import NoValue
-from pidcfg.sim.judgement.report import ScanTime
+from pidcfg.sim.judgement.report import ScanTime, TuneReport
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import DL06
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
-
-    from pidcfg.encoders.image import Image
-    from pidcfg.encoders.regmap import Point
-    from pidcfg.schemas.base import Quantity
-    from pidcfg.sim.judgement.report import TuneReport
 
 # ----------------------------------------------------------------------------------------------------------------------
 # How much the loops lengthen the PLC's scan, by the formula of the manual ("PID Loop Effect on CPU Scan Time").

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError, bcd_digits
 from pidcfg.encoders.maps.dl06 import ERROR_FLAGS, FORMATS, LOOP_COUNT, LOOP_TABLE, LOOP_TABLES, SPACE, TABLE_POINTER
+from pidcfg.encoders.regmap import Bits, Word
 from pidcfg.sim.controllers.dl06.autotune import tune
 from pidcfg.sim.controllers.dl06.equation import (
     CASCADE,
@@ -43,11 +44,6 @@ from pidcfg.sim.controllers.dl06.plc import Dl06, Options, load
 from pidcfg.sim.controllers.kernels import NEAREST, nearest
 from pidcfg.sim.controllers.settings import NO_LOOP, NO_REGISTER, NO_VALUE, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, MutableSequence, Sequence
-
-    from pidcfg.encoders.regmap import Bits, Word
 
 # --- The virtual DL06: one scan of its loop task ----------------------------------------------------------------------
 #

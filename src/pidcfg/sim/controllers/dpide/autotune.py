@@ -8,7 +8,6 @@ The gain is in units of MV per unit of PV.
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.autotune import (
     CANCELLED,
@@ -25,13 +24,20 @@ from pidcfg.sim.controllers.autotune import (
     stalled,
     ultimate_gain,
 )
-from pidcfg.sim.controllers.dpide.equation import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR, TUNING, calculate_gains
+from pidcfg.sim.controllers.dpide.equation import (
+    AUTO,
+    FRESH,
+    MANUAL,
+    MODES,
+    TUNE_ERROR,
+    TUNING,
+    Config,
+    State,
+    calculate_gains,
+)
 from pidcfg.sim.controllers.kernels import add_notice, clamp, single
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning.tables import TYREUS_LUYBEN
-
-if TYPE_CHECKING:
-    from pidcfg.sim.controllers.dpide.equation import Config, State
 
 OBSERVING, SWITCHING = 1, 2
 """`State.tune_phase`."""

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import MutableSequence
 from dataclasses import dataclass
 from math import isfinite, isnan
-from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, add_notice, clamp, finite, register, single
 from pidcfg.sim.controllers.plc import TICKS
-
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Records of a DPIDE instruction: `Config` (operands that it reads) and `State` (operands and memory that it writes).

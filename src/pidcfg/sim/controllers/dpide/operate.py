@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from decimal import Decimal
 
 from pidcfg.encoders.maps.dpide import TABLES
+from pidcfg.encoders.parameters import Content
 from pidcfg.schemas.dpide import parse_milliseconds, parse_time
 from pidcfg.schemas.iec import Timed
 from pidcfg.schemas.numbers import parse_integer, refuse
@@ -28,11 +29,6 @@ from pidcfg.sim.controllers.dpide.equation import (
     State,
 )
 from pidcfg.sim.controllers.settings import NamedKeys, parameters_of, parse_plain
-
-if TYPE_CHECKING:
-    from decimal import Decimal
-
-    from pidcfg.encoders.parameters import Content
 
 # --- The four modes of a DPIDE instruction, as PID_RUN, PID_MODE and PID_MAN make them (D275) -------------------------
 

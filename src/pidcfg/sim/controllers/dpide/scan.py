@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, MutableSequence, Sequence
+from typing import Any
 
 from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.encoders.parameters import content_text, raw_of, register_content
@@ -29,9 +30,6 @@ from pidcfg.sim.controllers.kernels import finite, single
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.controllers.settings import NO_VALUE, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
 
 # --- The virtual Delta AS: what one scan of the program does for its DPIDE instructions -------------------------------
 #

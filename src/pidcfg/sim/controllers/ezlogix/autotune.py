@@ -6,8 +6,6 @@ Nichols). What Base+12 and the CV are at the end: D179.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pidcfg.encoders.maps.ezlogix import HUNDREDTHS, TENTHS, highest
 from pidcfg.schemas.ezlogix import DERIVATIVE, GAIN, INTEGRAL
 from pidcfg.sim.controllers.autotune import (
@@ -20,11 +18,8 @@ from pidcfg.sim.controllers.autotune import (
     steepest_line,
     was_moving,
 )
-from pidcfg.sim.controllers.ezlogix.equation import HELD, TUNE, TUNE_ERROR, TUNING, calculate_gains
+from pidcfg.sim.controllers.ezlogix.equation import HELD, TUNE, TUNE_ERROR, TUNING, Config, State, calculate_gains
 from pidcfg.sim.controllers.kernels import add_notice, nearest
-
-if TYPE_CHECKING:
-    from pidcfg.sim.controllers.ezlogix.equation import Config, State
 
 # The manual's table of Base+12
 IDLE, COLLECTING, CALCULATING, DONE, CANCELLED = 0, 1, 2, 3, 4

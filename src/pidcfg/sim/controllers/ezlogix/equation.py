@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import MutableSequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.sim.controllers.kernels import NEAREST, CountsConfig, CurveState, register
 from pidcfg.sim.controllers.plc import TICKS
-
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Records of an EZLogix loop: `Config` (registers and dialog, fixed during a run) and `State` (what the PLC writes).

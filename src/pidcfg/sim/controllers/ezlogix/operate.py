@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
 
 from pidcfg.encoders.codecs import Position
 from pidcfg.encoders.maps.ezlogix import CODES, R_BLOCK, S_BLOCK
@@ -13,9 +13,6 @@ from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.settings import Keys, rows_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 # --- How an EZLogix loop is reported: names of modes and flags as bits, and notices in words --------------------------
 

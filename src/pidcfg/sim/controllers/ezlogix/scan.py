@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, MutableSequence, Sequence
 from math import sqrt
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import BLOCKS, MAP_SPACE
+from pidcfg.encoders.regmap import Word
 from pidcfg.sim.controllers.ezlogix.autotune import tune
 from pidcfg.sim.controllers.ezlogix.equation import (
     AUTO,
@@ -34,11 +35,6 @@ from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.controllers.plc import NoOptions as Options
 from pidcfg.sim.controllers.settings import NO_REGISTER, NOT_NOW, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
-
-    from pidcfg.encoders.regmap import Word
 
 # --- The virtual EZLogix: its PID loops at one base step --------------------------------------------------------------
 #

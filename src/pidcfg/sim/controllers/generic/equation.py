@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import MutableSequence
 from dataclasses import dataclass
 from math import isfinite, sqrt
-from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.kernels import LoopConfig, LoopState, add_notice, clamp, register, renew_alarm, step_to
-
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence
 
 # --- The records of a neutral loop: `Config` (what it reads) and `State` (what it writes) -----------------------------
 #

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from decimal import Decimal
 
 from pidcfg.encoders.maps.generic import ROWS, TABLES
 from pidcfg.schemas.base import limits_at, parse_off_seconds, parse_seconds
@@ -11,9 +11,6 @@ from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.generic import equation
 from pidcfg.sim.controllers.generic import equation as bits
 from pidcfg.sim.controllers.settings import NamedKeys, Parser, parameters_of, parse_plain
-
-if TYPE_CHECKING:
-    from decimal import Decimal
 
 # --- What a neutral loop tells the outside: names of modes, alarms and flags as bits, and notices in words ------------
 

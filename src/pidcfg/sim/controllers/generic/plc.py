@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, MutableSequence, Sequence
 from math import expm1
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.image import default_of
 from pidcfg.encoders.maps.generic import LOOPS, NEEDED, ROWS
-from pidcfg.encoders.parameters import read_content, store
+from pidcfg.encoders.parameters import Content, Parameter, read_content, store
+from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.generic import Loop
 from pidcfg.sim.controllers.generic import equation as bits
 from pidcfg.sim.controllers.generic.equation import UNREACHED, Config, State
@@ -25,12 +27,6 @@ from pidcfg.sim.controllers.generic.operate import (
 )
 from pidcfg.sim.controllers.kernels import add_notice, clamp, read_registers
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, NamedPlc
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
-
-    from pidcfg.encoders.parameters import Content, Parameter
-    from pidcfg.schemas.base import Quantity
 
 # --- From the parameters of a neutral loop to the numbers that it calculates with -------------------------------------
 

@@ -11,7 +11,7 @@ a loop with a pulse output, PULSE are written.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from pidcfg.sim.controllers.generic.equation import (
     AUTO,
@@ -41,9 +41,6 @@ from pidcfg.sim.controllers.generic.plc import Generic, load
 from pidcfg.sim.controllers.kernels import clamp
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.costs import COSTS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 __all__ = ["COST", "INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 

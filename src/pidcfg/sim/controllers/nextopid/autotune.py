@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import MutableSequence, Sequence
 
 from pidcfg.schemas.nextopid import TUNE_LIMITS
 from pidcfg.sim.controllers.kernels import single
@@ -20,15 +20,12 @@ from pidcfg.sim.controllers.nextopid.terms import (
     TUNE_FLAGS,
     TUNE_PARAM,
     TUNE_RESULT,
+    Config,
+    State,
     round_mv,
 )
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning.tables import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
-
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence, Sequence
-
-    from pidcfg.sim.controllers.nextopid.terms import Config, State
 
 # --- How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `nextopid.PID` --------------------
 

@@ -7,8 +7,8 @@ Sections are those of the manual's chapter 2, PIDA_REAL. D numbers: see `nextopi
 
 from __future__ import annotations
 
+from collections.abc import MutableSequence, Sequence
 from math import isfinite
-from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.kernels import finite, single
 from pidcfg.sim.controllers.nextopid.autotune import ABORTED, ENDED, HOLDS, tune
@@ -41,6 +41,8 @@ from pidcfg.sim.controllers.nextopid.terms import (
     UPWARD,
     WINDUP_H_OUT,
     WINDUP_L_OUT,
+    Config,
+    State,
     accepted_increment,
     bad_limits,
     copy_mv,
@@ -56,11 +58,6 @@ from pidcfg.sim.controllers.nextopid.terms import (
     write_errors,
     write_warnings,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence, Sequence
-
-    from pidcfg.sim.controllers.nextopid.terms import Config, State
 
 CONTROLLING = AUTO_MODE | CASCADE_MODE
 

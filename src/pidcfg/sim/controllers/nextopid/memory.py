@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping, MutableSequence, Sequence
+from decimal import Decimal
 from functools import cached_property
 from itertools import chain
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pidcfg.encoders.codecs import LARGEST_SINGLE, DecodeError
 from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
-from pidcfg.encoders.nextopid.image import ItemSettings, MoveError, PlcSettings, read_item, read_moves
+from pidcfg.encoders.nextopid.image import Copy, ItemSettings, MoveError, PlcSettings, read_item, read_moves
 from pidcfg.encoders.nextopid.wiring import Layout, Wires
-from pidcfg.encoders.parameters import type_of_content
+from pidcfg.encoders.parameters import Content, Parameter, Program, type_of_content
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
     ADD,
@@ -44,13 +46,6 @@ from pidcfg.sim.controllers.nextopid.terms import Config, State
 from pidcfg.sim.controllers.plc import TICKS, Plc
 from pidcfg.sim.engine.expressions import DIVISION_BY_ZERO, NOT_FINITE, ROOT_OF_NEGATIVE
 from pidcfg.text.references import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, MutableSequence, Sequence
-    from decimal import Decimal
-
-    from pidcfg.encoders.nextopid.image import Copy
-    from pidcfg.encoders.parameters import Content, Parameter, Program
 
 # --- What the wires of a block carry at its call: expressions in single precision, as the PLC calculates them ---------
 #

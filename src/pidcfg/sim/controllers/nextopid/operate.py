@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, MutableSequence
+from decimal import Decimal
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.schemas.base import parse_duration, parse_seconds
@@ -18,17 +19,12 @@ from pidcfg.sim.controllers.nextopid.terms import (
     TUNE_DONE,
     TUNE_ERROR,
     TUNE_FLAGS,
+    Config,
+    State,
 )
 from pidcfg.sim.controllers.nextopid.terms import MANUAL as PIDA_MANUAL
 from pidcfg.sim.controllers.nextopid.terms import TUNE_RESULT as RESULT
-from pidcfg.sim.controllers.settings import NamedKeys
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
-    from decimal import Decimal
-
-    from pidcfg.sim.controllers.nextopid.terms import Config, State
-    from pidcfg.sim.controllers.settings import Parser
+from pidcfg.sim.controllers.settings import NamedKeys, Parser
 
 # --- What an operator does to a loop's parameters, and what becomes of an auto-tuning (kernels) -----------------------
 

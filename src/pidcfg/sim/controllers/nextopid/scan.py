@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, MutableSequence, Sequence
+from typing import Any
 
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
-from pidcfg.encoders.parameters import Parameter, content_text, raw_of, register_content
-from pidcfg.schemas.iec import Wire, time_text
+from pidcfg.encoders.parameters import Content, Parameter, content_text, raw_of, register_content
+from pidcfg.schemas.iec import IecType, Wire, time_text
 from pidcfg.sim.controllers.kernels import clamp, finite, nearest, single
 from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.equation import call_pid
@@ -28,12 +29,6 @@ from pidcfg.sim.controllers.nextopid.terms import (
 from pidcfg.sim.controllers.plc import NoOptions as Options
 from pidcfg.sim.controllers.settings import NO_LOOP, NO_REGISTER, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
-
-    from pidcfg.encoders.parameters import Content
-    from pidcfg.schemas.iec import IecType
 
 # --- ControlLowFilter, ControlLag and ControlLeadLag: exact first-order steps, every result in single precision -------
 #

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
 from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, clamp, finite, nearest, single
-
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence, Sequence
 
 # --- Where a block's parameters stand among the signals, counted from the block's first: the order of its table -------
 #

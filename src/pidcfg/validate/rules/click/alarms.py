@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from decimal import Decimal
-from typing import TYPE_CHECKING
 
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
+from pidcfg.validate.rules.click.setup import ClickContext, LoopView
 from pidcfg.validate.rules.click.signals import limited_setpoint, setpoint_in_file
 from pidcfg.validate.shared_checks import PV_POINTS, alarm_beyond, neighbours_out_of_order, number_text, value_or_switch
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rules.click.setup import ClickContext, LoopView
 
 # --- Alarm points: their order, what is missing, and points that trip always or never ---------------------------------
 

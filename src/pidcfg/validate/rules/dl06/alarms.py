@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.codecs import Position, Scale, bcd_digits, bcd_word, nearest
 from pidcfg.encoders.dl06.image import (
@@ -22,11 +22,12 @@ from pidcfg.encoders.dl06.image import (
 )
 from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
-from pidcfg.schemas.base import v_name
+from pidcfg.schemas.base import Quantity, v_name
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import Path
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
@@ -39,10 +40,6 @@ from pidcfg.validate.shared_checks import (
     neighbours_out_of_order,
     value_or_switch,
 )
-
-if TYPE_CHECKING:
-    from pidcfg.schemas.base import Quantity
-    from pidcfg.text.paths import Path
 
 WORDS = {word.name: word for word in LOOP_TABLE.words}
 NINES = 9999

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from decimal import Decimal
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.dl06 import D16
@@ -12,11 +11,9 @@ from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
+from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView
 from pidcfg.validate.rules.dl06.setup import source_of
 from pidcfg.validate.shared_checks import D955, PV_POINTS, crossed_set_points, report_at_both, value_or_switch
-
-if TYPE_CHECKING:
-    from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView
 
 # --- The PV's low-pass filter -----------------------------------------------------------------------------------------
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import EncodeError, bcd_digits, nearest
 from pidcfg.encoders.dl06.image import reset_value
@@ -11,11 +10,8 @@ from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
-from pidcfg.validate.rules.dl06.alarms import NINES, counts_text
+from pidcfg.validate.rules.dl06.alarms import NINES, Dl06Context, LoopView, counts_text
 from pidcfg.validate.shared_checks import number_text, value_or_switch
-
-if TYPE_CHECKING:
-    from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView
 
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 

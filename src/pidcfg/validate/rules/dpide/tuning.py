@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.maps.dpide import D255, LOOPS, REMARKS, TABLE
@@ -13,12 +12,10 @@ from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.schemas.iec import Timed
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import Path
 from pidcfg.text.references import DPIDE, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.shared_checks import Context, View, number_text, number_with_unit
-
-if TYPE_CHECKING:
-    from pidcfg.text.paths import Path
 
 
 @frozen

@@ -6,18 +6,21 @@ one of them. Each is worked out once, when the first rule asks for it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from decimal import Decimal
 from functools import cached_property
 from itertools import permutations
-from typing import TYPE_CHECKING
 
+from pidcfg.encoders.codecs import Scale
 from pidcfg.encoders.ezlogix.files import TAG
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.ezlogix import BLOCKS, LOOPS, R_BLOCK, SPACE, VARIABLES
+from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.ezlogix import D152, REGISTERS, EzlogixFile, Loop, tag_name
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import Path
 from pidcfg.text.references import EZLOGIX, Decision
 from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
@@ -30,13 +33,6 @@ from pidcfg.validate.shared_checks import (
     number_with_unit,
     report_at_both,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.encoders.codecs import Scale
-    from pidcfg.schemas.base import Quantity
-    from pidcfg.text.paths import Path
 
 PLACES = {word.name: word.offset for word in R_BLOCK.words}
 SETPOINT = PLACES["setpoint"]

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from decimal import Decimal
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import EZLOGIX, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
+from pidcfg.validate.rules.ezlogix.setup import EzlogixContext, LoopView
 from pidcfg.validate.rules.ezlogix.signals import looks_like_percent
 from pidcfg.validate.shared_checks import number_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rules.ezlogix.setup import EzlogixContext, LoopView
 
 # --- The terms of the equation: which are on, and values that do not do what they look like ---------------------------
 

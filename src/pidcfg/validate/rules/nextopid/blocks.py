@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
-from pidcfg.validate.rules.nextopid.context import TIME_CONSTANTS, BlockView, FeedbackPath, value_text
+from pidcfg.validate.rules.nextopid.context import TIME_CONSTANTS, BlockView, FeedbackPath, NextopidContext, value_text
 from pidcfg.validate.shared_checks import number_text
-
-if TYPE_CHECKING:
-    from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 # --- Filters, delays and lags: times, gains and limits that stop them or pin their output -----------------------------
 

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_pid, warning
-from pidcfg.validate.rules.nextopid.context import D218, SELECTORS, Link, connection_fault
+from pidcfg.validate.rules.nextopid.context import D218, SELECTORS, BlockView, Link, NextopidContext, connection_fault
 from pidcfg.validate.rules.nextopid.first_scan import dependencies_of
 from pidcfg.validate.shared_checks import find_circles, list_names, number_text, report_at_both
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
 
 # --- Cascades: who is whose master, and what master and slave have in common ------------------------------------------
 

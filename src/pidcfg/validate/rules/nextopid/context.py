@@ -4,31 +4,26 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar
+from typing import Any, NamedTuple, TypeGuard, TypeVar
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.encoders.nextopid.image import NextopidEncoding, Placed
+from pidcfg.encoders.parameters import Parameter
 from pidcfg.schemas import expressions as grammar
+from pidcfg.schemas.expressions import Expression
 from pidcfg.schemas.iec import Timed, Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, NextopidFile
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import steps, value_at
+from pidcfg.text.paths import Path, steps, value_at
 from pidcfg.text.references import Decision
 from pidcfg.validate.rule import Finding
-from pidcfg.validate.rules.nextopid.first_scan import CHECKED, PASSING, FirstScan
+from pidcfg.validate.rules.nextopid.first_scan import CHECKED, PASSING, FirstScan, KnownValue
 from pidcfg.validate.shared_checks import Context, number_text
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from pidcfg.encoders.parameters import Parameter
-    from pidcfg.schemas.expressions import Expression
-    from pidcfg.text.paths import Path
-    from pidcfg.validate.rules.nextopid.first_scan import KnownValue
 
 # --- What is known of a parameter of a NextoPID block, and how people write that --------------------------------------
 

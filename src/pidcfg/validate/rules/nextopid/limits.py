@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from decimal import Decimal
 from itertools import permutations
-from typing import TYPE_CHECKING
 
 from pidcfg.schemas.base import limits_at
+from pidcfg.schemas.expressions import Expression
 from pidcfg.schemas.iec import INT
 from pidcfg.schemas.nextopid import D201, SHORTEST_INTEGRAL
 from pidcfg.text.diagnostics import Severity
@@ -15,11 +16,6 @@ from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warnin
 from pidcfg.validate.rules.nextopid.context import ON_OFF, BlockView, NextopidContext, all_known
 from pidcfg.validate.rules.nextopid.first_scan import ALWAYS, D208, as_int
 from pidcfg.validate.shared_checks import D955, crossed_set_points, number_text, pairs_alike
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.schemas.expressions import Expression
 
 # --- The limits of PV and MV, the bits that the block sets, and values outside ----------------------------------------
 
