@@ -10,8 +10,7 @@ from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
 from pidcfg.schemas.click import ClickFile
 from pidcfg.sim.controllers.click.equation import bits_of
-from pidcfg.sim.controllers.click.plc import load
-from pidcfg.sim.controllers.click.scan import scan
+from pidcfg.sim.controllers.click.scan import load, scan
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from rig_plants import Fixed

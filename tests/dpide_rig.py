@@ -6,8 +6,7 @@ import random
 
 from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.encoders.parameters import Entry, Program, store
-from pidcfg.sim.controllers.dpide.plc import load
-from pidcfg.sim.controllers.dpide.scan import scan
+from pidcfg.sim.controllers.dpide.scan import load, scan
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from rig_plants import Fixed

@@ -11,10 +11,8 @@ from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.autotune import OFF, ON
 from pidcfg.sim.controllers.ezlogix.equation import Config, State, calculate_gains
-from pidcfg.sim.controllers.ezlogix.operate import MODE_BITS as MODES
-from pidcfg.sim.controllers.ezlogix.operate import SIGNALS
-from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
-from pidcfg.sim.controllers.ezlogix.scan import scan
+from pidcfg.sim.controllers.ezlogix.scan import MODE_BITS as MODES
+from pidcfg.sim.controllers.ezlogix.scan import SIGNALS, Ezlogix, load, scan
 from pidcfg.sim.controllers.plc import TICKS
 from rig_plants import Fixed
 

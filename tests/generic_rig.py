@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from pidcfg.encoders.generic.image import encode
 from pidcfg.schemas.generic import GenericFile
-from pidcfg.sim.controllers.generic.plc import load
-from pidcfg.sim.controllers.generic.scan import scan
+from pidcfg.sim.controllers.generic.scan import load, scan
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from rig_plants import Fixed

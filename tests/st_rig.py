@@ -35,7 +35,7 @@ from pidcfg.sim.controllers.dpide import scan as dpide
 from pidcfg.sim.controllers.kernels import nearest, single
 from pidcfg.sim.controllers.nextopid import scan as nextopid
 from pidcfg.sim.controllers.nextopid import terms
-from pidcfg.sim.controllers.nextopid.operate import operate
+from pidcfg.sim.controllers.nextopid.plc import operate
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.run import Settings, simulate
 from pidcfg.text.source import read_document

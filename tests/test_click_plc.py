@@ -21,7 +21,7 @@ from pidcfg.sim.controllers import click as click_decisions
 from pidcfg.sim.controllers.click import CONTROLLER
 from pidcfg.sim.controllers.click import scan as click
 from pidcfg.sim.controllers.click.equation import bits_of, float_of
-from pidcfg.sim.controllers.click.plc import load
+from pidcfg.sim.controllers.click.scan import load
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.engine.run import Settings, prepare, simulate
 from pidcfg.text.source import read_document

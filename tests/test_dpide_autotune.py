@@ -9,12 +9,12 @@ import pytest
 
 from dpide_rig import Rig
 from pidcfg.cli.formats.runs import autotune_text
-from pidcfg.sim.controllers.click.plc import Click
+from pidcfg.sim.controllers.click.scan import Click
 from pidcfg.sim.controllers.dl06.plc import Dl06
 from pidcfg.sim.controllers.dpide.autotune import PATIENCE_SAMPLES, REASONS, balance, measure, usable
 from pidcfg.sim.controllers.dpide.equation import Config, State
-from pidcfg.sim.controllers.dpide.plc import Dpide
-from pidcfg.sim.controllers.ezlogix.plc import Ezlogix
+from pidcfg.sim.controllers.dpide.scan import Dpide
+from pidcfg.sim.controllers.ezlogix.scan import Ezlogix
 from pidcfg.sim.controllers.kernels import single
 from rig_plants import FirstOrder, Fixed
 

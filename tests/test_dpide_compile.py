@@ -9,9 +9,7 @@ import pytest
 from compile_rig import advance, check_types
 from dpide_rig import program_of
 from pidcfg.sim.controllers.dpide import equation as bits
-from pidcfg.sim.controllers.dpide.operate import SIGNALS
-from pidcfg.sim.controllers.dpide.plc import load
-from pidcfg.sim.controllers.dpide.scan import INLINED, scan
+from pidcfg.sim.controllers.dpide.scan import INLINED, SIGNALS, load, scan
 from pidcfg.sim.controllers.kernels import NEVER
 from pidcfg.sim.engine.compile import compile_functions
 

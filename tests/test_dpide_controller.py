@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from dpide_rig import Rig, program_of
 from pidcfg.schemas.base import Quantity
-from pidcfg.sim.controllers.dpide.plc import load
+from pidcfg.sim.controllers.dpide.scan import load
 from pidcfg.sim.controllers.kernels import single
 from rig_plants import FirstOrder
 

@@ -21,7 +21,7 @@ from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers import dpide as dpide_decisions
 from pidcfg.sim.controllers.dpide import ENGINE
 from pidcfg.sim.controllers.dpide import scan as dpide
-from pidcfg.sim.controllers.dpide.plc import load
+from pidcfg.sim.controllers.dpide.scan import load
 from pidcfg.sim.controllers.kernels import single
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.engine.run import Settings, UnusableError, prepare, simulate

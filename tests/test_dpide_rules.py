@@ -12,7 +12,7 @@ from pidcfg.encoders.dpide.files import FORMATS
 from pidcfg.encoders.dpide.image import encode
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.schemas.dpide import DpideFile
-from pidcfg.sim.controllers.dpide.plc import load
+from pidcfg.sim.controllers.dpide.scan import load
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document

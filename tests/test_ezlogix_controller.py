@@ -19,7 +19,7 @@ from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers import ezlogix as ezlogix_decisions
 from pidcfg.sim.controllers.ezlogix import ENGINE
 from pidcfg.sim.controllers.ezlogix import scan as ezlogix
-from pidcfg.sim.controllers.ezlogix.plc import load
+from pidcfg.sim.controllers.ezlogix.scan import load
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.run import Settings, simulate
 from rig_plants import Fixed

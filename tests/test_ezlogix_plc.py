@@ -16,9 +16,8 @@ from pidcfg.encoders.maps.ezlogix import R_BLOCK, S_BLOCK, SPACE
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.ezlogix import equation as bits
-from pidcfg.sim.controllers.ezlogix.operate import FLAG_BITS
-from pidcfg.sim.controllers.ezlogix.operate import MODE_BITS as MODES
-from pidcfg.sim.controllers.ezlogix.plc import load
+from pidcfg.sim.controllers.ezlogix.scan import FLAG_BITS, load
+from pidcfg.sim.controllers.ezlogix.scan import MODE_BITS as MODES
 from pidcfg.sim.controllers.plc import NoOptions as Options
 from pidcfg.sim.engine.run import options, prepare
 

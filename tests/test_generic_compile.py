@@ -9,8 +9,7 @@ import pytest
 from compile_rig import advance, check_types
 from generic_rig import Rig
 from pidcfg.sim.controllers.generic import equation as bits
-from pidcfg.sim.controllers.generic.operate import SIGNALS
-from pidcfg.sim.controllers.generic.scan import INLINED, scan
+from pidcfg.sim.controllers.generic.scan import INLINED, SIGNALS, scan
 from pidcfg.sim.engine.compile import compile_functions
 
 FILES = 160

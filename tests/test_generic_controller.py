@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from generic_rig import Rig
 from pidcfg.encoders.parameters import Program
 from pidcfg.sim.controllers.generic.equation import REQUEST, UNREACHED, Config, State, calculate_derivative
-from pidcfg.sim.controllers.generic.plc import load
+from pidcfg.sim.controllers.generic.scan import load
 from rig_plants import FirstOrder
 
 TS = 0.1

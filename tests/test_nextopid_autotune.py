@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from nextopid_pid_rig import Block, Process, run
 from pidcfg.sim.controllers.kernels import single
-from pidcfg.sim.controllers.nextopid.autotune import AVERAGING, DONE, FAILED, IDLE, RELAY
+from pidcfg.sim.controllers.nextopid.equation import AVERAGING, DONE, FAILED, IDLE, RELAY
 from pidcfg.sim.controllers.nextopid.terms import AUTO_MODE, MANUAL_MODE, MODES, TUNING_MODE
 from pidcfg.tuning.rules import METHODS, Cycle
 

@@ -8,7 +8,7 @@ import pytest
 
 from compile_rig import advance
 from nextopid_rig import plc_of, random_program
-from pidcfg.sim.controllers.nextopid import operate as modes
+from pidcfg.sim.controllers.nextopid import plc as modes
 from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.controllers.nextopid.scan import INLINED, scan
 from pidcfg.sim.engine.compile import compile_functions

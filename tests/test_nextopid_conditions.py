@@ -18,7 +18,7 @@ from pidcfg.schemas.expressions import ExpressionError, Typed, lengths_of
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.sim.controllers.nextopid.memory import value_of
-from pidcfg.sim.controllers.nextopid.operate import REASONS
+from pidcfg.sim.controllers.nextopid.plc import REASONS
 from pidcfg.sim.controllers.nextopid.terms import FALL_LIMITED, MV_HIGH, MV_LOW, RISE_LIMITED, State, accepted_increment
 
 # --- Conditions in wires, signals of other types and wired AutoTuneParam: from the file to the program and the engine -

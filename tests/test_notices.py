@@ -36,21 +36,21 @@ from pidcfg.sim.controllers.dl06.equation import State as Dl06State
 from pidcfg.sim.controllers.dl06.plc import overruled
 from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
 from pidcfg.sim.controllers.dpide import equation as dpide_state
-from pidcfg.sim.controllers.dpide import operate as dpide_report
+from pidcfg.sim.controllers.dpide import scan as dpide_report
 from pidcfg.sim.controllers.dpide.equation import Config as DpideConfig
 from pidcfg.sim.controllers.dpide.equation import State as DpideState
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import equation as ezlogix_state
-from pidcfg.sim.controllers.ezlogix import operate as ezlogix_operate
-from pidcfg.sim.controllers.ezlogix import operate as ezlogix_report
+from pidcfg.sim.controllers.ezlogix import scan as ezlogix_operate
+from pidcfg.sim.controllers.ezlogix import scan as ezlogix_report
 from pidcfg.sim.controllers.ezlogix.equation import Config as EzlogixConfig
 from pidcfg.sim.controllers.ezlogix.equation import State as EzlogixState
 from pidcfg.sim.controllers.generic import equation as generic_state
-from pidcfg.sim.controllers.generic import operate as generic_operate
-from pidcfg.sim.controllers.generic import operate as generic_report
+from pidcfg.sim.controllers.generic import scan as generic_operate
+from pidcfg.sim.controllers.generic import scan as generic_report
 from pidcfg.sim.controllers.kernels import add_notice, notices
-from pidcfg.sim.controllers.nextopid import operate as nextopid_operate
-from pidcfg.sim.controllers.nextopid import operate as nextopid_report
+from pidcfg.sim.controllers.nextopid import plc as nextopid_operate
+from pidcfg.sim.controllers.nextopid import plc as nextopid_report
 from pidcfg.sim.controllers.nextopid import terms as nextopid_state
 from pidcfg.sim.engine.expressions import Pool
 from pidcfg.sim.judgement.evidence import _choices

@@ -34,7 +34,7 @@ from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.sim.controllers.generic import equation as bits
 from pidcfg.sim.controllers.generic import scan as generic
 from pidcfg.sim.controllers.generic.equation import AUTO, BUMPLESS, CASCADE, FRESH, MANUAL, MODES, REQUEST, SP_SET
-from pidcfg.sim.controllers.generic.plc import Generic, share
+from pidcfg.sim.controllers.generic.scan import Generic, share
 from pidcfg.sim.controllers.kernels import clamp, nearest
 from pidcfg.sim.controllers.plc import TICKS, CountsPlc
 from pidcfg.sim.costs import COSTS

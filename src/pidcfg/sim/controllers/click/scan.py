@@ -1,14 +1,27 @@
-"""The virtual CLICK: what one pass of the main program does, and its registers as others see them."""
+"""The virtual CLICK: built from its registers, operated as by its operator, its ladder and the switch; one scan.
+
+`load` decodes nothing but registers; what none holds (names, intended modes, the bit of the pulses) comes from the
+image's settings.
+"""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, MutableSequence, Sequence
-from math import isnan
+from dataclasses import fields
+from decimal import Decimal
+from math import isfinite, isnan, sqrt
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.maps.click import BLOCKS, MODE_BITS, SPACE
+from pidcfg.encoders.image import Image
+from pidcfg.encoders.maps.click import BLOCKS, ERRORS, SPACE, TUNED
+from pidcfg.encoders.maps.click import MODE_BITS as INDICATIONS
 from pidcfg.encoders.regmap import Word
-from pidcfg.sim.controllers.click.autotune import tune
+from pidcfg.schemas.base import Quantity
+from pidcfg.sim.controllers.autotune import DONE, POINTS, TUNE_STATUS
+from pidcfg.sim.controllers.click import equation as bits
+from pidcfg.sim.controllers.click import operate as click_modes
+from pidcfg.sim.controllers.click.autotune import change_rate, tune
 from pidcfg.sim.controllers.click.equation import (
     AUTO,
     BIAS_ERROR,
@@ -21,24 +34,304 @@ from pidcfg.sim.controllers.click.equation import (
     REQUEST,
     TUNING,
     Config,
+    Loop,
     State,
+    calculate_gains,
     calculate_output,
+    configure,
+    float_of,
+    loop_of,
+    lowest_error,
     pulse,
     renew_alarms,
+    sample_ticks,
+    write_state,
 )
-from pidcfg.sim.controllers.click.operate import ALARM_BITS, FIXED, OVERRIDE_ERROR, to_manual, update_mode
-from pidcfg.sim.controllers.click.plc import Click, load
-from pidcfg.sim.controllers.kernels import clamp, finite, single
+from pidcfg.sim.controllers.click.operate import (
+    ABOUT_MODE,
+    ALARM_BITS,
+    ALARM_LIMITS,
+    FIXED,
+    FLAG_BITS,
+    KEYS,
+    MODE_BITS,
+    OUTER_ALARMS,
+    OVERRIDE_ERROR,
+    REASONS,
+    SIGNALS,
+    check_setting,
+    settings_of,
+    to_manual,
+    update_mode,
+)
+from pidcfg.sim.controllers.kernels import NEVER, clamp, finite, single, tell_request
+from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, Plc
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.controllers.settings import NOT_NOW, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
+
+if TYPE_CHECKING:
+    from pidcfg.sim.judgement.report import TuneReport
+
+PULSES = 100
+"""Least number of base steps in a PWM period: the pulses' resolution is 1 % (D121)."""
+COUNTS = 1 << 16
+"""Counts of the PV's range where a resolution is needed: floats have none (D128)."""
+
+
+class Click(Plc):
+    """A CLICK as loaded from its registers."""
+
+    configs: list[Config]
+    states: list[State]
+    out_name = "CO"
+    output_unit = "%"
+    pulses = ("PWM",)
+    modes: Mapping[str, int] = MODE_BITS
+    options = tuple(f.name for f in fields(Options))
+    commands = SWITCH_AND_TUNE
+    tune_rule = "a rule of ours, since the help prints none (D123, D125)"
+    tuned_names = ("proportional_gain", "reset_time", "derivative_gain", "sample_rate")
+    alarm_bits: Mapping[str, int] = ALARM_BITS
+    alarm_limits: Mapping[str, str] = ALARM_LIMITS
+    unreached = bits.UNBOUNDED
+    flag_bits: Mapping[str, int] = FLAG_BITS
+    reasons: Mapping[int, str] = REASONS
+    about_mode = ABOUT_MODE
+    outer_alarms = OUTER_ALARMS
+    error_flags = ("pid_error",)
+
+    def __init__(self, image: Image, options: Options | None = None) -> None:
+        words = image.words
+        self._loops = [loop_of(words, i, entry) for i, entry in enumerate(image.settings)]
+        self.loops = [loop.name for loop in self._loops]
+        self.goals = [loop.goal for loop in self._loops]
+        self.place_loops(Config, State, SIGNALS, POINTS)
+        for i in range(len(self._loops)):
+            self._begin(i)
+        self.scales = [scale_of(config) for config in self.configs]
+        self.in_run = False
+        self.run(0)
+
+    @property
+    def flags(self) -> Mapping[str, int]:
+        """The error register of each loop, DSn+00."""
+        names = (f"DS{loop.starts['integers']}" for loop in self._loops)
+        return {name: int(state.number) for name, state in zip(names, self.states, strict=True)}
+
+    @property
+    def base(self) -> int:
+        """The greatest common step of the sample rates, in ticks; a part of it where pulses need a finer one (D121)."""
+        step = super().base
+        finest = min((config.pwm_period // PULSES for config in self.configs if config.pwm), default=step)
+        parts = -(-step // finest)
+        while step % parts:
+            parts += 1
+        return step // parts
+
+    def _begin(self, i: int) -> None:
+        """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
+        loop, config, state = self._loops[i], self.configs[i], self.states[i]
+        config.tune_buffer = i * POINTS
+        config.pwm = int(loop.pwm)
+        if not loop.pwm:
+            self.signals[config.pwm_slot] = ""
+        self._apply(i)
+        config.period = state.period
+        state.goal = 0 if loop.goal == "manual" else MODE_BITS[loop.goal]
+        state.goal_sp, state.goal_writes = state.sp, int(loop.has_setpoint)
+        state.pending |= bits.GOAL if state.goal else 0
+        self._show(i, self.signal_values)
+
+    def _apply(self, i: int) -> None:
+        """Make the registers the controller's configuration, and look for PID errors (D117)."""
+        config, state = self.configs[i], self.states[i]
+        n, period = self._loops[i].numbers(), state.period
+        configure(config, n)
+        write_state(state, n)
+        self._note_error(state, lowest_error(n))
+        if state.period != period:
+            change_rate(state)
+        if not state.error:
+            calculate_gains(config, state)
+
+    @staticmethod
+    def _note_error(state: State, error: int) -> None:
+        """The lowest error that is active; a loop in Auto or Autotune goes to Manual at once (D118)."""
+        if error == state.error:
+            return
+        state.error, state.number = error, float(ERRORS[error - 1].number) if error else 0.0
+        state.status &= ~bits.PID_ERROR
+        state.requested = 0
+        if not error:
+            tell_request(state, click_modes.CLEARED)
+            return
+        state.status |= bits.PID_ERROR
+        if state.status & bits.MANUAL:
+            tell_request(state, click_modes.NOTED_ERROR + error)
+        else:
+            click_modes.to_manual(state, click_modes.OVERRIDE_ERROR + error)
+
+    def _show(self, i: int, signals: MutableSequence[float]) -> None:
+        """The signals of a loop as its registers say; in STOP mode nothing drives its outputs (D120)."""
+        config, state = self.configs[i], self.states[i]
+        stopped = bool(state.pending & bits.STOPPED)
+        signals[config.pv_slot], signals[config.sp_slot], signals[config.bias_slot] = (
+            finite(state.pv, 0.0),
+            finite(state.sp, 0.0),
+            finite(state.bias, 0.0),
+        )
+        signals[config.out_slot] = 0.0 if stopped else finite(state.out, 0.0)
+        signals[config.error_slot] = state.number
+
+    # --- the CPU -----------------------------------------------------------------------------------------------------
+
+    def start(self, tick: int) -> None:
+        """STOP to RUN: loops begin in Manual, with the outputs that their registers hold (D120)."""
+        for state in self.states:
+            state.pending = (state.pending & ~bits.STOPPED) | bits.FIRST
+            state.due = tick
+            state.on_time = -1.0
+
+    def stop(self, signals: MutableSequence[float]) -> None:
+        """RUN to STOP: loops are not executed, outputs are off."""
+        for i, state in enumerate(self.states):
+            click_modes.to_manual(state, click_modes.OVERRIDE_STOP)
+            state.pending = (state.pending & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
+            state.request = state.goal = 0
+            state.due = NEVER
+            self._show(i, signals)
+
+    # --- the operator ------------------------------------------------------------------------------------------------
+
+    @property
+    def rises(self) -> list[bool]:
+        """Direct (forward) action: the PV rises with the output."""
+        return [not config.reverse for config in self.configs]
+
+    @property
+    def word_owners(self) -> dict[str, int]:  # type: ignore[override]  # a table of the registers' addresses
+        """DSn+00 of each loop."""
+        return {name: i for i, name in enumerate(self.flags)}
+
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
+        """CO's lower and upper limit."""
+        return self.configs[loop].out_low, self.configs[loop].out_high
+
+    def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
+        """What is written at the first change to Auto."""
+        return float(self.states[loop].goal_sp)
+
+    def inner_deviation(self, loop: int) -> float | None:
+        """The first deviation alarm."""
+        limit = self.configs[loop].deviation_high
+        return None if limit >= bits.UNBOUNDED else limit
+
+    def integrates(self, loop: int, signals: Sequence[float]) -> bool:
+        """The longest reset time is as good as none."""
+        return self.states[loop].reset < float(TUNED.no_integral)
+
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
+        """DFn+03, which is compared with the squared error where that is on."""
+        config = self.configs[loop]
+        band = sqrt(config.deadband) if config.squared else config.deadband
+        return band if config.deadband_on else 0.0
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The PWM period."""
+        return self.configs[loop].pwm_period / TICKS if self.configs[loop].pwm else 0.0
+
+    def request(self, loop: int, mode: str) -> None:
+        """A mode request goes on; it is looked at with the next sample and is off again."""
+        state, bit = self.states[loop], MODE_BITS[mode]
+        state.requested = bit
+        if state.pending & bits.STOPPED:
+            tell_request(state, click_modes.REFUSED_STOP)
+            return
+        if state.pending & bits.GOAL and not state.pending & bits.REQUEST:
+            tell_request(state, click_modes.GIVEN_UP)
+        state.request = state.request | bit if bit == bits.TUNING else (state.request & bits.TUNING) | bit
+        state.pending |= bits.REQUEST
+
+    def autotune(self, loop: int, command: str) -> None:
+        """``start`` sets the autotune request, ``cancel`` clears it."""
+        if command == "start":
+            self.request(loop, "autotune")
+        else:
+            click_modes.cancel(self.states[loop])
+
+    def tuned(self, loop: int) -> TuneReport | None:
+        """How the autotune of a loop went; None when there was none."""
+        registers, state = self._loops[loop], self.states[loop]
+        error = bool(state.status & bits.TUNE_ERROR)
+        if not (state.tune_done or state.status & bits.TUNING or error):
+            return None
+        done = state.tune_done == DONE
+        status = "running" if state.status & bits.TUNING else "error" if error else TUNE_STATUS[state.tune_done]
+        registers.absorb(state)
+        n = registers.numbers()
+        results = [n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names]
+        return self.tune_report(status, results, done=done, error=error)
+
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
+        """The output that a loop in Manual starts with."""
+        self.set(loop, ("output",), value.value, signals)
+
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
+        """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
+        return check_setting(path, value, self._sample_rate(loop))
+
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+        """The sample rate that a value for this key makes, in ticks; 0: the key is something else."""
+        if KEYS.find(path)[0].path != "sample_rate":
+            return 0
+        ((_, raw),) = settings_of(path, value, self._sample_rate(loop))
+        return sample_ticks(raw - 0x10000 if raw > 0x7FFF else raw)
+
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
+        """Write a value to its registers, which show at once (D674); why it has no effect, as in Auto (D127)."""
+        return self.write(loop, settings_of(path, value, self._sample_rate(loop)), signals)
+
+    def write(self, loop: int, written: Sequence[tuple[Word, int]], signals: MutableSequence[float]) -> str | None:
+        """Write raw contents; as `set` otherwise."""
+        registers, state = self._loops[loop], self.states[loop]
+        if written[0][0].name == "output" and state.status & bits.MANUAL == 0:
+            return "is not written: the output is read-only unless the loop is in Manual"
+        registers.absorb(state)
+        for row, raw in written:
+            registers.words[row.name] = raw
+            if row.name == "setpoint":
+                state.goal_sp, state.goal_writes = float_of(raw), 1
+        self._apply(loop)
+        self._show(loop, signals)
+        return None
+
+    def memory(self, loop: int) -> Loop:
+        """A loop's registers as they are after the last scan."""
+        self._loops[loop].absorb(self.states[loop])
+        return self._loops[loop]
+
+    def _sample_rate(self, loop: int) -> Decimal:
+        """The register of the sample rate in s."""
+        return Decimal(self.states[loop].sample_ms) / 1000
+
+
+def scale_of(config: Config) -> tuple[float, float, int]:
+    """The ends of the PV's range, 0 to 100 where the registers hold none, and what counts as a count (D128)."""
+    if not (isfinite(config.pv_low) and isfinite(config.pv_high) and config.pv_low < config.pv_high):
+        return 0.0, 100.0, COUNTS
+    return config.pv_low, config.pv_high, COUNTS
+
+
+load = Click
+
 
 # --- The virtual CLICK: what one pass of the main program does for its PID loops --------------------------------------
 #
 # Design. `scan` is called at every base step, calculates the loops that are due, and renews the discrete outputs of
 # those with pulse width modulation. `sample` is one calculation of one loop: PV and filter, mode requests, set-point
 # limits, alarms, autotune, equation, output limits. Every result of the calculation is rounded to single precision
-# (D110). Nothing here knows files, names or units: see `plc.load` for how registers become `Config` and `State`.
+# (D110). Nothing here knows files, names or units: see `load` for how registers become `Config` and `State`.
 #
 # Signals of a loop (slots in `Config`): ``in_slot`` is read, in the PV's unit; ``pv_slot``, ``sp_slot``, ``out_slot``,
 # ``bias_slot`` and ``error_slot`` are written as the registers say, and ``pwm_slot`` is 1 while the pulse is on.
@@ -127,7 +420,7 @@ COST = COSTS["click"]
 
 REQUESTS = {"manual_request": "manual", "auto_request": "auto", "autotune_request": "autotune"}
 STATUS = {f"alarm_{name.removeprefix('pv_')}": bit for name, bit in ALARM_BITS.items()}
-STATUS |= dict(zip(MODE_BITS, (MANUAL, AUTO), strict=True))
+STATUS |= dict(zip(INDICATIONS, (MANUAL, AUTO), strict=True))
 """Bits that the PLC writes, by what they show."""
 
 

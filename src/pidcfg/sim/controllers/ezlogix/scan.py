@@ -1,12 +1,24 @@
-"""The virtual EZLogix: its PID loops at one base step, and its registers and discretes as others see them."""
+"""The virtual EZLogix: built from registers, discretes and dialog, operated, and what is done at one base step."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
 from math import sqrt
+from typing import TYPE_CHECKING, Any, cast
 
-from pidcfg.encoders.maps.ezlogix import BLOCKS, MAP_SPACE
-from pidcfg.encoders.regmap import Word
+from pidcfg.encoders.codecs import Position, Scale
+from pidcfg.encoders.ezlogix.image import scales_of
+from pidcfg.encoders.image import Image, read_settings
+from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, LEAST_SAMPLE_RATE, MAP_SPACE, R_BLOCK, S_BLOCK, SPACE
+from pidcfg.encoders.regmap import RegisterMap, Word
+from pidcfg.schemas.base import Quantity, parse_off_seconds, parse_quantity, parse_seconds, parse_whole_seconds
+from pidcfg.schemas.ezlogix import CV_FULL, LIMITS, TAG, LoopSettings
+from pidcfg.schemas.numbers import parse_number
+from pidcfg.sim.controllers.autotune import POINTS
+from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
+from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.autotune import tune
 from pidcfg.sim.controllers.ezlogix.equation import (
     AUTO,
@@ -23,25 +35,476 @@ from pidcfg.sim.controllers.ezlogix.equation import (
     Config,
     State,
     calculate_cv,
+    calculate_gains,
     pulse,
     show_output,
     show_setpoint,
     show_signals,
 )
-from pidcfg.sim.controllers.ezlogix.operate import MODE_BITS
-from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
-from pidcfg.sim.controllers.kernels import NEAREST, nearest
-from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.controllers.kernels import NEAREST, NEVER, clamp, nearest, read_registers, tell
+from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, CountsPlc, low_and_width
 from pidcfg.sim.controllers.plc import NoOptions as Options
-from pidcfg.sim.controllers.settings import NO_REGISTER, NOT_NOW, Done, RegisterError, Registers
+from pidcfg.sim.controllers.settings import (
+    NO_REGISTER,
+    NOT_NOW,
+    Done,
+    Keys,
+    RegisterError,
+    Registers,
+    items_of,
+    rows_of,
+)
 from pidcfg.sim.costs import COSTS
+
+if TYPE_CHECKING:
+    from pidcfg.sim.judgement.report import TuneReport
+
+# --- How an EZLogix loop is reported: names of modes and flags as bits, and notices in words --------------------------
+
+MODE_BITS = {"manual": bits.MANUAL, "auto": bits.AUTO}
+SIGNALS = {
+    "in_slot": "",
+    "pv_slot": "PV",
+    "sp_slot": "SP",
+    "out_slot": "CV",
+    "bias_slot": "BIAS",
+    "error_slot": "ERROR",
+    "status_slot": "STATUS",
+    "pulse_slot": "O",
+    "countdown_slot": "COUNTDOWN",
+}
+"""Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
+FLAG_BITS = {
+    "saturation": bits.SATURATED,
+    "autotune_running": bits.TUNING,
+    "autotune_error": bits.TUNE_ERROR,
+}
+
+WAITS_FOR_RATE = 1
+WAITS_FOR_RUN = 2
+IS_STOPPED = 3
+PV_IS_STALE = 4
+OUTPUT_IS_CUT = 5
+TUNE_RUNS = 6
+
+TUNE_STATUS = {code.number: code.title for code in CODES}
+"""The manual's table of Base+12 in words."""
+REASONS = {
+    **{ezlogix_autotune.REASON + n: f"autotune: {title} (status {n})" for n, title in TUNE_STATUS.items()},
+    WAITS_FOR_RATE: "waits: the loop is not calculated, its sample rate is below 0.05 s",
+    WAITS_FOR_RUN: "waits: the PLC is stopped and the loop is not calculated",
+    IS_STOPPED: "the PLC is stopped: the loop is not calculated, its outputs stay as they are",
+    PV_IS_STALE: "the PLC is stopped: the loop goes on, but nothing renews its PV in an R register",
+    OUTPUT_IS_CUT: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
+    TUNE_RUNS: "autotune is running already",
+    ezlogix_autotune.FAR: "the autotune begins with the PV more than 10 % of its span from the set point (D622)",
+    ezlogix_autotune.PLC_STOPPED: "autotune cancelled: the PLC was stopped (status 4)",
+    ezlogix_autotune.RATE_WRITTEN: "autotune: the sample rate was changed (status 6, D695)",
+    ezlogix_autotune.MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
+}
+
+# --- What a scenario's ``set`` may write in a running loop, by the keys of its configuration --------------------------
+#
+# Short forms: ``setpoint`` and ``output`` with a number. What the dialog alone holds (action, algorithm, tags) is no
+# register and cannot be set.
+
+CV = Word(-1, "cv", "output.value", Position("output"), "output", "Control Variable", "-", LIMITS)
+"""The CV stands in its tag, outside the block."""
+
+EVENTS = {"mode": "mode", "autotune": "autotune"}
+PARSERS: Mapping[str, Callable[[object], object]] = {
+    "sample_rate": parse_seconds,
+    "tuning.proportional_gain": parse_number,
+    "tuning.integral_time": parse_off_seconds,
+    "tuning.derivative_time": parse_off_seconds,
+    "autotune.timeout": parse_whole_seconds,
+    "output.pulse.cycle_time": parse_seconds,
+    "output.pulse.min_on": parse_seconds,
+    "output.pulse.min_off": parse_seconds,
+}
+KEYS = Keys(
+    {**rows_of((R_BLOCK, S_BLOCK), EVENTS), str(CV.path): CV},
+    {"setpoint": "setpoint.value", "output": str(CV.path)},
+    EVENTS,
+    PARSERS,
+    lambda _word: parse_quantity,
+)
+
+
+# --- From the registers and discretes of a loop, and its dialog, to the numbers that the controller calculates with ---
+
+UNKNOWN_PERIOD = 50_000
+"""Ticks that stand for the sample rate of a loop that is not calculated."""
+
+
+@dataclass(slots=True)
+class Loop:
+    """A loop's registers and discretes, and what its dialog alone holds."""
+
+    dialog: LoopSettings
+    registers: list[int]
+    discretes: list[int]
+
+    def word(self, name: str) -> int:
+        """The raw content of a register."""
+        return self.registers[R_BLOCK.offset(name)]
+
+    def bit(self, name: str) -> int:
+        """The state of a discrete."""
+        return int(self.discretes[S_BLOCK.offset(name)] != 0)
+
+    def values(self) -> dict[str, Any]:
+        """What registers and discretes hold, in counts, and what the dialog says, by name."""
+        discretes = {row.name: self.bit(row.name) for row in S_BLOCK.words}
+        choices = {"action": self.dialog.action, "algorithm": self.dialog.algorithm}
+        return {row.name: self.word(row.name) for row in R_BLOCK.words} | discretes | choices
+
+    def quantity(self, name: str) -> Decimal:
+        """What a register holds, in its unit: a gain, or a time in seconds."""
+        value: Decimal = R_BLOCK.word(name).decode(self.word(name))
+        return value
+
+    def scales(self) -> dict[str, Scale]:
+        """The scales of the loop's registers in engineering units."""
+        return scales_of(self.dialog.pv, self.dialog.output, root=bool(self.bit("square_root")))
+
+    def write(self, row: str, raw: int) -> None:
+        """The raw content of a register or a discrete."""
+        block, table = (self.registers, R_BLOCK) if row in REGISTER_NAMES else (self.discretes, S_BLOCK)
+        block[table.offset(row)] = raw
+
+
+REGISTER_NAMES = frozenset(word.name for word in R_BLOCK.words if word.access != "reserved")
+
+
+def block_of(words: Mapping[int, int], prefix: str, first: int, table: RegisterMap) -> list[int]:
+    """A block of registers; what lies beyond the end of its bank counts as 0."""
+    bank = next(bank for bank in SPACE.banks if bank.prefix == prefix)
+    start = SPACE.number(prefix, first)
+    return [words.get(start + k, 0) if first + k <= bank.last else 0 for k in range(table.size)]
+
+
+def loop_of(words: Mapping[int, int], dialog: LoopSettings) -> Loop:
+    """A loop from the memory."""
+    blocks = {key: block_of(words, prefix, getattr(dialog, key), table) for key, (prefix, table) in BLOCKS.items()}
+    return Loop(dialog, blocks["registers"], blocks["discretes"])
+
+
+def ticks(seconds: Any) -> int:
+    """Seconds as ticks."""
+    return int(seconds * TICKS)
+
+
+def configure(config: Config, loop: Loop, *, goes_on: bool) -> None:
+    """A loop's `Config`; values beyond the manual's ranges are taken as they are (D171)."""
+    dialog = loop.dialog
+    read_registers(config, loop.values())
+    low, high = dialog.pv.counts or (0, CV_FULL)
+    config.pv_min, config.pv_max, config.pv_span = float(low), float(high), float(high - low)
+    config.pv_low, config.pv_width = low_and_width(dialog.pv.range, config.pv_min, config.pv_span)
+    config.out_low, config.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
+    config.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
+    config.period = UNKNOWN_PERIOD if config.halt else ticks(loop.quantity("sample_rate"))
+    config.runs_when_stopped = int(goes_on)
+    config.fetches_pv = int(dialog.pv.tag.startswith("IR"))
+    config.carries_output = int(dialog.output.tag.startswith("OR") or dialog.output.pulse is not None)
+    config.scale = sqrt(config.pv_span) if config.square_root else 1.0
+    config.cv_low_limit, config.cv_high_limit = (
+        clamp(float(loop.word(name)), 0.0, float(CV_FULL)) for name in ("cv_low", "cv_high")
+    )
+    config.timeout = ticks(loop.word("autotune_timeout"))
+    config.cycle = 0 if dialog.output.pulse is None else ticks(loop.quantity("cycle_time"))
+    config.min_on, config.min_off = ticks(loop.quantity("min_on")), ticks(loop.quantity("min_off"))
+
+
+def tuning(config: Config, state: State, loop: Loop) -> None:
+    """The gain registers and the sample rate."""
+    state.gain = float(loop.quantity("proportional_gain"))
+    state.reset = float(loop.quantity("integral_time"))
+    state.rate = float(loop.quantity("derivative_time"))
+    state.period = config.period
+
+
+def absorb(loop: Loop, state: State) -> None:
+    """Put what the PLC has written into the registers: results of an autotune, a set point within its limits."""
+    loop.write("setpoint", int(state.sp))
+    loop.write("proportional_gain", round(state.gain * 100))
+    loop.write("integral_time", round(state.reset * 10))
+    loop.write("derivative_time", round(state.rate * 10))
+
+
+def tag_number(tag: str) -> int | None:
+    """The plain number of an R register; None for a physical tag."""
+    match = TAG.fullmatch(tag)
+    return SPACE.number("R", int(match.group(2))) if match and match.group(1) == "R" else None
+
+
+# --- The virtual EZLogix: built from its registers and dialog, operated as by its operator ----------------------------
+
+
+class Ezlogix(CountsPlc):
+    """An EZLogix as loaded from its registers."""
+
+    configs: list[Config]
+    states: list[State]
+    out_name = "CV"
+    pulses = ("O",)
+    modes: Mapping[str, int] = MODE_BITS
+    commands = SWITCH_AND_TUNE
+    tune_rule = "coefficients of the DL06's family, since the manual prints none (D178)"
+    tuned_names = ("proportional_gain", "integral_time", "derivative_time")
+    flag_bits: Mapping[str, int] = FLAG_BITS
+    reasons: Mapping[int, str] = REASONS
+    tuning_flags = ("autotune_running",)
+
+    def __init__(self, image: Image, options: Options | None = None) -> None:
+        words = image.words
+        self._goes_on = bool(image.plc.get("process_when_stopped", True))
+        dialogs = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
+        self._loops = [loop_of(words, dialog) for dialog in dialogs]
+        self.loops = [dialog.loop for dialog in dialogs]
+        self.goals = ["auto" if loop.bit("mode") else "manual" for loop in self._loops]
+        self.place_loops(Config, State, SIGNALS, POINTS)
+        for i in range(len(dialogs)):
+            self._begin(i, words)
+        self.scale_loops()
+
+    def _begin(self, i: int, words: Mapping[int, int]) -> None:
+        """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
+        config, state, loop = self.configs[i], self.states[i], self._loops[i]
+        if loop.dialog.output.pulse is None:
+            self.signals[config.pulse_slot] = ""
+        config.tune_buffer = i * POINTS
+        number = tag_number(loop.dialog.output.tag)
+        config.inner_loop = self._setpoint_at(number, i)
+        if config.inner_loop >= 0:
+            self.configs[config.inner_loop].outer_loop = i
+        held = 0 if number is None else words.get(number, 0)
+        state.out = state.unlimited_cv = clamp(float(held), 0.0, float(CV_FULL))
+        state.sp = float(loop.word("setpoint"))
+        self._apply(i)
+        state.pv, state.tune_countdown = config.pv_min, config.timeout
+        if self.goals[i] == "auto":
+            self.request(i, "auto")
+        self._show(i, self.signal_values)
+
+    def _setpoint_at(self, number: int | None, i: int) -> int:
+        """The other loop whose set point register has this number; -1: none."""
+        places = [SPACE.number("R", loop.dialog.registers) + R_BLOCK.offset("setpoint") for loop in self._loops]
+        return next((j for j, place in enumerate(places) if place == number and j != i), -1)
+
+    def _apply(self, i: int) -> None:
+        """Make the registers the controller's configuration."""
+        config, state, loop = self.configs[i], self.states[i], self._loops[i]
+        halted, period = config.halt, state.period
+        configure(config, loop, goes_on=self._goes_on)
+        tuning(config, state, loop)
+        if (config.halt or state.period != period) and not state.pending & bits.STOPPED:
+            ezlogix_autotune.change_rate(config, state)
+        calculate_gains(state)
+        if config.halt:
+            state.due = NEVER
+        elif halted and not state.pending & bits.STOPPED:
+            state.due = 0
+
+    def _note_waiting(self, i: int, mode: int = 0) -> None:
+        """Leaves a notice that a request waits, as the loop is not calculated."""
+        if self.configs[i].halt:
+            tell(self.states[i], WAITS_FOR_RATE, mode)
+        elif self.states[i].pending & bits.STOPPED:
+            tell(self.states[i], WAITS_FOR_RUN, mode)
+
+    def _show(self, i: int, signals: MutableSequence[float]) -> None:
+        """The signals that an operator's change affects at once: SP is limited, its register later (D656)."""
+        show_signals(self.configs[i], self.states[i], signals)
+
+    @classmethod
+    def is_about_mode(cls, requested: int, reason: int) -> bool:
+        """Whether a mode was requested: requests are never refused, they wait."""
+        return requested != 0
+
+    @property
+    def rises(self) -> list[bool]:
+        """Reverse controller action: the PV rises with the CV."""
+        return [not config.direct for config in self.configs]
+
+    @property
+    def masters(self) -> list[int]:
+        """The loop whose CV tag is a loop's set point register (D177)."""
+        feeds = [config.inner_loop for config in self.configs]
+        return [feeds.index(i) if i in feeds else -1 for i in range(len(feeds))]
+
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
+        """The CV limits."""
+        config = self.configs[loop]
+        return (
+            config.out_low + config.cv_low_limit * config.out_width / CV_FULL,
+            config.out_low + config.cv_high_limit * config.out_width / CV_FULL,
+        )
+
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
+        """Base+5; of a root the error has another scale."""
+        config = self.configs[loop]
+        return config.deadband * (config.scale if config.square_root else 1.0) * config.pv_width / config.pv_span
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The cycle time of the control output."""
+        return self.configs[loop].cycle / TICKS
+
+    # --- the PLC's switch --------------------------------------------------------------------------------------------
+
+    def start(self, tick: int) -> None:
+        """The PLC runs: loops that stood still begin as at the start (D173)."""
+        for config, state in zip(self.configs, self.states, strict=True):
+            if state.pending & bits.STOPPED:
+                ezlogix_autotune.stop_tune(config, state)
+                state.due = NEVER if config.halt else tick
+                state.last_tick = state.cycle_end = tick
+                state.pending |= bits.FRESH if state.status & bits.AUTO else 0
+            state.pending &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
+
+    def stop(self, signals: MutableSequence[float]) -> None:
+        """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
+        for config, state in zip(self.configs, self.states, strict=True):
+            if not config.runs_when_stopped:
+                state.pending |= bits.STOPPED
+                state.due = NEVER
+                tell(state, IS_STOPPED)
+                continue
+            if not config.fetches_pv:
+                state.pending |= bits.PV_STALE
+                tell(state, PV_IS_STALE)
+            if not config.carries_output:
+                state.pending |= bits.OUTPUT_CUT
+                tell(state, OUTPUT_IS_CUT)
+
+    # --- the operator ------------------------------------------------------------------------------------------------
+
+    def request(self, loop: int, mode: str) -> None:
+        """Discrete +0 is written, which nothing refuses."""
+        state, bit = self.states[loop], MODE_BITS[mode]
+        state.wanted_mode = bit
+        state.pending |= bits.REQUEST
+        self._note_waiting(loop, bit)
+
+    def autotune(self, loop: int, command: str) -> None:
+        """``start``: discrete +4 goes from 0 to 1, by way of 0 where it is still on; ``cancel``: it goes to 0."""
+        state, start = self.states[loop], command == "start"
+        if start and state.status & bits.TUNING:
+            tell(state, TUNE_RUNS)
+            return
+        self._note_waiting(loop)
+        state.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
+        state.pending |= bits.TUNE
+
+    def tuned(self, loop: int) -> TuneReport | None:
+        """How the last autotune of a loop went; None when there was none."""
+        state = self.states[loop]
+        status = state.tune_status if state.status & bits.TUNING else state.tune_last
+        if not status:
+            return None
+        done, error = status == ezlogix_autotune.DONE, status > ezlogix_autotune.CANCELLED
+        results = state.tune_gain, state.tune_reset, state.tune_rate
+        return self.tune_report(f"{status}: {TUNE_STATUS[status]}", results, done=done, error=error)
+
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
+        """The CV that a loop starts with."""
+        self._set_cv(loop, CV.encode(value, self._loops[loop].scales()), signals)
+
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
+        """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
+        scales = self._loops[loop].scales()
+        return KEYS.check(path, value, lambda row, item: row.encode(item, scales))
+
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+        """The sample rate that a value for this key makes, in ticks; 0: another key, or a rate that is none."""
+        rows = KEYS.find(path)
+        if str(rows[0].path) != "sample_rate":
+            return 0
+        row: Word = R_BLOCK.word("sample_rate")
+        raw = row.encode(value, self._loops[loop].scales())
+        return ticks(row.decode(raw)) if raw >= LEAST_SAMPLE_RATE else 0
+
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
+        """Write a value to its registers; returns why it has no effect, if so."""
+        rows: list[Any] = KEYS.find(path)
+        scales = self._loops[loop].scales()
+        if rows[0] is CV:
+            return self.write_output(loop, CV.encode(value, scales), signals)
+        late = None
+        for row, item in items_of(rows, value):
+            late = self.write(loop, cast("Word", row), row.encode(item, scales), signals)  # the blocks are Words
+        return late
+
+    def write(self, loop: int, row: Word, raw: int, signals: MutableSequence[float]) -> str | None:
+        """Write the raw content of a register; as `set` otherwise."""
+        registers, state = self._loops[loop], self.states[loop]
+        absorb(registers, state)
+        registers.write(row.name, raw)
+        state.sp = float(registers.word("setpoint"))
+        tuned = state.status & bits.TUNING
+        self._apply(loop)
+        if tuned and not state.status & bits.TUNING:
+            self._set_cv(loop, int(state.out), signals)
+        if row.name == "autotune_timeout":
+            state.tune_countdown = self.configs[loop].timeout
+        if row.name.startswith("setpoint"):
+            self._show(loop, signals)
+        if self.configs[loop].halt:
+            return "the loop is not calculated: its sample rate is below 0.05 s"
+        return self._write_outer(loop, signals) if row.name == "setpoint" else None
+
+    def memory(self, loop: int) -> Loop:
+        """A loop's registers and discretes as they are after the last calculation."""
+        absorb(self._loops[loop], self.states[loop])
+        return self._loops[loop]
+
+    def _write_outer(self, loop: int, signals: MutableSequence[float]) -> str | None:
+        """Writes the CV that stands in this loop's set point register (D177); returns what overwrites it."""
+        outer = self.configs[loop].outer_loop
+        if outer < 0:
+            return None
+        if not self.states[outer].pending & bits.HELD:
+            self._set_cv(outer, int(self.states[loop].sp), signals)
+        if self._keeps_cv(outer):
+            return f"the CV of {self.loops[outer]} stands in the same register and overwrites it"
+        return None
+
+    def _keeps_cv(self, loop: int) -> str | None:
+        """Why nobody else can write a loop's CV; None: he can."""
+        state = self.states[loop]
+        if state.pending & bits.HELD:
+            return "the autotune holds the CV"
+        mode = state.wanted_mode if state.pending & bits.REQUEST else state.status
+        if mode & bits.AUTO and not self.configs[loop].halt:
+            return "the loop is in Auto and calculates the CV itself"
+        return None
+
+    def write_output(self, loop: int, raw: int, signals: MutableSequence[float]) -> str | None:
+        """The operator writes the CV, which he can in Manual only (D172)."""
+        why = self._keeps_cv(loop)
+        if why is None:
+            self._set_cv(loop, raw, signals)
+        return why
+
+    def _set_cv(self, loop: int, raw: int, signals: MutableSequence[float]) -> None:
+        state, inner = self.states[loop], self.configs[loop].inner_loop
+        state.out = float(raw)
+        self._show(loop, signals)
+        if inner >= 0:
+            self.states[inner].sp = state.out
+            self._show(inner, signals)
+
+
+load = Ezlogix
+
 
 # --- The virtual EZLogix: its PID loops at one base step --------------------------------------------------------------
 #
 # Design. `scan` is called at every base step; it calculates the loops that are due, in ascending order, and moves the
 # control outputs, which work between samples too. `sample` is one calculation of one loop: PV, set point, error, then
 # whatever rarely happens (`State.pending`: a mode, an autotune), equation, saturation, signals. Nothing here knows
-# files, names or units: see `plc.load` for how registers become `Config` and `State`.
+# files, names or units: see `load` for how registers become `Config` and `State`.
 #
 # Signals of a loop (slots in `Config`): ``in_slot`` is read, in engineering units; PV, SP, CV and BIAS (integral term
 # and offset) are written in engineering units, ERROR, STATUS and COUNTDOWN as their registers hold them, O as 0 or 1.
@@ -189,9 +652,7 @@ class EzlogixRegisters(Registers):
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last calculation."""
         memory, state = self.plc.memory(loop), self.plc.states[loop]
-        held = {row.name: memory.word(row.name) for row in BLOCKS["registers"][1].words}
-        held |= {row.name: memory.bit(row.name) for row in BLOCKS["discretes"][1].words}
-        held |= {
+        held = memory.values() | {
             "error": int(nearest(state.error)) & WORD,
             "autotune_status": state.tune_status,
             "autotune_timeout": state.tune_countdown // TICKS,

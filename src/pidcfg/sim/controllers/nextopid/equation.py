@@ -1,4 +1,4 @@
-"""One call of PIDA_REAL, PIDA_INT, PIDA_TUNE_REAL or PIDA_TUNE_INT.
+"""One call of PIDA_REAL, PIDA_INT, PIDA_TUNE_REAL or PIDA_TUNE_INT, and its auto-tuning.
 
 In this order: error bits, limits of PV and set point, the three actions, the auto-tuning, then MV by what has priority:
 auto-tuning, manual, tracking, override, automatic (D225). The parameters stand among the signals in single precision.
@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import MutableSequence, Sequence
 from math import isfinite
 
+from pidcfg.schemas.nextopid import TUNE_LIMITS
 from pidcfg.sim.controllers.kernels import finite, single
-from pidcfg.sim.controllers.nextopid.autotune import ABORTED, ENDED, HOLDS, tune
 from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_MODE,
+    AUTO_TUNE,
     BIAS,
     CASC,
     CASCADE_MODE,
@@ -21,10 +22,16 @@ from pidcfg.sim.controllers.nextopid.terms import (
     DEAD_BAND,
     DIRECT,
     DOWNWARD,
+    FLAGS,
     I_ACTION,
+    INDEP,
     MANUAL,
     MANUAL_MODE,
     MANUAL_MV,
+    MAX_MV,
+    MAX_PV,
+    MIN_MV,
+    MIN_PV,
     MODES,
     MV,
     OVERR,
@@ -37,6 +44,11 @@ from pidcfg.sim.controllers.nextopid.terms import (
     TRK_IN,
     TRK_OUT,
     TRK_VAL,
+    TUNE_DONE,
+    TUNE_ERROR,
+    TUNE_FLAGS,
+    TUNE_PARAM,
+    TUNE_RESULT,
     TUNING_MODE,
     UPWARD,
     WINDUP_H_OUT,
@@ -54,10 +66,249 @@ from pidcfg.sim.controllers.nextopid.terms import (
     limit_mv,
     negative_parameters,
     proportional_action,
+    round_mv,
     sum_actions,
     write_errors,
     write_warnings,
 )
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.tuning.tables import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
+
+# --- How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `nextopid.PID` --------------------
+
+IDLE, AVERAGING, RELAY, DONE, FAILED = 0, 1, 2, 3, 4
+"""`State.tune_phase`; FAILED is an end with AutoTuneError."""
+
+# Flags of AutoTuneResult, in the order of the table
+BAD_AMP, BAD_HYST, BAD_PEAK, BAD_CYCLES, BAD_MODE = 1, 2, 4, 8, 16
+MV_TOO_HIGH, MV_TOO_LOW, PV_TOO_HIGH, PV_TOO_LOW = 32, 64, 128, 256
+PEAK_TOO_HIGH, PEAK_TOO_LOW, PV_NOT_STEADY, CYCLE_TOO_FAST, HIGH_DEAD_TIME = 512, 1024, 2048, 4096, 8192
+
+P_ONLY, PI_ONLY, FULL_PID = 0, 1, 2
+"""AUTOTUNE_MODE."""
+
+PI = single(3.141592653589793)
+FAST = 10
+"""Samples that a cycle has at least (D233)."""
+FEW_DEAD_TIMES = 1.5
+"""Dead times that a half cycle has at least (D233)."""
+GAIN_P = single(NEXTOPID_P)
+GAIN_PI, TIMES_TI, PART_TD = single(NEXTOPID_PART), single(NEXTOPID_TI), single(NEXTOPID_TD)
+"""Kp = Ku / 3.2, Ti = 2.2 Pu, Td = Pu / 6.3 (D234)."""
+
+
+def clear_results(config: Config, state: State, signals: MutableSequence[float]) -> None:
+    """AutoTuneDone, AutoTuneError and AutoTuneResult as they are without auto-tuning (kernel)."""
+    base = config.base
+    state.tune_phase = IDLE
+    state.tune_relay_sign = 0
+    signals[base + TUNE_DONE] = 0.0
+    signals[base + TUNE_ERROR] = 0.0
+    for i in range(3):
+        signals[base + TUNE_RESULT + i] = 0.0
+    for i in range(FLAGS):
+        signals[base + TUNE_FLAGS + i] = 0.0
+
+
+def end_tune(config: Config, state: State, signals: MutableSequence[float], flags: int) -> None:
+    """The auto-tuning has ended, with an error if there are flags; MV is what it was (kernel)."""
+    base = config.base
+    state.tune_relay_sign = 0
+    state.tune_phase = FAILED if flags else DONE
+    signals[base + TUNE_DONE] = 1.0
+    signals[base + TUNE_ERROR] = 1.0 if flags else 0.0
+    for i in range(FLAGS):
+        signals[base + TUNE_FLAGS + i] = float((flags >> i) & 1)
+
+
+def doubt_results(state: State, samples: int, amplitude: float) -> int:
+    """Flags of a measurement whose results cannot be trusted (kernel, D233)."""
+    flags = 0
+    if amplitude < single(2.0 * state.tune_band):
+        flags |= PEAK_TOO_LOW
+    if samples < FAST * state.tune_cycles:
+        flags |= CYCLE_TOO_FAST
+    if samples < FEW_DEAD_TIMES * state.tune_dead:
+        flags |= HIGH_DEAD_TIME
+    return flags
+
+
+def calculate_results(config: Config, state: State, signals: MutableSequence[float]) -> None:
+    """Gain and times from amplitude and period of the measured cycles (kernel, D234)."""
+    base = config.base
+    samples = state.tune_count - state.tune_start
+    amplitude = single(state.tune_swing / (2 * state.tune_cycles))
+    period = single(single(samples * config.sample_time) / state.tune_cycles)
+    if amplitude <= 0.0:
+        end_tune(config, state, signals, PEAK_TOO_LOW)
+        return
+    ultimate = single(single(4.0 * abs(state.tune_step)) / single(PI * amplitude))
+    kp = single(GAIN_P * ultimate) if state.tune_mode == P_ONLY else single(ultimate / GAIN_PI)
+    ti = 0.0
+    td = 0.0
+    if state.tune_mode != P_ONLY:
+        ti = single(TIMES_TI * period)
+    if state.tune_mode == FULL_PID:
+        td = single(period / PART_TD)
+    if signals[base + INDEP] != 0.0:
+        ti = single(kp / ti) if ti > 0.0 else 0.0
+        td = single(kp * td)
+    signals[base + TUNE_RESULT] = kp
+    signals[base + TUNE_RESULT + 1] = ti
+    signals[base + TUNE_RESULT + 2] = td
+    end_tune(config, state, signals, doubt_results(state, samples, amplitude))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Auto-tuning of PIDA_TUNE_REAL and PIDA_TUNE_INT, call by call: three seconds at rest, then a relay (D230 to D234).
+# Everything of the PV is counted from its rest, RefPV. `State.tune_relay_sign` is 1 while the relay drives the PV up,
+# -1 while it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see
+# `nextopid.PID`.
+
+FREE, HOLDS, ABORTED, ENDED = 0, 1, 2, 3
+"""What the auto-tuning is to MV: nothing, it holds it, or AutoTune has just been reset before or after the end."""
+
+AMP, HYST, PEAK, CYCLES, MODE = 0, 1, 2, 3, 4
+"""Members of AutoTuneParam."""
+(LEAST_AMP, MOST_AMP), (LEAST_HYST, MOST_HYST), (LEAST_PEAK, MOST_PEAK), (LEAST_CYCLES, MOST_CYCLES) = (
+    (single(float(low)), single(float(high))) for low, high in TUNE_LIMITS.values()
+)
+"""The manual's ranges, in the order of the members."""
+REST = 3 * TICKS
+"""How long RefPV is averaged."""
+FIRST_RETURN = 2
+"""The switch with which the first measured cycle begins."""
+
+
+def bad_parameters(signals: Sequence[float], at: int) -> int:
+    """Flags of parameters that are out of range (kernel)."""
+    flags = 0
+    if not LEAST_AMP <= signals[at + AMP] <= MOST_AMP:
+        flags |= BAD_AMP
+    if not LEAST_HYST <= signals[at + HYST] <= MOST_HYST:
+        flags |= BAD_HYST
+    if not LEAST_PEAK <= signals[at + PEAK] <= MOST_PEAK:
+        flags |= BAD_PEAK
+    if not LEAST_CYCLES <= signals[at + CYCLES] <= MOST_CYCLES:
+        flags |= BAD_CYCLES
+    if not P_ONLY <= signals[at + MODE] <= FULL_PID:
+        flags |= BAD_MODE
+    return flags
+
+
+def percent(percentage: float, low: float, high: float) -> float:
+    """So many percent of a range (kernel)."""
+    return single(single(percentage * single(high - low)) / 100.0)
+
+
+def begin(config: Config, state: State, signals: MutableSequence[float]) -> None:
+    """The rising edge: RefMV is the present MV, and the parameters are taken as they are (kernel, D230)."""
+    base = config.base
+    at = base + TUNE_PARAM
+    flags = bad_parameters(signals, at)
+    step = round_mv(config, percent(signals[at + AMP], signals[base + MIN_MV], signals[base + MAX_MV]))
+    if config.is_integer and step == 0.0:
+        flags |= BAD_AMP
+    state.tune_out = state.out
+    state.tune_step = -step if signals[base + DIRECT] != 0.0 else step
+    if flags & BAD_AMP == 0:
+        if single(state.out + step) > signals[base + MAX_MV]:
+            flags |= MV_TOO_HIGH
+        if single(state.out - step) < signals[base + MIN_MV]:
+            flags |= MV_TOO_LOW
+    if flags:
+        end_tune(config, state, signals, flags)
+        return
+    state.tune_phase = AVERAGING
+    state.tune_band = percent(signals[at + HYST], signals[base + MIN_PV], signals[base + MAX_PV])
+    state.tune_safe = percent(signals[at + PEAK], signals[base + MIN_PV], signals[base + MAX_PV])
+    state.tune_cycles = int(signals[at + CYCLES])
+    state.tune_mode = int(signals[at + MODE])
+    state.tune_count = 0
+    state.tune_sum = 0.0
+    state.tune_base = state.pv
+    state.tune_low = 0.0
+    state.tune_high = 0.0
+
+
+def average(config: Config, state: State, signals: MutableSequence[float]) -> None:
+    """One sample at rest; after three seconds the relay takes its first step (kernel, D230, D692)."""
+    state.tune_count += 1
+    away = single(state.pv - state.tune_base)
+    if state.tune_count * config.period < REST:
+        state.tune_sum = single(state.tune_sum + away)
+        state.tune_low = min(state.tune_low, away)
+        state.tune_high = max(state.tune_high, away)
+        return
+    mean = single(state.tune_sum / state.tune_count)
+    flags = 0
+    if single(state.tune_high - mean) > state.tune_band or single(mean - state.tune_low) > state.tune_band:
+        flags |= PV_NOT_STEADY
+    state.tune_base = single(state.tune_base + mean)
+    if single(state.tune_base + state.tune_band) > signals[config.base + MAX_PV]:
+        flags |= PV_TOO_HIGH
+    if single(state.tune_base - state.tune_band) < signals[config.base + MIN_PV]:
+        flags |= PV_TOO_LOW
+    if abs(single(state.pv - state.tune_base)) > state.tune_safe:
+        flags |= PEAK_TOO_HIGH
+    if flags:
+        end_tune(config, state, signals, flags)
+        return
+    state.tune_phase = RELAY
+    state.tune_relay_sign = 1
+    state.tune_count = 0
+    state.tune_turns = 0
+    state.tune_dead = 0
+    state.tune_swing = 0.0
+
+
+def switch(config: Config, state: State, signals: MutableSequence[float], away: float) -> None:
+    """The relay switches: a half cycle ends, and another one begins (kernel, D232)."""
+    if state.tune_turns >= FIRST_RETURN:
+        state.tune_swing = single(state.tune_swing + abs(state.tune_extreme))
+        state.tune_dead += state.tune_peak - state.tune_points
+    state.tune_turns += 1
+    state.tune_relay_sign = -state.tune_relay_sign
+    state.tune_points = state.tune_count
+    state.tune_peak = state.tune_count
+    state.tune_extreme = away
+    if state.tune_turns == FIRST_RETURN:
+        state.tune_start = state.tune_count
+    elif state.tune_turns == FIRST_RETURN + 2 * state.tune_cycles:
+        calculate_results(config, state, signals)
+
+
+def relay(config: Config, state: State, signals: MutableSequence[float]) -> None:
+    """One sample under the relay (kernel, D232)."""
+    state.tune_count += 1
+    away = single(state.pv - state.tune_base)
+    if abs(away) > state.tune_safe:
+        end_tune(config, state, signals, PEAK_TOO_HIGH)
+    elif state.tune_relay_sign * away >= state.tune_band:
+        switch(config, state, signals, away)
+    elif state.tune_relay_sign * away <= state.tune_relay_sign * state.tune_extreme:
+        state.tune_extreme = away
+        state.tune_peak = state.tune_count
+
+
+def tune(config: Config, state: State, signals: MutableSequence[float]) -> int:
+    """One call of the auto-tuning: what it is to MV (kernel)."""
+    phase = state.tune_phase
+    if signals[config.base + AUTO_TUNE] == 0.0:
+        if phase == IDLE:
+            return FREE
+        clear_results(config, state, signals)
+        return ABORTED if AVERAGING <= phase <= RELAY else ENDED
+    if phase == IDLE:
+        begin(config, state, signals)
+    elif phase == AVERAGING:
+        average(config, state, signals)
+    elif phase == RELAY:
+        relay(config, state, signals)
+    return HOLDS
+
+
+# --- A call: the mode, MV and the outputs -----------------------------------------------------------------------------
 
 CONTROLLING = AUTO_MODE | CASCADE_MODE
 

@@ -1,44 +1,181 @@
-"""The virtual NextoPID program: its place in a run, and what verdicts ask of it."""
+"""The virtual NextoPID program: its modes, its place in a run, what verdicts ask of it and what ``set`` may write."""
 
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping, MutableSequence
 from dataclasses import replace
+from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import Parameter, shortest
+from pidcfg.schemas.base import parse_duration, parse_seconds
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.kernels import tell
-from pidcfg.sim.controllers.nextopid import autotune as tune_results
-from pidcfg.sim.controllers.nextopid import operate as modes
-from pidcfg.sim.controllers.nextopid import operate as report
+from pidcfg.sim.controllers.nextopid import equation as tune_results
 from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.memory import ROW, ROWS, SHOWN, Memory, number_of, value_of
-from pidcfg.sim.controllers.nextopid.operate import (
-    AUX_BITS,
-    ERRORS,
-    FLAG_BITS,
-    MODE_BITS,
-    REASONS,
-    RESULT_FLAGS,
-    SHORT,
-    TUNE_STATUS,
-    keys_of,
+from pidcfg.sim.controllers.nextopid.terms import (
+    AUTO_TUNE,
+    CASC,
+    FLAGS,
+    KP,
+    LEAST_TI,
+    TD_KD,
+    TI_KI,
+    TUNE_DONE,
+    TUNE_ERROR,
+    TUNE_FLAGS,
+    Config,
+    State,
 )
-from pidcfg.sim.controllers.nextopid.terms import LEAST_TI
+from pidcfg.sim.controllers.nextopid.terms import MANUAL as PIDA_MANUAL
+from pidcfg.sim.controllers.nextopid.terms import TUNE_RESULT as RESULT
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, NoOptions
-from pidcfg.sim.controllers.settings import NamedKeys
+from pidcfg.sim.controllers.settings import NamedKeys, Parser
 from pidcfg.sim.engine.expressions import FAULTS, depends_on
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, MutableSequence, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     from pidcfg.encoders.parameters import Content, Entry, Program
     from pidcfg.schemas.base import Quantity
     from pidcfg.sim.judgement.report import TuneReport
+
+# --- What an operator does to a loop's parameters, and what becomes of an auto-tuning (kernels) -----------------------
+
+MANUAL_ON, MANUAL_OFF, CASC_ON, CASC_OFF, TUNE_ON, TUNE_OFF, ACCEPT = 1, 2, 4, 8, 16, 32, 64
+"""Commands of the operator (`State.command`)."""
+MANUAL, CASCADE, TUNE = (MANUAL_ON, MANUAL_OFF), (CASC_ON, CASC_OFF), (TUNE_ON, TUNE_OFF)
+NO_RUN, RUNNING, DONE, FAILED, CANCELLED = range(5)
+"""State of the last auto-tuning (`State.tune_end`)."""
+ON_OFF_MANUAL = terms.PLACES["ControlON_OFF"]["Manual"]
+
+
+def write_switch(state: State, pair: tuple[int, int], *, on: bool) -> None:
+    """A switch is to be written; of several commands before the next cycle the last one counts (D82)."""
+    state.command = state.command & ~(pair[0] | pair[1]) | pair[not on]
+
+
+def operate(config: Config, state: State, signals: MutableSequence[float]) -> None:
+    """Writes the parameters that the operator's commands change."""
+    manual = config.base + (ON_OFF_MANUAL if config.kind == terms.ON_OFF else PIDA_MANUAL)
+    if state.command & (MANUAL_ON | MANUAL_OFF):
+        signals[manual] = 1.0 if state.command & MANUAL_ON else 0.0
+    if state.command & (CASC_ON | CASC_OFF):
+        signals[config.base + CASC] = 1.0 if state.command & CASC_ON else 0.0
+    if state.command & ACCEPT:
+        signals[config.base + KP] = signals[config.base + RESULT]
+        signals[config.base + TI_KI] = signals[config.base + RESULT + 1]
+        signals[config.base + TD_KD] = signals[config.base + RESULT + 2]
+    if state.command & (TUNE_ON | TUNE_OFF):
+        signals[config.base + AUTO_TUNE] = 1.0 if state.command & TUNE_ON else 0.0
+    state.command = 0
+
+
+def keep_results(config: Config, state: State, signals: MutableSequence[float]) -> None:
+    """Results for the report: the block clears its own when AutoTune goes off."""
+    b = config.base
+    if signals[b + AUTO_TUNE] == 0.0:
+        if state.tune_end == RUNNING:
+            state.tune_end = CANCELLED
+    elif signals[b + TUNE_DONE] == 0.0:
+        state.tune_end = RUNNING
+    elif state.tune_end not in (DONE, FAILED):
+        state.tune_end = FAILED if signals[b + TUNE_ERROR] != 0.0 else DONE
+        state.result_kp = signals[b + RESULT]
+        state.result_ti = signals[b + RESULT + 1]
+        state.result_td = signals[b + RESULT + 2]
+        state.result_flags = 0
+        for i in range(FLAGS):
+            if signals[b + TUNE_FLAGS + i] != 0.0:
+                state.result_flags |= 1 << i
+
+
+# --- How a NextoPID loop is reported: names of modes, bits and signals, and notices in words --------------------------
+
+MODE_BITS = {
+    "manual": terms.MANUAL_MODE,
+    "auto": terms.AUTO_MODE,
+    "cascade": terms.CASCADE_MODE,
+    "tracking": terms.TRACKING_MODE,
+    "autotune": terms.TUNING_MODE,
+}
+"""The first three can be requested; the others follow from inputs of the block."""
+TUNE_ROWS = [row.name for row in BLOCK_TYPES["PIDA_TUNE_REAL"].table.rows]
+ERRORS = [name for name in TUNE_ROWS if name.startswith("ErrBits.")]
+WARNINGS = [name for name in TUNE_ROWS if name.startswith("WarnBits.")]
+FLAG_BITS = {name: terms.ERROR_BASE << i for i, name in enumerate(ERRORS)} | {"overridden": terms.OVERRIDDEN}
+AUX_BITS = {name: 1 << i for i, name in enumerate(WARNINGS)}
+RESULT_FLAGS = [
+    name.removeprefix("AutoTuneResult.") for name in TUNE_ROWS[TUNE_ROWS.index("AutoTuneResult.Bad_PercAmpMV") :]
+]
+
+IS_WIRED = 1
+"""Reasons of notices; one for each of the three requests that a wire prevents."""
+CASC_IS_WIRED = 2
+TUNE_IS_WIRED = 3
+NO_TUNE = 4
+NO_CASCADE = 5
+NOTHING_TO_ACCEPT = 6
+COMES_ABOUT = 7
+
+REASONS = {
+    IS_WIRED: "Manual is wired in the program; set what it is wired to",
+    CASC_IS_WIRED: "CASC is wired in the program; set what it is wired to",
+    TUNE_IS_WIRED: "AutoTune is wired in the program; set what it is wired to",
+    NO_TUNE: "this block has no auto-tuning; use PIDA_TUNE_REAL or PIDA_TUNE_INT",
+    NO_CASCADE: "ControlON_OFF has no cascade mode",
+    COMES_ABOUT: "this mode comes about by itself; ask for manual, auto or cascade, or for autotune: start",
+    NOTHING_TO_ACCEPT: "there are no results without error to accept",
+}
+
+TUNE_STATUS = ("idle", "running", "done", "failed", "cancelled")
+
+# --- What a scenario's ``set`` may write in a running program: parameters of loops, blocks, and signals ---------------
+
+TIMES = ("Tfd", "DelayTime", "Tc", "Tlead", "Tlag")
+TIMES_OR_GAINS = ("Ti_Ki", "Td_Kd")
+"""Times in the dependent form, gains with Indep TRUE."""
+SHORT = {"setpoint": "SP", "setpoint.value": "SP", "output": "ManualMV"}
+WORDS = {"AutoTuneParam.Mode"}
+
+
+def parse_tune_mode(value: object) -> str:
+    """P, PI or PID."""
+    if value not in {"P", "PI", "PID"}:
+        refuse("set_value", f"{value!r} is not one of P, PI, PID")
+    return f"AUTOTUNE_{value}"
+
+
+def parse_gain(value: object) -> Decimal:
+    """A gain of the independent form, which is no time (D202)."""
+    duration = parse_duration(value)
+    if duration.unit is not None:
+        refuse(
+            "set_value", f"{value} is a time, but with Indep TRUE it is a gain", help="write a number without a unit"
+        )
+    return duration.value
+
+
+def keys_of(kind: str, name: str, wired: Mapping[str, str], *, independent: bool = False) -> NamedKeys:
+    """The parameters of a block that can be set; ``wired``: those that are not, and what they are wired to.
+
+    ``independent``: the program starts with Indep TRUE.
+    """
+    rows = {row.name: row for row in BLOCK_TYPES[kind].inputs}
+    fixed = {row: f"the program wires {text} to {name}.{row}; set that" for row, text in wired.items()}
+    if "PV" in rows:
+        fixed.setdefault("PV", "the plant writes it; pv: is the event of a broken sensor")
+    parsers: dict[str, Parser] = {**dict.fromkeys(TIMES, parse_seconds), **dict.fromkeys(WORDS, parse_tune_mode)}
+    parsers |= dict.fromkeys(TIMES_OR_GAINS, parse_gain if independent else parse_seconds)
+    short = {key: row for key, row in SHORT.items() if row in rows}
+    return NamedKeys(rows, short, {}, fixed, parsers)
+
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What verdicts on a run ask of a NextoPID program: modes, limits and wires, from the signals that blocks share.
@@ -407,43 +544,41 @@ class Nextopid(Facts):
         name, state, code = self.loops[loop], self.states[loop], self.request_code(mode)
         wired = self._wired(name)
         if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:
-            tell(state, report.NO_CASCADE, code)
+            tell(state, NO_CASCADE, code)
         elif "Manual" in wired:
-            tell(state, report.IS_WIRED, code)
+            tell(state, IS_WIRED, code)
         elif mode in {"auto", "cascade"} and "CASC" in wired:
-            tell(state, report.CASC_IS_WIRED, code)
+            tell(state, CASC_IS_WIRED, code)
         elif mode in {"tracking", "autotune"}:
-            tell(state, report.COMES_ABOUT, code)
+            tell(state, COMES_ABOUT, code)
         else:
-            modes.command(state, modes.MANUAL, on=mode == "manual")
+            write_switch(state, MANUAL, on=mode == "manual")
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
-                modes.command(state, modes.CASCADE, on=mode == "cascade")
+                write_switch(state, CASCADE, on=mode == "cascade")
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""
         name, state = self.loops[loop], self.states[loop]
         if f"{name}.AutoTune" not in self.layout.numbers:
-            tell(state, report.NO_TUNE)
+            tell(state, NO_TUNE)
         elif "AutoTune" in self._wired(name):
-            tell(state, report.TUNE_IS_WIRED)
+            tell(state, TUNE_IS_WIRED)
         elif command == "accept" and state.tune_phase != tune_results.DONE:
-            tell(state, report.NOTHING_TO_ACCEPT)
+            tell(state, NOTHING_TO_ACCEPT)
         else:
-            state.command |= modes.ACCEPT if command == "accept" else 0
-            modes.command(state, modes.TUNE, on=command == "start")
+            state.command |= ACCEPT if command == "accept" else 0
+            write_switch(state, TUNE, on=command == "start")
 
     def tuned(self, loop: int) -> TuneReport | None:
         """How the last auto-tuning of a loop went; None where there was none."""
         state = self.states[loop]
-        if state.tune_end == modes.NO_RUN:
+        if state.tune_end == NO_RUN:
             return None
-        ended = state.tune_end in {modes.DONE, modes.FAILED}
+        ended = state.tune_end in {DONE, FAILED}
         flags = [name for i, name in enumerate(RESULT_FLAGS) if state.result_flags >> i & 1 and ended]
         status = ", ".join(flags) or TUNE_STATUS[state.tune_end]
         results = [shortest(result) for result in (state.result_kp, state.result_ti, state.result_td)]
-        return self.tune_report(
-            status, results if any(results) else [], done=ended, error=state.tune_end == modes.FAILED
-        )
+        return self.tune_report(status, results if any(results) else [], done=ended, error=state.tune_end == FAILED)
 
 
 load = Nextopid

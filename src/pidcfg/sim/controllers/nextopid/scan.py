@@ -12,8 +12,7 @@ from pidcfg.sim.controllers.kernels import clamp, finite, nearest, single
 from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.equation import call_pid
 from pidcfg.sim.controllers.nextopid.memory import move, number_of, value_of, wire_in
-from pidcfg.sim.controllers.nextopid.operate import keep_results, operate
-from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
+from pidcfg.sim.controllers.nextopid.plc import Nextopid, keep_results, load, operate
 from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_MODE,
     BAD_DEAD_BAND,
