@@ -11,11 +11,11 @@ from types import SimpleNamespace
 import pytest
 
 from certify_rig import uniform
-from pidcfg.pictures.chart import Band, Line
+from pidcfg.pictures import Band, Line
 from pidcfg.schemas.scenario import Expectation
+from pidcfg.sim.controllers.plc import Axes
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import Verdict
-from pidcfg.study.axes import Axes
 from pidcfg.study.certification import certify as certify_module
 from pidcfg.study.certification import samples as workers
 from pidcfg.study.certification import tally as tally_module

@@ -46,28 +46,25 @@ MAY_IMPORT = {
     "study.scenario":   "text.references text.reader text.diagnostics text.document text.source schemas vendors "
                         "encoders validate sim study.uncertainty study.accepted",
     "study.uncertainty": "text.references text.document schemas sim",
-    "study.accepted":   "text.references text.reader text.writer text.diagnostics text.document schemas sim "
-                        "study.axes",
-    "study.axes":       "sim",
-    "study.outcome":    "text.reader text.diagnostics text.document pictures validate sim study.axes "
+    "study.accepted":   "text.references text.reader text.writer text.diagnostics text.document schemas sim",
+    "study.outcome":    "text.reader text.diagnostics text.document pictures validate sim "
                         "study.scenario study.accepted",
-    "study.overlay":    "pictures sim study.outcome",
     "study.certification": "text.references text.processes text.reader text.writer text.diagnostics text.document "
-                        "text.source schemas pictures sim study.axes study.scenario study.uncertainty "
+                        "text.source schemas pictures sim study.scenario study.uncertainty "
                         "study.outcome",
     "study.verification": "text.references text.processes schemas vendors encoders pictures conversion sim",
     "study.draft_plan": "text.references schemas sim study.verification",
     "study.draft":      "text.signs text.reader text.diagnostics text.document text.source schemas validate sim "
                         "study.scenario study.outcome study.draft_plan study.verification",
     "output":           "text.signs text.reader text.writer text.diagnostics text.document text.source schemas vendors "
-                        "encoders conversion tuning validate sim study.axes study.scenario study.accepted "
+                        "encoders conversion tuning validate sim study.scenario study.accepted "
                         "study.outcome study.certification study.verification",
-    "output.runs":      "text.diagnostics schemas pictures sim study.outcome study.overlay study.accepted "
+    "output.runs":      "text.diagnostics schemas pictures sim study.outcome study.accepted "
                         "study.certification output.findings output.notebook",
     "output.drawing":   "text.references text.diagnostics pictures study.outcome study.certification output.arguments "
                         "output.findings output.notebook output.runs",
     "output.handles":   "text.references text.reader text.diagnostics text.document text.source schemas encoders "
-                        "validate tuning study.axes study.scenario output.arguments output.findings output.retune",
+                        "validate tuning study.scenario output.arguments output.findings output.retune",
     "output.explanation": "text.signs text.references text.diagnostics text.document schemas vendors encoders validate "
                         "output.arguments output.findings",
     "output.report":    "text.signs text.diagnostics schemas vendors encoders pictures conversion validate sim "
@@ -407,7 +404,7 @@ TYPES_AND_TEXTS = (
         "vendors",
     ),
     *("encoders.listing", "encoders.modbus_map.UnusableMapError"),
-    *("pictures.chart.Chart", "study.certification.certify.BatchOutcome", "study.certification.certify.charts_of"),
+    *("pictures.Chart", "study.certification.certify.BatchOutcome", "study.certification.certify.charts_of"),
     *("study.certification.samples.WorkersError", "study.outcome.Outcome", "study.outcome.signals_before_root"),
     *("sim.engine.choice.EngineName", "text.paths.Data", "text.writer.json_text"),
     *("tuning.rules", "tuning.tables"),

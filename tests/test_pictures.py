@@ -14,10 +14,9 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from pidcfg.pictures import Band, Bar, Chart, Line, Mark, Panel, Strip, page
 from pidcfg.pictures import figure as draw
-from pidcfg.pictures import page
 from pidcfg.pictures.characters import fits, lines
-from pidcfg.pictures.chart import Band, Bar, Chart, Line, Mark, Panel, Strip
 from pidcfg.pictures.figure import png
 from pidcfg.pictures.layout import group_numbers, moment, plain, shortened, spread
 

@@ -32,7 +32,7 @@ from pidcfg.output.report.formats import (
 )
 from pidcfg.output.report.runs import Run, found_text, metric_unit, worst_trend
 from pidcfg.output.report.sheets import compose, plc_sheet
-from pidcfg.pictures.chart import Chart, Line, Panel
+from pidcfg.pictures import Chart, Line, Panel
 from pidcfg.sim.judgement.report import Verdict
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document

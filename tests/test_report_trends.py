@@ -17,8 +17,7 @@ from hypothesis import strategies as st
 
 from browser import opened
 from pidcfg.cli.inputs import FILES
-from pidcfg.pictures import page
-from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
+from pidcfg.pictures import Bar, Chart, Line, Mark, Panel, Strip, page
 from pidcfg.pictures.layout import level_names, limits, ticks
 from pidcfg.pictures.page import SQUARE, figure, points
 from pidcfg.sim.engine.run import Settings

@@ -17,7 +17,7 @@ from pidcfg.cli.environment import require_extra
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pidcfg.pictures.chart import Chart
+    from pidcfg.pictures import Chart
     from pidcfg.study.certification.certify import BatchOutcome
     from pidcfg.study.outcome import Outcome
 

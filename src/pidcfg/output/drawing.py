@@ -14,7 +14,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from pidcfg.pictures.chart import Chart
+    from pidcfg.pictures import Chart
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.paths import Data
 

@@ -17,7 +17,7 @@ from pidcfg.output.retune import number_as_written
 from pidcfg.schemas.base import number_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Plant, Scenario
-from pidcfg.study.axes import Axes, axes_of
+from pidcfg.sim.controllers.plc import Axes, axes_of
 from pidcfg.study.scenario import Loaded, load
 from pidcfg.text.diagnostics import Diagnostic
 from pidcfg.text.document import Document

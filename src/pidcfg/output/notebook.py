@@ -13,7 +13,7 @@ from pidcfg.text.signs import one_line
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from pidcfg.pictures.chart import Chart
+    from pidcfg.pictures import Chart
     from pidcfg.text.diagnostics import Diagnostic
 
 MOST_ROWS = 200

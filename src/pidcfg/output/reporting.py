@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from pidcfg.output.report.content import Content, PlcSheet, RunSheet, Title
+    from pidcfg.sim.controllers.plc import Axes
     from pidcfg.sim.engine.run import Settings
-    from pidcfg.study.axes import Axes
     from pidcfg.study.outcome import Outcome
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.diagnostics import Diagnostic

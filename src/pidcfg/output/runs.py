@@ -111,8 +111,7 @@ class SimulateResult:
         these. The styles of the figures, and the script that zooms them, are those of ``simulate --plot run.html``.
         """
         from pidcfg.pictures.page import figures
-        from pidcfg.study.outcome import charts_of
-        from pidcfg.study.overlay import overlaid
+        from pidcfg.study.outcome import charts_of, overlaid
 
         if before is None:
             return figures(charts_of(self.outcome, loops))

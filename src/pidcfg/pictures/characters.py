@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from pidcfg.pictures.chart import Bar, Chart, Line, Panel, Strip
+from pidcfg.pictures import Bar, Chart, Line, Panel, Strip
 from pidcfg.pictures.layout import HELD_ROLES, drawable, explain_marks, number_marks, plain, unit_of_time, with_unit
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import pad_left, width_of

@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Transform
     from matplotlib.typing import RcKeyType
 
-    from pidcfg.pictures.chart import Chart, Locus, Panel, Strip
+    from pidcfg.pictures import Chart, Locus, Panel, Strip
 
     Point = tuple[float, float]
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import ceil, floor, isfinite, log10
 
-from pidcfg.pictures.chart import Band, Chart, Line, Mark, Panel, Strip, StripKind
+from pidcfg.pictures import Band, Chart, Line, Mark, Panel, Strip, StripKind
 from pidcfg.text.frozen import frozen
 
 # ----------------------------------------------------------------------------------------------------------------------

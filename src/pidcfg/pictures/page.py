@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
 
-from pidcfg.pictures.chart import Chart, Line, Panel, Strip
+from pidcfg.pictures import Chart, Line, Panel, Strip
 from pidcfg.pictures.figure import locus_svg, salt_of
 from pidcfg.pictures.layout import (
     SQUARE,

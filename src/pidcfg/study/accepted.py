@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.schemas.scenario import Metric, Role, Scenario
+    from pidcfg.sim.controllers.plc import Axes
     from pidcfg.sim.judgement.report import LoopReport, Range, Report
-    from pidcfg.study.axes import Axes
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.text.reader import Reader

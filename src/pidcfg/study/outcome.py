@@ -1,4 +1,4 @@
-"""One scenario run: what was read, what became of it, and the charts of what was recorded."""
+"""One scenario run: what was read, what became of it, and the charts of what was recorded, also of two runs."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from dataclasses import field, replace
 from math import isfinite, nan
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
+from pidcfg.pictures import Bar, Chart, Line, Mark, Panel, Strip
+from pidcfg.sim.controllers.plc import axes_of, signals_of
 from pidcfg.sim.engine.recording import HIGH, LOW
 from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, Alarm, flag_words
-from pidcfg.study.axes import axes_of, signals_of
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DISK, Reader
@@ -17,11 +17,11 @@ from pidcfg.text.reader import DISK, Reader
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from pidcfg.pictures.chart import Role, Side
+    from pidcfg.pictures import Role, Side
+    from pidcfg.sim.controllers.plc import Axes
     from pidcfg.sim.engine.recording import Recording
     from pidcfg.sim.engine.run import Settings
     from pidcfg.sim.judgement.report import LoopReport, Period, Report, Verdict
-    from pidcfg.study.axes import Axes
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.document import Document
 
@@ -337,3 +337,47 @@ def simulate_loaded(
     was = now if held is None or held.run is None else held.run
     hold_against(report, was, now, outcome.reference or str(accept))
     return replace(outcome, accepted=accepted_text(now)) if accept is not None and outcome.passed else outcome
+
+
+# --- Charts of two runs of the same loops laid over each other: as it was, and as it is now ---------------------------
+
+
+def overlaid(before: Outcome, after: Outcome, names: tuple[str, str], loops: Collection[str] = ()) -> list[Chart]:
+    """The charts of a run, with the lines of another one of the same loops behind them, and what lasted otherwise."""
+    old = {chart.loop: chart for chart in charts_of(before)}
+    return [_over(old[chart.loop], chart, names) if chart.loop in old else chart for chart in charts_of(after, loops)]
+
+
+def _over(before: Chart, after: Chart, names: tuple[str, str]) -> Chart:
+    """One chart of two runs; levels and marks are those of the second. Nobody expects a reference of it."""
+    from pidcfg.sim.judgement.control import NO_REFERENCE
+
+    panels = []
+    for i, panel in enumerate(after.panels):
+        now = [replace(line, side=None if line.role == "level" else "after") for line in panel.lines]
+        held = {line.name: line for line in now if line.role != "level"}
+        was = before.panels[i].lines if i < len(before.panels) else ()
+        lines = [replace(line, side="before") for line in was if _differs(line, held.get(line.name))]
+        panels.append(replace(panel, lines=(*lines, *now)))
+    rows = {(strip.kind, strip.title): strip for strip in after.strips}
+    others = [
+        replace(strip, title=f"{strip.title}, {names[0]}")
+        for strip in before.strips
+        if not _alike(strip, rows.get((strip.kind, strip.title)))
+    ]
+    notes = tuple(note for note in after.notes if NO_REFERENCE not in note)
+    return replace(after, panels=tuple(panels), strips=(*after.strips, *others), notes=notes, sides=names)
+
+
+def _alike(strip: Strip, other: Strip | None) -> bool:
+    """Whether a row would show the same again; modes are the same in the same order."""
+    if strip.kind == "mode" and other is not None:
+        return [bar.label for bar in strip.bars] == [bar.label for bar in other.bars]
+    return strip == other
+
+
+def _differs(line: Line, other: Line | None) -> bool:
+    """Whether a signal is worth a second line: PV and output are, a set point that went another way."""
+    if line.role == "level" or other is None:
+        return False
+    return line.role != "setpoint" or [*line.values] != [*other.values]

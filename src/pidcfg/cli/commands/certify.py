@@ -20,7 +20,7 @@ from pidcfg.cli.terminal import LINE, hold_line
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.pictures.chart import Chart
+    from pidcfg.pictures import Chart
     from pidcfg.study.certification.certify import BatchOutcome
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits

@@ -16,15 +16,15 @@ from pidcfg.cli.console import remark
 from pidcfg.cli.main import Exit
 from pidcfg.cli.outputs import place, refuse_read
 from pidcfg.cli.terminal import LINE, is_watched
+from pidcfg.pictures import Chart, Line, Panel
 from pidcfg.pictures.characters import fits, lines
-from pidcfg.pictures.chart import Chart, Line, Panel
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rich.live import Live
 
-    from pidcfg.pictures.chart import Role
+    from pidcfg.pictures import Role
     from pidcfg.text.reader import Limits
 
 # --- What a PLC's loops are doing, drawn on stderr while a trend is recorded; the last picture stays when it ends -----

@@ -10,7 +10,7 @@ import click
 
 from pidcfg.cli.formats.batches import figure
 from pidcfg.cli.plots import chart_text
-from pidcfg.pictures.chart import Chart, Line, Locus, Panel
+from pidcfg.pictures import Chart, Line, Locus, Panel
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -267,7 +267,7 @@ def _identified(fit: Identified) -> str:
 
 def chart_of(fit: Identified, record: Record) -> Chart:
     """Recorded and fitted PV over time."""
-    from pidcfg.pictures.chart import Chart, Line, Panel
+    from pidcfg.pictures import Chart, Line, Panel
 
     times = tuple(record.time)
     lines = (

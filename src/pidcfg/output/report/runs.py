@@ -17,7 +17,7 @@ from pidcfg.output.report.content import (
     number,
     text,
 )
-from pidcfg.pictures.chart import Chart
+from pidcfg.pictures import Chart
 from pidcfg.pictures.page import figures
 from pidcfg.sim.judgement.expect import UNITS as EXPECTATION_UNITS
 from pidcfg.sim.judgement.meters import OF_SWINGS

@@ -7,14 +7,13 @@ from dataclasses import field, replace
 from math import ceil, exp, lgamma, log, log1p
 from typing import TYPE_CHECKING
 
-from pidcfg.pictures.chart import Band, Chart, Line, Panel
-from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.pictures import Band, Chart, Line, Panel
+from pidcfg.sim.controllers.plc import TICKS, axes_of
 from pidcfg.sim.engine.choice import calls_of, choose
 from pidcfg.sim.engine.expressions import Problem
 from pidcfg.sim.engine.run import Settings, UnusableError, base_step, prepare, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
-from pidcfg.study.axes import axes_of
 from pidcfg.study.certification.samples import FAN_QUANTILES, Batch, Job, WorkersError, process_results, recordings
 from pidcfg.study.certification.tally import Progress, Tally, key_of, read_state, state_text
 from pidcfg.study.scenario import load
@@ -25,10 +24,10 @@ from pidcfg.text.reader import DISK, Reader
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
-    from pidcfg.pictures.chart import Role
+    from pidcfg.pictures import Role
     from pidcfg.schemas.scenario import Scenario
+    from pidcfg.sim.controllers.plc import Axes
     from pidcfg.sim.judgement.report import Report
-    from pidcfg.study.axes import Axes
     from pidcfg.study.certification.samples import Fan, SampleResult
     from pidcfg.study.certification.tally import Distribution, Sizes, Worst
     from pidcfg.study.uncertainty import Uncertainty

@@ -17,12 +17,12 @@ from statistics import NormalDist
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 from pidcfg.schemas.scenario import whole
+from pidcfg.sim.controllers.plc import axes_of, signals_of
 from pidcfg.sim.engine.recording import Recording
 from pidcfg.sim.engine.repeat import IrregularError, Repeated, with_numbers
 from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
-from pidcfg.study.axes import axes_of, signals_of
 from pidcfg.study.scenario import Loaded, load, read_scenario
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen

@@ -16,7 +16,7 @@ from pidcfg.conversion.ledger import Change, overlap
 from pidcfg.conversion.operation import PREFIX, Operation, differing_rules, source_of
 from pidcfg.conversion.pipeline import LoopReport
 from pidcfg.encoders.contract import encoder_of
-from pidcfg.pictures.chart import Chart, Line, Mark, Panel, Role
+from pidcfg.pictures import Chart, Line, Mark, Panel, Role
 from pidcfg.schemas.generic import Loop
 from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import (
@@ -36,7 +36,6 @@ from pidcfg.study.verification.comparison import (
     neutral_values,
     refused_mode,
 )
-from pidcfg.study.verification.lines import field_of, is_material, key_of
 from pidcfg.study.verification.stages import Bench, Stage, bench_of, stages_of
 from pidcfg.study.verification.stand_in import Rules, StandIn, stand_in
 from pidcfg.study.verification.trial import (
@@ -52,7 +51,16 @@ from pidcfg.study.verification.trial import (
     run_stage,
     smaller_moves,
 )
-from pidcfg.study.verification.twin import ALARMS, ReportLine, reported_loops, with_fields, without_losses
+from pidcfg.study.verification.twin import (
+    ALARMS,
+    ReportLine,
+    field_of,
+    is_material,
+    key_of,
+    reported_loops,
+    with_fields,
+    without_losses,
+)
 from pidcfg.text.frozen import frozen
 from pidcfg.text.processes import Crew
 from pidcfg.vendors import Vendor
