@@ -34,8 +34,8 @@ from pidcfg.text.reader import Limits
 from pidcfg.text.references import Ref
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_text
+from pidcfg.validate import TABLE, table_of
 from pidcfg.validate.catalog import rules, text_of
-from pidcfg.validate.texts import TABLE, table_of
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ import re
 from typing import TYPE_CHECKING
 
 from pidcfg.output.explanation.lookup import placed_decisions
+from pidcfg.validate import page
 from pidcfg.validate.catalog import GROUPS, anchor, rules, text_of
-from pidcfg.validate.texts import page
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from pidcfg.schemas.base import unit_text, units_of
 from pidcfg.schemas.document import models_in
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.text.source import read_document
-from pidcfg.validate import texts
+from pidcfg.validate import page as page_text
 from pidcfg.validate.catalog import rules, text_of
 from pidcfg.vendors import VENDORS
 
@@ -570,7 +570,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 
 
 def test_rules_and_decisions():
-    assert run("dl242").output == texts.page(text_of(rules()["DL242"]))
+    assert run("dl242").output == page_text(text_of(rules()["DL242"]))
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
     assert run("D1000").output.startswith("# D1000 Ms of a loop of a scenario\n")
     assert run("d9999").exit_code == 2

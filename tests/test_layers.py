@@ -552,7 +552,7 @@ import sys
 SARIF = (
     "about cli cli.formats cli.formats.findings cli.formats.reports output output.findings text text.diagnostics "
     "text.document text.frozen text.reader text.references text.signs text.writer validate "
-    "validate.catalog validate.rule validate.texts vendors"
+    "validate.catalog validate.rule vendors"
 )
 
 

@@ -13,7 +13,7 @@ from pidcfg.study.draft import draft_scenario, simulate_draft
 from pidcfg.study.outcome import simulate_document
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.purpose import purpose_of
+from pidcfg.validate.shared_checks import purpose_of
 from scenario_rig import Controller, scenario
 
 LOOPS = {

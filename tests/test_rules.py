@@ -15,6 +15,7 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.reader import Limits
 from pidcfg.text.references import Decision, Manual
 from pidcfg.text.source import read_document
+from pidcfg.validate import TABLE, listed, table_of, text_by_code, texts
 from pidcfg.validate.catalog import (
     CODE,
     COMMON,
@@ -31,7 +32,6 @@ from pidcfg.validate.catalog import (
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rule import READING, SCHEMA, SUPPRESSION, Rule
 from pidcfg.validate.rules import collect, common
-from pidcfg.validate.texts import TABLE, listed, table_of, text_by_code, texts
 from pidcfg.vendors import VENDORS
 from shell import captured
 from shell import pidcfg as command

@@ -83,8 +83,8 @@ class Words(click.ParamType[list[str], str | list[str]]):
             return value
         codes = [code.strip().upper() for code in value.split(",") if code.strip()]
         if codes:
+            from pidcfg.validate import listed
             from pidcfg.validate.catalog import suggestion
-            from pidcfg.validate.texts import listed
 
             for code in codes:
                 if not listed(code):
@@ -286,7 +286,7 @@ def select_findings(findings: list[Diagnostic], select: list[str], ignore: list[
 
 def selects_code(code: str, select: list[str], ignore: list[str]) -> bool:
     """Whether the options select a code."""
-    from pidcfg.validate.texts import matches
+    from pidcfg.validate import matches
 
     return (not select or any(matches(code, begin) for begin in select)) and not any(
         matches(code, begin) for begin in ignore

@@ -138,8 +138,8 @@ def _value(key: str, value: object, file: _File) -> object:
 
 def _codes(key: str, value: object, file: _File) -> list[str]:
     """Codes or their beginnings."""
+    from pidcfg.validate import listed
     from pidcfg.validate.catalog import suggestion
-    from pidcfg.validate.texts import listed
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {SETTINGS_KEYS['select'].example}")

@@ -33,7 +33,7 @@ from pidcfg.text.signs import FORMULA
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.purpose import action_key, action_word
+from pidcfg.validate.shared_checks import action_key, action_word
 from pidcfg.vendors import VENDORS, Vendor
 
 # --- A sheet as a table of texts: CSV with any usual separator, or the first sheet of a workbook ----------------------

@@ -32,7 +32,7 @@ from pidcfg.text.paths import value_at
 from pidcfg.text.signs import one_line
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import Checked, check_document
-from pidcfg.validate.purpose import ACTION, action_of, purpose_of
+from pidcfg.validate.shared_checks import ACTION, action_of, purpose_of
 
 # --- What a drafted run should show: set points reached, little overshoot, no outermost alarm -------------------------
 

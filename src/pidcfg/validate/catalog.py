@@ -9,8 +9,8 @@ from functools import cache, lru_cache
 from pidcfg.about import SITE
 from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.references import Decision
+from pidcfg.validate import PREFIX, RuleText, listed, matches, texts
 from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION, Rule
-from pidcfg.validate.texts import PREFIX, RuleText, listed, matches, texts
 from pidcfg.vendors import VENDORS
 
 # --- All rules by code: the only module that knows what a code looks like, and whose rules it belongs to --------------

@@ -15,7 +15,7 @@ from pidcfg.schemas.terms import BANDS, DIRECTION, ENDS, WORDS, leaves
 from pidcfg.text.document import Plain
 from pidcfg.text.paths import value_at
 from pidcfg.text.signs import fold_word
-from pidcfg.validate.purpose import action_key, action_word
+from pidcfg.validate.shared_checks import action_key, action_word
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

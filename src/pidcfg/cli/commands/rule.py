@@ -11,7 +11,7 @@ from pidcfg.cli.console import echo_json, markdown, show
 from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
-    from pidcfg.validate.texts import RuleText
+    from pidcfg.validate import RuleText
 
 EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24", "pidcfg rule PID024 --format json")
 
@@ -21,7 +21,7 @@ EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24
 @options.output_format("text", "json")
 def command(code: str | None, fmt: str) -> None:
     """Explain the rule CODE, or list those whose code begins so, or all."""
-    from pidcfg.validate.texts import listed, text_by_code
+    from pidcfg.validate import listed, text_by_code
 
     begin = (code or "").upper()
     if (rule := text_by_code(begin)) is not None:
@@ -36,7 +36,7 @@ def command(code: str | None, fmt: str) -> None:
 
 def _one(rule: RuleText, fmt: str) -> None:
     """A rule's page."""
-    from pidcfg.validate.texts import as_data, page
+    from pidcfg.validate import as_data, page
 
     if fmt == "json":
         echo_json(json_text({"version": 1, **as_data(rule)}))
@@ -46,7 +46,7 @@ def _one(rule: RuleText, fmt: str) -> None:
 
 def _list(rules: list[RuleText], fmt: str) -> None:
     """A line a rule."""
-    from pidcfg.validate.texts import as_data
+    from pidcfg.validate import as_data
 
     if fmt == "json":
         rows = [as_data(rule) for rule in rules]

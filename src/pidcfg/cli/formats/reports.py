@@ -13,8 +13,8 @@ from pidcfg.cli.formats.findings import STDIN, Findings, details, display_name, 
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.signs import one_line, printable
 from pidcfg.text.writer import json_text
+from pidcfg.validate import page
 from pidcfg.validate.catalog import rule_of, text_of, url_of
-from pidcfg.validate.texts import page
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

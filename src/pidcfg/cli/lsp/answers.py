@@ -15,11 +15,11 @@ from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Data, Path, value_at
 from pidcfg.text.reader import Overlay, data_of, read_other
 from pidcfg.text.source import comments_in, read_document
+from pidcfg.validate import page, text_by_code
 from pidcfg.validate.baseline import DIRECTIVE, ignore_edit
 from pidcfg.validate.catalog import url_of
 from pidcfg.validate.engine import is_scenario
 from pidcfg.validate.fixes import MEANT, splice, suggested
-from pidcfg.validate.texts import page, text_by_code
 
 SOURCE = "pidcfg"
 LEVELS = {

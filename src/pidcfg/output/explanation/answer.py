@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.texts import RuleText, as_data, page, text_by_code
+from pidcfg.validate import RuleText, as_data, page, text_by_code
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -29,8 +29,8 @@ from pidcfg.output.explanation.wording import (
     words_of,
 )
 from pidcfg.text.references import Decision
+from pidcfg.validate import texts
 from pidcfg.validate.catalog import CODE, suggestion
-from pidcfg.validate.texts import texts
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ from pidcfg.output.explanation.page import Question
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
+from pidcfg.validate import PREFIX, texts
 from pidcfg.validate.catalog import CODE
-from pidcfg.validate.texts import PREFIX, texts
 from pidcfg.vendors import VENDORS
 
 # --- What people see at a panel, by its usual names, and what to look at: the rows of symptoms.toml -------------------

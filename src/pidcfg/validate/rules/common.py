@@ -18,9 +18,8 @@ from pidcfg.schemas.numbers import EXACT_CONTEXT, MAX_DIGITS, decimal_text
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, value_at
 from pidcfg.text.references import Decision
-from pidcfg.validate.purpose import action_of, purpose_of
 from pidcfg.validate.rule import D930, Finding, Findings, always, checklist, error, finding, warning
-from pidcfg.validate.shared_checks import Context, list_names, number_text
+from pidcfg.validate.shared_checks import Context, action_of, list_names, number_text, purpose_of
 from pidcfg.vendors import VENDORS
 
 D06 = Decision(
