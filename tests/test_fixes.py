@@ -646,16 +646,16 @@ def test_rights_stay_and_links_are_written_through(validate, tmp_path):
 
 
 def test_a_file_that_somebody_saves_meanwhile_is_left_alone(validate, tmp_path, monkeypatch):
-    from pidcfg.cli import corrections
+    from pidcfg.cli import policy
 
-    real = corrections._fix_input
+    real = policy._fix_input
 
     def slow(*args):
         outcome = real(*args)
         (tmp_path / "a.yaml").write_text("# saved\n", "utf-8")
         return outcome
 
-    monkeypatch.setattr(corrections, "_fix_input", slow)
+    monkeypatch.setattr(policy, "_fix_input", slow)
     found = validate("a.yaml", "--fix")
     assert (found.code, found.out) == (2, "")
     assert "a.yaml has changed since it was read; nothing was written" in found.err

@@ -96,7 +96,7 @@ def command(
     report_options.refuse_inputs(reports, read)
     printed = findings_format.fmt_of(ctx, fmt) if counted else fmt
     if fix or diff:
-        from pidcfg.cli.corrections import fix_inputs, refuse_options
+        from pidcfg.cli.policy import fix_inputs, refuse_options
 
         refuse_options(ctx, reports)
         inputs = fix_inputs(inputs, Rules(select, ignore), ctx)
