@@ -9,8 +9,7 @@ from pidcfg.encoders.ezlogix.image import encode
 from pidcfg.schemas.ezlogix import EzlogixFile
 from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import equation as bits
-from pidcfg.sim.controllers.ezlogix.autotune import OFF, ON
-from pidcfg.sim.controllers.ezlogix.equation import Config, State, calculate_gains
+from pidcfg.sim.controllers.ezlogix.equation import OFF, ON, Config, State, calculate_gains
 from pidcfg.sim.controllers.ezlogix.scan import MODE_BITS as MODES
 from pidcfg.sim.controllers.ezlogix.scan import SIGNALS, Ezlogix, load, scan
 from pidcfg.sim.controllers.plc import TICKS

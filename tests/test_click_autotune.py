@@ -8,7 +8,6 @@ import pytest
 
 from click_rig import Rig, image_of, poked
 from pidcfg.sim.controllers.autotune import cycle_gains
-from pidcfg.sim.controllers.click import autotune
 from pidcfg.sim.controllers.click import equation as bits
 from pidcfg.sim.controllers.click.equation import number_of
 from rig_plants import FirstOrder, Moving
@@ -311,17 +310,17 @@ def test_an_open_loop_autotune_on_a_moving_pv_is_told(moves, told):
 def test_a_swing_below_a_millionth_of_the_range_is_taken_for_that(monkeypatch, amplitude, taken):
     """Shares of the range of the PV; a swing of nothing would be an infinite gain."""
     found = []
-    monkeypatch.setattr(autotune, "relay_switch", lambda *_: 0)
-    monkeypatch.setattr(autotune, "store", lambda *values: found.append(values[2]))
+    monkeypatch.setattr(bits, "relay_switch", lambda *_: 0)
+    monkeypatch.setattr(bits, "store", lambda *values: found.append(values[2]))
     config = bits.Config(pv_low=-50.0, pv_high=150.0, out_low=0.0, out_high=80.0, tune_hysteresis=0.0)
-    state = bits.State(tune_turns=autotune.LAST_TURN, tune_swing=4 * amplitude * 200.0, period=1)
-    autotune.relay(config, state)
+    state = bits.State(tune_turns=bits.LAST_TURN, tune_swing=4 * amplitude * 200.0, period=1)
+    bits.relay(config, state)
     ultimate = 2 * 80.0 / (math.pi * taken * 200.0)
     assert found == [pytest.approx(cycle_gains(0, ultimate, 1.0)[0])]
 
 
 def test_a_relay_begins_anew_whatever_the_last_one_has_left():
     state = bits.State(tune_count=7, tune_turns=5, tune_relay_sign=1, tune_points=3, tune_swing=900.0)
-    autotune.begin_relay(state)
+    bits.begin_relay(state)
     cleared = state.tune_count, state.tune_turns, state.tune_relay_sign, state.tune_points, state.tune_swing
     assert cleared == (0, 0, 0, 0, 0)

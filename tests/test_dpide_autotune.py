@@ -11,8 +11,7 @@ from dpide_rig import Rig
 from pidcfg.cli.formats.runs import autotune_text
 from pidcfg.sim.controllers.click.scan import Click
 from pidcfg.sim.controllers.dl06.plc import Dl06
-from pidcfg.sim.controllers.dpide.autotune import PATIENCE_SAMPLES, REASONS, balance, measure, usable
-from pidcfg.sim.controllers.dpide.equation import Config, State
+from pidcfg.sim.controllers.dpide.equation import PATIENCE_SAMPLES, REASONS, Config, State, balance, measure, usable
 from pidcfg.sim.controllers.dpide.scan import Dpide
 from pidcfg.sim.controllers.ezlogix.scan import Ezlogix
 from pidcfg.sim.controllers.kernels import single

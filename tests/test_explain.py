@@ -31,7 +31,7 @@ from pidcfg.output.explanation.lookup import all_decisions, explain, explain_thi
 from pidcfg.output.explanation.page import Question
 from pidcfg.schemas.base import unit_text, units_of
 from pidcfg.schemas.document import models_in
-from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
+from pidcfg.sim.controllers.ezlogix import equation as ezlogix_autotune
 from pidcfg.text.source import read_document
 from pidcfg.validate import page as page_text
 from pidcfg.validate.catalog import rules, text_of

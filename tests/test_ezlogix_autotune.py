@@ -12,8 +12,7 @@ import pytest
 
 from ezlogix_rig import SCALED, STATUS, Rig, change, play, plc
 from pidcfg.sim.controllers.ezlogix import equation as bits
-from pidcfg.sim.controllers.ezlogix.autotune import SETTLING, compute, fits, judge_answer, tell_moving
-from pidcfg.sim.controllers.ezlogix.equation import Config, State
+from pidcfg.sim.controllers.ezlogix.equation import SETTLING, Config, State, compute, fits, judge_answer, tell_moving
 from pidcfg.sim.controllers.ezlogix.scan import REASONS, TUNE_STATUS
 from pidcfg.sim.controllers.kernels import notices
 from rig_plants import FirstOrder, Moving

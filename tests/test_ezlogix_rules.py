@@ -13,8 +13,7 @@ from pidcfg.encoders.ezlogix.files import tags
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, VARIABLES
 from pidcfg.schemas.base import NAME
-from pidcfg.sim.controllers.ezlogix.autotune import STEP
-from pidcfg.sim.controllers.ezlogix.equation import Config, State, begin_cycle
+from pidcfg.sim.controllers.ezlogix.equation import STEP, Config, State, begin_cycle
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document

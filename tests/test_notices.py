@@ -21,7 +21,7 @@ from pidcfg.api import decode, encode, simulate
 from pidcfg.cli.main import cli
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.schemas.expressions import parse
-from pidcfg.sim.controllers.click import autotune as click_autotune
+from pidcfg.sim.controllers.click import equation as click_autotune
 from pidcfg.sim.controllers.click import equation as click_state
 from pidcfg.sim.controllers.click import operate as click_operate
 from pidcfg.sim.controllers.click import operate as click_report
@@ -34,12 +34,12 @@ from pidcfg.sim.controllers.dl06 import operate as dl06_operate
 from pidcfg.sim.controllers.dl06 import operate as dl06_report
 from pidcfg.sim.controllers.dl06.equation import State as Dl06State
 from pidcfg.sim.controllers.dl06.plc import overruled
-from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
+from pidcfg.sim.controllers.dpide import equation as dpide_autotune
 from pidcfg.sim.controllers.dpide import equation as dpide_state
 from pidcfg.sim.controllers.dpide import scan as dpide_report
 from pidcfg.sim.controllers.dpide.equation import Config as DpideConfig
 from pidcfg.sim.controllers.dpide.equation import State as DpideState
-from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
+from pidcfg.sim.controllers.ezlogix import equation as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import equation as ezlogix_state
 from pidcfg.sim.controllers.ezlogix import scan as ezlogix_operate
 from pidcfg.sim.controllers.ezlogix import scan as ezlogix_report

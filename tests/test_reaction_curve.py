@@ -24,8 +24,8 @@ from pidcfg.sim.controllers.autotune import (
     steepest_line,
     was_moving,
 )
-from pidcfg.sim.controllers.click.autotune import tunable
 from pidcfg.sim.controllers.click.equation import Config as ClickConfig
+from pidcfg.sim.controllers.click.equation import tunable
 from pidcfg.sim.controllers.kernels import RelayState
 
 PLACE = 3

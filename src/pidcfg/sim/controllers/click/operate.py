@@ -11,29 +11,26 @@ from pidcfg.encoders.regmap import Point, Word
 from pidcfg.schemas.base import Quantity, Rate, parse_seconds
 from pidcfg.schemas.click import parse_sample_rate, parse_unit_rate
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
-from pidcfg.sim.controllers.click import autotune as click_tune_results
 from pidcfg.sim.controllers.click import equation as bits
-from pidcfg.sim.controllers.click.autotune import (
-    REFUSED_TUNE_MODE,
-    REFUSED_TUNE_RANGE,
-    TUNE_ABORTED,
-    TUNE_CANCELLED,
-    TUNE_IDLE,
-    abandon,
-    start_tune,
-    tunable,
-)
 from pidcfg.sim.controllers.click.equation import (
     AUTO,
     FRESH,
     GOAL,
     MANUAL,
     MODES,
+    REFUSED_TUNE_MODE,
+    REFUSED_TUNE_RANGE,
     REQUEST,
+    TUNE_ABORTED,
+    TUNE_CANCELLED,
     TUNE_ERROR,
+    TUNE_IDLE,
     TUNING,
     Config,
     State,
+    abandon,
+    start_tune,
+    tunable,
 )
 from pidcfg.sim.controllers.kernels import GOAL_ENDS, tell_request
 from pidcfg.sim.controllers.settings import Keys, items_of, rows_of
@@ -198,7 +195,7 @@ ALARM_LIMITS = {
 OUTER_ALARMS = ("pv_low_low", "pv_high_high", "deviation_high_high")
 FLAG_BITS = {"pid_error": bits.PID_ERROR, "autotune_error": bits.TUNE_ERROR}
 
-REASONS = MODE_REASONS | click_tune_results.REASONS
+REASONS = MODE_REASONS | bits.REASONS
 ABOUT_MODE = set(MODE_NOTICES)
 for _row, _error in enumerate(ERRORS, start=1):
     _text = error_text(_error)

@@ -21,7 +21,6 @@ from pidcfg.schemas.base import Quantity
 from pidcfg.sim.controllers.autotune import DONE, POINTS, TUNE_STATUS
 from pidcfg.sim.controllers.click import equation as bits
 from pidcfg.sim.controllers.click import operate as click_modes
-from pidcfg.sim.controllers.click.autotune import change_rate, tune
 from pidcfg.sim.controllers.click.equation import (
     AUTO,
     BIAS_ERROR,
@@ -38,6 +37,7 @@ from pidcfg.sim.controllers.click.equation import (
     State,
     calculate_gains,
     calculate_output,
+    change_rate,
     configure,
     float_of,
     loop_of,
@@ -45,6 +45,7 @@ from pidcfg.sim.controllers.click.equation import (
     pulse,
     renew_alarms,
     sample_ticks,
+    tune,
     write_state,
 )
 from pidcfg.sim.controllers.click.operate import (

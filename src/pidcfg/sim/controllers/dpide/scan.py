@@ -14,9 +14,7 @@ from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, PlcSettings, Sca
 from pidcfg.schemas.iec import Timed
 from pidcfg.schemas.numbers import parse_integer, refuse
 from pidcfg.sim.controllers.autotune import DONE, FAILED, TUNE_STATUS
-from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
 from pidcfg.sim.controllers.dpide import equation as bits
-from pidcfg.sim.controllers.dpide.autotune import abandon, change_rate, start_tune, tune
 from pidcfg.sim.controllers.dpide.equation import (
     AUTO,
     FRESH,
@@ -32,11 +30,15 @@ from pidcfg.sim.controllers.dpide.equation import (
     TUNING,
     Config,
     State,
+    abandon,
     apply_dead_band,
     calculate_gains,
     calculate_mv,
     calculate_slope,
+    change_rate,
     show_signals,
+    start_tune,
+    tune,
 )
 from pidcfg.sim.controllers.kernels import NEVER, clamp, finite, read_registers, register_values, single, tell
 from pidcfg.sim.controllers.plc import COUNTS, SWITCH_AND_TUNE, TICKS, NamedPlc
@@ -124,7 +126,7 @@ TUNE_WAITS_FOR_PLC = 38
 ABOUT_MODE = (WAITS_FOR_TUNE, WAITS_FOR_PLC)
 """Reasons that concern a requested mode."""
 REASONS = {
-    **dpide_autotune.REASONS,
+    **bits.REASONS,
     bits.JUMPS_WITHOUT: "MV jumps at the end of manual: without Ti_Ki there is no I_MV that could carry MOUT",
     WAITS_FOR_TUNE: "waits: PID_MAN has no effect while PID_MODE is 1",
     WAITS_FOR_PLC: "waits: the PLC is stopped",

@@ -17,9 +17,7 @@ from pidcfg.schemas.base import Quantity, parse_off_seconds, parse_quantity, par
 from pidcfg.schemas.ezlogix import CV_FULL, LIMITS, TAG, LoopSettings
 from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.controllers.autotune import POINTS
-from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import equation as bits
-from pidcfg.sim.controllers.ezlogix.autotune import tune
 from pidcfg.sim.controllers.ezlogix.equation import (
     AUTO,
     FRESH,
@@ -40,6 +38,7 @@ from pidcfg.sim.controllers.ezlogix.equation import (
     show_output,
     show_setpoint,
     show_signals,
+    tune,
 )
 from pidcfg.sim.controllers.kernels import NEAREST, NEVER, clamp, nearest, read_registers, tell
 from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, CountsPlc, low_and_width
@@ -90,17 +89,17 @@ TUNE_RUNS = 6
 TUNE_STATUS = {code.number: code.title for code in CODES}
 """The manual's table of Base+12 in words."""
 REASONS = {
-    **{ezlogix_autotune.REASON + n: f"autotune: {title} (status {n})" for n, title in TUNE_STATUS.items()},
+    **{bits.REASON + n: f"autotune: {title} (status {n})" for n, title in TUNE_STATUS.items()},
     WAITS_FOR_RATE: "waits: the loop is not calculated, its sample rate is below 0.05 s",
     WAITS_FOR_RUN: "waits: the PLC is stopped and the loop is not calculated",
     IS_STOPPED: "the PLC is stopped: the loop is not calculated, its outputs stay as they are",
     PV_IS_STALE: "the PLC is stopped: the loop goes on, but nothing renews its PV in an R register",
     OUTPUT_IS_CUT: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
     TUNE_RUNS: "autotune is running already",
-    ezlogix_autotune.FAR: "the autotune begins with the PV more than 10 % of its span from the set point (D622)",
-    ezlogix_autotune.PLC_STOPPED: "autotune cancelled: the PLC was stopped (status 4)",
-    ezlogix_autotune.RATE_WRITTEN: "autotune: the sample rate was changed (status 6, D695)",
-    ezlogix_autotune.MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
+    bits.FAR: "the autotune begins with the PV more than 10 % of its span from the set point (D622)",
+    bits.PLC_STOPPED: "autotune cancelled: the PLC was stopped (status 4)",
+    bits.RATE_WRITTEN: "autotune: the sample rate was changed (status 6, D695)",
+    bits.MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
 }
 
 # --- What a scenario's ``set`` may write in a running loop, by the keys of its configuration --------------------------
@@ -300,7 +299,7 @@ class Ezlogix(CountsPlc):
         configure(config, loop, goes_on=self._goes_on)
         tuning(config, state, loop)
         if (config.halt or state.period != period) and not state.pending & bits.STOPPED:
-            ezlogix_autotune.change_rate(config, state)
+            bits.change_rate(config, state)
         calculate_gains(state)
         if config.halt:
             state.due = NEVER
@@ -357,7 +356,7 @@ class Ezlogix(CountsPlc):
         """The PLC runs: loops that stood still begin as at the start (D173)."""
         for config, state in zip(self.configs, self.states, strict=True):
             if state.pending & bits.STOPPED:
-                ezlogix_autotune.stop_tune(config, state)
+                bits.stop_tune(config, state)
                 state.due = NEVER if config.halt else tick
                 state.last_tick = state.cycle_end = tick
                 state.pending |= bits.FRESH if state.status & bits.AUTO else 0
@@ -394,7 +393,7 @@ class Ezlogix(CountsPlc):
             tell(state, TUNE_RUNS)
             return
         self._note_waiting(loop)
-        state.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
+        state.tune_command = bits.ON if start else bits.OFF
         state.pending |= bits.TUNE
 
     def tuned(self, loop: int) -> TuneReport | None:
@@ -403,7 +402,7 @@ class Ezlogix(CountsPlc):
         status = state.tune_status if state.status & bits.TUNING else state.tune_last
         if not status:
             return None
-        done, error = status == ezlogix_autotune.DONE, status > ezlogix_autotune.CANCELLED
+        done, error = status == bits.DONE, status > bits.CANCELLED
         results = state.tune_gain, state.tune_reset, state.tune_rate
         return self.tune_report(f"{status}: {TUNE_STATUS[status]}", results, done=done, error=error)
 

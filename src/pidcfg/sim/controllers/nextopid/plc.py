@@ -16,8 +16,7 @@ from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.kernels import tell
-from pidcfg.sim.controllers.nextopid import equation as tune_results
-from pidcfg.sim.controllers.nextopid import terms
+from pidcfg.sim.controllers.nextopid import equation, terms
 from pidcfg.sim.controllers.nextopid.memory import ROW, ROWS, SHOWN, Memory, number_of, value_of
 from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_TUNE,
@@ -563,7 +562,7 @@ class Nextopid(Facts):
             tell(state, NO_TUNE)
         elif "AutoTune" in self._wired(name):
             tell(state, TUNE_IS_WIRED)
-        elif command == "accept" and state.tune_phase != tune_results.DONE:
+        elif command == "accept" and state.tune_phase != equation.DONE:
             tell(state, NOTHING_TO_ACCEPT)
         else:
             state.command |= ACCEPT if command == "accept" else 0
