@@ -176,7 +176,7 @@ LOOKED_INTO = 500
 def any_file(ctx: click.Context, typed: str) -> Items:
     """Every file."""
     del ctx
-    return _files(typed, lambda path: True)  # noqa: ARG005 - any path
+    return _files(typed, lambda _: True)
 
 
 def yaml_file(ctx: click.Context, typed: str) -> Items:
@@ -209,8 +209,9 @@ def is_scenario(path: Path) -> bool:
 
 def _files(typed: str, fits: Callable[[Path], bool]) -> Items:
     """Folders, and files that fit, whose names begin as typed."""
-    folder, begin = os.path.split(os.path.expanduser(typed))  # noqa: PTH111 - a Path would lose `./` and `/`
-    front = os.path.expanduser(typed)[: len(os.path.expanduser(typed)) - len(begin)]  # noqa: PTH111
+    place = os.path.expanduser(typed)  # noqa: PTH111 - a Path would lose `./` and `/`
+    folder, begin = os.path.split(place)
+    front = place[: len(place) - len(begin)]
     bare = not typed
     items: Items = []
     for entry in sorted(_entries(folder or "."), key=lambda entry: entry.name):

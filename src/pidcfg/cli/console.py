@@ -238,20 +238,21 @@ def print_error(error: click.ClickException) -> None:
     error.show(text)
     if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.parent is None:
         text.write("Options of a command stand behind it: pidcfg validate --strict …\n")
-    for parameter in _also_missing(error):
-        text.write(f"Also missing: {hint(parameter, error.ctx)}\n")  # type: ignore[attr-defined]
+    for named in _also_missing(error):
+        text.write(f"Also missing: {named}\n")
     shown = text.getvalue().rstrip("\n")
     if error.message and not isinstance(error, click.exceptions.NoArgsIsHelpError):
         shown = shown.replace(click.unstyle(error.message), one_line(error.message))  # show leaves sequences out
     note(shown)
 
 
-def _also_missing(error: click.ClickException) -> Iterable[click.Parameter]:
+def _also_missing(error: click.ClickException) -> Iterable[str]:
     """Further required parameters that were not given: those that the command line has come before all others."""
     if not isinstance(error, click.MissingParameter) or error.ctx is None:
         return ()
-    known = error.ctx.params
-    return [p for p in error.ctx.command.params if p.required and p.name not in known and p is not error.param]
+    ctx, known = error.ctx, error.ctx.params
+    missing = [p for p in ctx.command.params if p.required and p.name not in known and p is not error.param]
+    return [hint(parameter, ctx) for parameter in missing]
 
 
 def system_refusal(error: OSError) -> str:

@@ -152,7 +152,7 @@ def chart_text(chart: Chart, stream: TextIO, height: int = HEIGHT) -> str:
     from pidcfg.pictures.characters import fits, lines
 
     width = min(max(shutil.get_terminal_size((PIPED, 24)).columns - 1, NARROWEST), WIDEST)
-    return "\n".join(lines(chart, width, height, not fits(stream.encoding)))
+    return "\n".join(lines(chart, width, height, ascii_only=not fits(stream.encoding)))
 
 
 def show(charts: Sequence[Chart]) -> None:

@@ -289,13 +289,18 @@ def _tcp_server(plcs: Mapping[int, VirtualPlc], listen: Address) -> object:
         def data_received(self, data: bytes) -> None:
             """Requests that have come since the last time."""
             if is_flood(data):
-                self.transport.abort()  # type: ignore[attr-defined]
+                self.hang_up()
             else:
                 super().data_received(data)
 
         def pause_writing(self) -> None:
             """Called when more answers wait than a client has taken for long."""
-            self.transport.abort()  # type: ignore[attr-defined]
+            self.hang_up()
+
+        def hang_up(self) -> None:
+            """Ends the connection, whatever waits."""
+            transport: Any = self.transport
+            transport.abort()
 
     class Server(ModbusTcpServer):
         """One listener for all of them."""

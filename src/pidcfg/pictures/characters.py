@@ -73,7 +73,7 @@ def fits(encoding: str | None) -> bool:
     return True
 
 
-def lines(chart: Chart, width: int, height: int, ascii_only: bool) -> list[str]:  # noqa: FBT001 - short calls
+def lines(chart: Chart, width: int, height: int, *, ascii_only: bool) -> list[str]:
     """The chart, ``width`` characters wide; ``height``: rows of its first panel."""
     longest = max((len(plain(strip.title)) for strip in chart.strips), default=0)
     gutter = max(GUTTER, min(longest + 1, width // SHARE))

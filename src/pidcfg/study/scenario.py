@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.decoding import check_settings, read_listing
@@ -72,7 +72,8 @@ class Loaded:
         """The vendor's controller module."""
         if self.vendor is None:
             raise ValueError(f"{self.document.file} has no vendor")
-        return cast("Controller", self.vendor.module("controller"))
+        controller: Controller = self.vendor.module("controller")
+        return controller
 
     def plc(self) -> Plc:
         """A new virtual PLC with the scenario's image."""
@@ -144,7 +145,8 @@ def _use_own_units(loaded: Loaded) -> None:
 
 def read_scenario(doc: Document) -> tuple[Scenario | None, list[Diagnostic]]:
     """The typed content of a scenario file, and what is wrong with its text and its keys."""
-    scenario, errors = read_model(Scenario, replace(doc, data=cast("dict[str, Any]", whole(doc.data))))
+    data: Any = whole(doc.data)
+    scenario, errors = read_model(Scenario, replace(doc, data=data))
     return scenario, sort_findings([*doc.problems, *errors])
 
 

@@ -210,15 +210,16 @@ def without_own_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic
 
 def in_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> list[Diagnostic]:
     """The errors, with what is wrong with the unit that a value carries."""
-    named = []
-    for d in errors:
-        other = next((s for _, s in _stated(vendor, doc, [d]) if not s.fits), None)
-        if other is not None:
-            d = replace(d, help=other.cure)  # noqa: PLW2901 - the same finding in better words
-            if other.bare is not None:
-                d = replace(d, code=NO_SCALE, message=f"{d.path[-1]} is {other.text}, {other.fault}")  # noqa: PLW2901
-        named.append(d)
-    return named
+    return [_in_key_unit(vendor, doc, error) for error in errors]
+
+
+def _in_key_unit(vendor: Vendor, doc: Document, error: Diagnostic) -> Diagnostic:
+    other = next((stated for _, stated in _stated(vendor, doc, [error]) if not stated.fits), None)
+    if other is None:
+        return error
+    if other.bare is None:
+        return replace(error, help=other.cure)
+    return replace(error, help=other.cure, code=NO_SCALE, message=f"{error.path[-1]} is {other.text}, {other.fault}")
 
 
 def with_numbers(doc: Document, numbers: Mapping[Path, str]) -> Document:

@@ -76,13 +76,8 @@ class LiveChart:
         room = max((height - 1) // (ROWS_BESIDE_PANELS + MIN_CHART_ROWS + MIN_CHART_ROWS // 2), 1)
         shown = loops[:room]
         panel = (height - 1) // max(len(shown), 1) - ROWS_BESIDE_PANELS
-        rows = [
-            row
-            for loop in shown
-            for row in lines(
-                self._chart(loop), width, min(max(panel * 2 // 3, MIN_CHART_ROWS), MAX_CHART_ROWS), ascii_only
-            )
-        ]
+        chart_height = min(max(panel * 2 // 3, MIN_CHART_ROWS), MAX_CHART_ROWS)
+        rows = [row for loop in shown for row in lines(self._chart(loop), width, chart_height, ascii_only=ascii_only)]
         left = f"; {len(loops) - room} more loops are recorded" if len(loops) > room else ""
         whole = f" of {self.seconds:g} s" if self.seconds else " s, until Ctrl-C"
         return "\n".join([*rows, f"{self.at:.0f}{whole}, {self.rows} rows{left}"])

@@ -50,8 +50,6 @@ class LoopFacts(ABC):
     """Flags that mean an error of the set-up."""
     tuning_flags: Sequence[str] = ()
     """Flags that are on while an auto-tune runs, where that is no mode."""
-    word_owners: Mapping[str, int] = {}
-    """Error registers that belong to one loop, with its number; the others concern them all."""
     problems: Sequence[NoValue] = ()
     """Words and parameters that are no value of their format."""
     mode_keys: Collection[str] = ()
@@ -66,6 +64,11 @@ class LoopFacts(ABC):
     def outer_bits(self) -> int:
         """The bits of a status that are outermost alarms."""
         return sum(self.alarm_bits[name] for name in self.outer_alarms)
+
+    @property
+    def word_owners(self) -> Mapping[str, int]:
+        """Error registers that belong to one loop, with its number; the others concern them all."""
+        return {}
 
     @property
     def masters(self) -> Sequence[int]:

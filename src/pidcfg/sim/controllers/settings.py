@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
 from dataclasses import field
 from decimal import Decimal
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic_core import PydanticCustomError
 
@@ -28,6 +28,7 @@ from pidcfg.text.signs import closest_name, key_of_term
 
 FITS = "write a value inside the limits"
 Parser = Callable[[object], object]
+ContentParser = Callable[[object], Decimal | Content]
 Value = TypeVar("Value")
 
 
@@ -162,7 +163,7 @@ def parse_switch(value: object) -> bool:
     return bool(value.value)
 
 
-BY_KIND: Mapping[str, Parser] = {
+BY_KIND: Mapping[str, ContentParser] = {
     "bool": parse_switch,
     "whole": parse_whole,
     "real": parse_plain,
@@ -184,7 +185,7 @@ class NamedKeys:
     """Keys that have an event instead, and the key of that event."""
     fixed: Mapping[str, str] = field(default_factory=dict)
     """Names that cannot be set from outside, and what writes them."""
-    parsers: Mapping[str, Parser] = field(default_factory=dict)
+    parsers: Mapping[str, ContentParser] = field(default_factory=dict)
     """How a parameter's value is written, by name, where its type does not tell."""
 
     def find(self, path: tuple[str, ...]) -> Parameter:
@@ -204,7 +205,7 @@ class NamedKeys:
         if row.type.kind == "word" and parsed not in row.type.words:
             refuse("choice", f"{value!r} is none of {', '.join(row.type.words)}")
         try:
-            return store(row.type, cast("Decimal | Content", parsed))
+            return store(row.type, parsed)
         except EncodeError as error:
             between = "" if error.low is None else f": {error.low} to {error.high}"
             return refuse("set_value", f"{value} does not fit a {row.type.name}: it {error}{between}", help=FITS)

@@ -17,7 +17,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from pidcfg.schemas.generic import Loop
     from pidcfg.sim.controllers.plc import Plc
@@ -371,7 +371,10 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     recording = EverySample(frozenset(signals))
     settings = Settings("python", recording=recording, max_loop_steps=limit, judged=False)
     unused = [plc]
-    fresh: Callable[[], Plc] = lambda: unused.pop() if unused else new_plc(side, (i, *others), by_hand=by_hand)  # noqa: E731
+
+    def fresh() -> Plc:
+        return unused.pop() if unused else new_plc(side, (i, *others), by_hand=by_hand)
+
     report = simulate(scenario, fresh, side.controller, settings)
     count = int(stage.end / bench.sample + 1e-9) + 1
     rows = [min(round(k * bench.sample / recording.dt), len(recording.columns[signals[0]]) - 1) for k in range(count)]

@@ -211,7 +211,7 @@ class Click(Plc):
         return [not config.reverse for config in self.configs]
 
     @property
-    def word_owners(self) -> dict[str, int]:  # type: ignore[override]  # a table of the registers' addresses
+    def word_owners(self) -> dict[str, int]:
         """DSn+00 of each loop."""
         return {name: i for i, name in enumerate(self.flags)}
 

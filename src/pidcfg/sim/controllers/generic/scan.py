@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from decimal import Decimal
 from math import expm1
 from typing import Any
@@ -42,7 +42,7 @@ from pidcfg.sim.controllers.generic.equation import (
 from pidcfg.sim.controllers.kernels import add_notice, clamp, read_registers
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, NamedPlc
 from pidcfg.sim.controllers.plc import ScanOptions as Options
-from pidcfg.sim.controllers.settings import NamedKeys, Parser, parameters_of, parse_plain
+from pidcfg.sim.controllers.settings import ContentParser, NamedKeys, parameters_of, parse_plain
 from pidcfg.sim.costs import COSTS
 
 # --- What a neutral loop tells the outside: names of modes, alarms and flags as bits, and notices in words ------------
@@ -111,11 +111,11 @@ OFF = ("tuning.integral_time", "tuning.derivative_time")
 """Times that may be `off`."""
 
 
-def not_negative(path: str, parse: Parser) -> Parser:
+def not_negative(path: str, parse: Callable[[object], Decimal]) -> ContentParser:
     """A parser that also refuses what the schema's limits refuse; a sample time and a period are above 0."""
 
     def parsed(value: object) -> Decimal:
-        number: Decimal = parse(value)  # type: ignore[assignment]
+        number = parse(value)
         if number < 0 or (path == "sample_time" and not number):
             refuse("set_value", f"{path} is {number}; it is {'above' if path == 'sample_time' else 'at least'} 0")
         return number
@@ -123,7 +123,7 @@ def not_negative(path: str, parse: Parser) -> Parser:
     return parsed
 
 
-def parser_of(path: str) -> Parser | None:
+def parser_of(path: str) -> ContentParser | None:
     """How a field is written; None: as its type tells."""
     limits = None if path.rpartition(".")[2].isdigit() else limits_at(Loop, path)
     if limits is None:

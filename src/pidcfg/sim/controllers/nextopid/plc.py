@@ -35,7 +35,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
 from pidcfg.sim.controllers.nextopid.terms import MANUAL as PIDA_MANUAL
 from pidcfg.sim.controllers.nextopid.terms import TUNE_RESULT as RESULT
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, NoOptions
-from pidcfg.sim.controllers.settings import NamedKeys, Parser
+from pidcfg.sim.controllers.settings import ContentParser, NamedKeys
 from pidcfg.sim.engine.expressions import FAULTS, depends_on
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def keys_of(kind: str, name: str, wired: Mapping[str, str], *, independent: bool
     fixed = {row: f"the program wires {text} to {name}.{row}; set that" for row, text in wired.items()}
     if "PV" in rows:
         fixed.setdefault("PV", "the plant writes it; pv: is the event of a broken sensor")
-    parsers: dict[str, Parser] = {**dict.fromkeys(TIMES, parse_seconds), **dict.fromkeys(WORDS, parse_tune_mode)}
+    parsers: dict[str, ContentParser] = {**dict.fromkeys(TIMES, parse_seconds), **dict.fromkeys(WORDS, parse_tune_mode)}
     parsers |= dict.fromkeys(TIMES_OR_GAINS, parse_gain if independent else parse_seconds)
     short = {key: row for key, row in SHORT.items() if row in rows}
     return NamedKeys(rows, short, {}, fixed, parsers)
