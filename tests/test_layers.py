@@ -64,7 +64,8 @@ MAY_IMPORT = {
     "output.drawing":   "text.references text.diagnostics pictures study.outcome study.certification output.arguments "
                         "output.findings output.notebook output.runs",
     "output.handles":   "text.references text.reader text.diagnostics text.document text.source schemas encoders "
-                        "validate tuning study.scenario output.arguments output.findings output.retune",
+                        "validate tuning sim.controllers.plc study.scenario output.arguments output.findings "
+                        "output.retune",
     "output.explanation": "text.signs text.references text.diagnostics text.document schemas vendors encoders validate "
                         "output.arguments output.findings",
     "output.report":    "text.signs text.diagnostics schemas vendors encoders pictures conversion validate sim "
