@@ -196,7 +196,7 @@ LINES = {
     "convert --help":    4_750,
     "encode --help":     2_870,
     "decode --help":     4_250,
-    "validate examples/dl06/reactor.yaml": 14_950,
+    "validate examples/dl06/reactor.yaml": 15_000,
     "encode examples/dl06/reactor.yaml": 20_150,
     "simulate examples/dl06/reactor.scenario.yaml": 30_750,
 }

@@ -22,8 +22,9 @@ pytest.importorskip("pygls", reason="pygls is not installed: the extra lsp")
 from lsprotocol import types
 
 from lsp_client import Client
-from pidcfg.cli.lsp import Buffer, Files, answers, difference, path_of, uri_of
+from pidcfg.cli.lsp import answers
 from pidcfg.cli.lsp.completion import completions, cursor_in
+from pidcfg.cli.lsp.files import Buffer, Files, difference, path_of, uri_of
 from pidcfg.text.diagnostics import Severity, Span
 from pidcfg.text.reader import DISK, Overlay
 from pidcfg.text.source import read_document

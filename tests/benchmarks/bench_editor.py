@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from rounds import QUICK_ROUNDS, ROUNDS, Times, beside, is_quick
 
-from pidcfg.cli.lsp import Files
 from pidcfg.cli.lsp.answers import diagnostics
+from pidcfg.cli.lsp.files import Files
 from pidcfg.cli.lsp.server import set_collector
 
 if TYPE_CHECKING:

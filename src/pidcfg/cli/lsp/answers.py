@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 
 from lsprotocol import types
 
-from pidcfg.cli.lsp import RUN, WORDS, Analysis, Buffer, Files, difference, uri_of
+from pidcfg.cli.lsp import RUN, WORDS
 from pidcfg.cli.lsp.completion import described, schema_of
+from pidcfg.cli.lsp.files import Analysis, Buffer, Files, difference, uri_of
 from pidcfg.output.findings import check_any, correct
 from pidcfg.output.places import Held, Reference, RenamingError, configuration_of, loops_of, references, renamed
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span

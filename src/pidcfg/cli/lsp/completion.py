@@ -21,7 +21,7 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.cli.lsp import Buffer
+    from pidcfg.cli.lsp.files import Buffer
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.text.reader import Reader

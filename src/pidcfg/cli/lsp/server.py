@@ -21,7 +21,8 @@ from pygls.exceptions import JsonRpcInvalidRequest
 from pygls.lsp.server import LanguageServer
 
 from pidcfg.about import VERSION
-from pidcfg.cli.lsp import RUN, WORDS, Analysis, Files, path_of, runs
+from pidcfg.cli.lsp import RUN, WORDS
+from pidcfg.cli.lsp.files import Analysis, Files, path_of, runs
 
 NAME = "pidcfg"
 INLAY_HINTS = "inlayHints"
