@@ -254,7 +254,7 @@ OWN_FILES = {
     "cli.commands.demo": "a starter of the package",
     "cli.commands.init": "a starter of the package",
     "output.browser.page": "parts of a page of the package, Python for the browser, and its own sources",
-    "validate": "a table of the package",
+    "validate.__init__": "a table of the package",
     "cli.completion": "a list of the package",
     "cli.findings": "the record of the installation",
     "cli.outputs": "temporary files of its own",
