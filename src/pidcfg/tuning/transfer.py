@@ -34,7 +34,7 @@ D936 = Decision(
     "of lags 1, 0.66 and 0.028 beside E8 with 1.5 of lags 1 and 1.",
 )
 
-CLOSE = 1.6
+NEAR_LAG_RATIO = 1.6
 """A smaller lag this near to a zero may cancel it."""
 LAST_DIGITS = 1e-9
 
@@ -58,28 +58,28 @@ def transfer_of(process: Process) -> Transfer:
     return Transfer(process.gain, (), (process.time_constant, *lags), 0, process.delay)
 
 
-FACTOR = 5
+SLOW_LAG_FACTOR = 5
 """Times the closed-loop time constant: what is slower than that looks like an integrator."""
-ROUNDS, ENOUGH = 30, 1e-12
+MOST_ROUNDS, DEAD_TIME_TOLERANCE = 30, 1e-12
 """The dead time is a result, and a bound of the rules that lead to it."""
-FARTHEST = radians(20)
+MOST_PHASE_ERROR = radians(20)
 """By how much the phase of what the rules lead to may be off where a loop of its dead time crosses over (D936)."""
 
 
 def reduce_by_half_rule(transfer: Transfer, order: int) -> Process:
     """The process of one or two lags that is nearest by the half rule; raises `TuningError` where none is."""
-    least = _settle(transfer, order, transfer.dead_time)
+    least = _iterate_dead_time(transfer, order, transfer.dead_time)
     if all(zero < 0 for zero in transfer.zeros) or _is_near(least, transfer):
         return least
-    return _settle(transfer, order, _by_halves(replace(transfer, zeros=()), order).dead_time)
+    return _iterate_dead_time(transfer, order, _halve_small_lags(replace(transfer, zeros=()), order).dead_time)
 
 
-def _settle(transfer: Transfer, order: int, dead: float) -> Process:
+def _iterate_dead_time(transfer: Transfer, order: int, dead: float) -> Process:
     """The process whose own dead time bounds the rules that lead to it, from a first guess on."""
-    for _ in range(ROUNDS):
-        gain, lags = _without_leads(transfer, dead)
-        process = _by_halves(replace(transfer, gain=gain, poles=lags), order)
-        if isclose(process.dead_time, dead, rel_tol=ENOUGH, abs_tol=ENOUGH):
+    for _ in range(MOST_ROUNDS):
+        gain, lags = _cancel_leads(transfer, dead)
+        process = _halve_small_lags(replace(transfer, gain=gain, poles=lags), order)
+        if isclose(process.dead_time, dead, rel_tol=DEAD_TIME_TOLERANCE, abs_tol=DEAD_TIME_TOLERANCE):
             break
         dead = process.dead_time
     return process
@@ -90,7 +90,7 @@ def _is_near(process: Process, transfer: Transfer) -> bool:
     if not process.dead_time:
         return False
     reduced, w = transfer_of(process), 1 / (2 * process.dead_time)
-    return abs(phase_at(reduced, w) - phase_at(transfer, w)) <= FARTHEST
+    return abs(phase_at(reduced, w) - phase_at(transfer, w)) <= MOST_PHASE_ERROR
 
 
 def phase_at(transfer: Transfer, w: float) -> float:
@@ -99,7 +99,7 @@ def phase_at(transfer: Transfer, w: float) -> float:
     return leads - lags - transfer.integrators * pi / 2 - w * transfer.dead_time
 
 
-def _by_halves(transfer: Transfer, order: int) -> Process:
+def _halve_small_lags(transfer: Transfer, order: int) -> Process:
     """The largest lags, half of the next one, and the dead time that all others make."""
     kept = order - transfer.integrators
     lags = sorted(transfer.poles, reverse=True)
@@ -118,16 +118,16 @@ def _by_halves(transfer: Transfer, order: int) -> Process:
     return Process(transfer.gain, whole[0], dead, second_time_constant=whole[1] if len(whole) > 1 else 0.0)
 
 
-def _without_leads(transfer: Transfer, dead: float) -> tuple[float, tuple[float, ...]]:
+def _cancel_leads(transfer: Transfer, dead: float) -> tuple[float, tuple[float, ...]]:
     """Gain and lags after each lead (a positive zero) has been cancelled against a lag near it."""
     gain, lags = transfer.gain, sorted(transfer.poles)
     for lead in sorted((zero for zero in transfer.zeros if zero > 0), reverse=True):
         if not lags:
             raise TuningError(f"no lag is left for the lead of {lead:g} s")
-        lag = _partner(lead, lags)
+        lag = _lag_near(lead, lags)
         lags.remove(lag)
-        if lead < lag and lead < FACTOR * dead:  # T3
-            bound = min(lag, FACTOR * dead)
+        if lead < lag and lead < SLOW_LAG_FACTOR * dead:  # T3
+            bound = min(lag, SLOW_LAG_FACTOR * dead)
             gain *= bound / lag
             if bound > lead:
                 lags = sorted([*lags, bound - lead])
@@ -138,13 +138,13 @@ def _without_leads(transfer: Transfer, dead: float) -> tuple[float, tuple[float,
     return gain, tuple(lags)
 
 
-def _partner(lead: float, lags: list[float]) -> float:
+def _lag_near(lead: float, lags: list[float]) -> float:
     """The lag that a lead is cancelled against: the next larger one, or a smaller one that is nearer and close."""
     larger = next((lag for lag in lags if lag >= lead), None)
     smaller = next((lag for lag in reversed(lags) if lag < lead), None)
     if larger is None or smaller is None:
         return larger or smaller or lags[0]
-    return smaller if lead / smaller < min(larger / lead, CLOSE) * (1 - LAST_DIGITS) else larger
+    return smaller if lead / smaller < min(larger / lead, NEAR_LAG_RATIO) * (1 - LAST_DIGITS) else larger
 
 
 # --- A transfer function as text: ``(-0.3s+1)(0.08s+1)/((2s+1)(s+1)^2) exp(-1.5s)`` -----------------------------------
@@ -183,8 +183,8 @@ class Product:
 def read_transfer(text: str) -> Transfer:
     """The transfer function; raises `TuningError` with the place of what cannot be read."""
     product = _Reader(text).whole()
-    gain, zeros, at_zero = _factored(product.above)
-    below, poles, integrators = _factored(product.below)
+    gain, zeros, at_zero = _factorize(product.above)
+    below, poles, integrators = _factorize(product.below)
     if not gain or not below:
         raise TuningError("the transfer function is 0, or divides by 0")
     if any(pole <= 0 for pole in poles):
@@ -324,16 +324,16 @@ def _sum(polynomials: list[Polynomial]) -> Polynomial:
     return tuple(sum(row[k] for row in polynomials if k < len(row)) for k in range(size))
 
 
-def _factored(polynomials: list[Polynomial]) -> tuple[float, list[float], int]:
+def _factorize(polynomials: list[Polynomial]) -> tuple[float, list[float], int]:
     """The gain, the times T of factors (T s + 1), and how many factors are s alone."""
-    gain, times, of_s = 1.0, list[float](), 0
+    gain, times, zero_roots = 1.0, list[float](), 0
     for polynomial in polynomials:
         rest = list(polynomial)
         while len(rest) > 1 and not rest[-1]:
             rest.pop()
         while len(rest) > 1 and not rest[0]:
             rest.pop(0)
-            of_s += 1
+            zero_roots += 1
         gain *= rest[0]
         if len(rest) == QUADRATIC:
             both, product = rest[1] / rest[0], rest[2] / rest[0]
@@ -343,4 +343,4 @@ def _factored(polynomials: list[Polynomial]) -> tuple[float, list[float], int]:
             times += [(both + sqrt(inner)) / 2, (both - sqrt(inner)) / 2]
         elif len(rest) > 1:
             times.append(rest[1] / rest[0])
-    return gain, times, of_s
+    return gain, times, zero_roots

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 # excuses no other gain. A rule is another one only where a line says so, and is the rule that the line names, whatever
 # the target does. The action is never another one.
 
-BY_HAND = "output.manual"
+MANUAL_OUTPUT = "output.manual"
 """Acts in a loop that starts in Manual, and in no other."""
 PROPORTIONAL = "tuning.proportional"
 SAID = Decimal("1e-4")
@@ -112,10 +112,10 @@ def reported_loops(
         changes = report[i].changes
         places = {entry.path: entry.to for entry in fields[j].fields}
         told = dict(_told(loop, other, changes, places))
-        begun = {} if loop.mode != "manual" else {BY_HAND: first_output(operations[i], loop)}
+        begun = {} if loop.mode != "manual" else {MANUAL_OUTPUT: first_output(operations[i], loop)}
         twin.loops[i] = with_fields(loop, begun | {path: value for path, (value, _) in told.items()})
         twin.rules[i] = with_rules(operations[i], changes, other_rules[j], integral=bool(loop.tuning.integral_time))
-        if told.get(BY_HAND, (0, None))[0] is None:
+        if told.get(MANUAL_OUTPUT, (0, None))[0] is None:
             twin.rules[i] = replace(twin.rules[i], zero=other_rules[j].zero)  # it begins as the target does without
         twin.lines[i] = [ReportLine(path, row) for path, (_, row) in told.items()]
         twin.lines[i] += [ReportLine(row.field, row) for row in changes if row.field.startswith(PREFIX)]
@@ -345,11 +345,11 @@ ACTS_ON: Mapping[str, Sequence[str]] = {
     "output": ("output_raises_pv", *CONTROL),
 }
 """Neutral fields that move a signal, those first that do it most directly; alarms have their own."""
-CONTEXT = ("alarms.hysteresis", "pv.", "setpoint.limits")
+ALARM_CONTEXT = ("alarms.hysteresis", "pv.", "setpoint.limits")
 """What an alarm depends on besides its own limit."""
-AT_LIMITS = ("output_raises_pv", "output.limits", "anti_windup")
+FIELDS_AT_LIMITS = ("output_raises_pv", "output.limits", "anti_windup")
 """Those first in the stages at the limits of the output."""
-AT_START = ("mode", "setpoint.value", "output.manual", "output.bias")
+FIELDS_AT_START = ("mode", "setpoint.value", "output.manual", "output.bias")
 """Those that act as configured at the start alone: elsewhere the battery sets what they say."""
 NEAR_LIMIT = 0.002
 """Of its range: an output so near to a limit stands at it."""
@@ -364,16 +364,16 @@ def key_of(difference: SignalDifference, loop: Loop, side: Side, j: int, told: I
     """
     entries = neutral_of(side.config, side.vendor)[1][j].fields
     fields = _fields(difference, loop, side.loop(j), tuple(told))
-    keys = (_written(field, entries) or _unwritten(field, loop, side.vendor) for field in fields)
+    keys = (_key_in_file(field, entries) or _key_not_given(field, loop, side.vendor) for field in fields)
     return next(filter(None, keys), "")
 
 
-def _written(field: str, entries: Sequence[SourceField]) -> str:
+def _key_in_file(field: str, entries: Sequence[SourceField]) -> str:
     """The key of a file that says a neutral field; empty where none does."""
     return next((entry.path for entry in entries if any(overlap(field, to) for to in entry.to)), "")
 
 
-def _unwritten(field: str, loop: Loop, vendor: Vendor) -> str:
+def _key_not_given(field: str, loop: Loop, vendor: Vendor) -> str:
     """The key where a vendor has a neutral field that its file does not give; empty where it has none."""
     alone = loop.model_copy(update={"setpoint": loop.setpoint.model_copy(update={"source": None})})
     try:
@@ -393,11 +393,11 @@ def _fields(difference: SignalDifference, loop: Loop, other: Loop, told: Sequenc
     one, two = neutral_values(loop, other)
     if difference.signal in {"pv", "output", "setpoint"}:
         two |= {path: value for path, value in flatten(other).items() if path.startswith(RANGES)}
-    elsewhere = {*LABELS, *(() if difference.stage == "start" else AT_START)}
+    elsewhere = {*LABELS, *(() if difference.stage == "start" else FIELDS_AT_START)}
     if not loop.tuning.integral_time:
         elsewhere.discard("output.bias")
     if "manual" not in {loop.mode, other.mode}:
-        elsewhere.add(BY_HAND)
+        elsewhere.add(MANUAL_OUTPUT)
     if not loop.tuning.derivative_time and not other.tuning.derivative_time:
         elsewhere.add("tuning.derivative_on")
     fields = [
@@ -415,7 +415,7 @@ def _first_kinds(difference: SignalDifference, fields: Sequence[str], loop: Loop
         return ()
     if loop.output.limits == other.output.limits and any(field.startswith("output.limits") for field in fields):
         return ("output.range",)
-    return AT_LIMITS if _stands_at_a_limit(difference, loop, other) else ()
+    return FIELDS_AT_LIMITS if _stands_at_a_limit(difference, loop, other) else ()
 
 
 def _kinds(difference: SignalDifference, loop: Loop) -> Iterator[str]:
@@ -426,11 +426,11 @@ def _kinds(difference: SignalDifference, loop: Loop) -> Iterator[str]:
     if signal in {"pv", "output"}:
         yield "pv.range"
     if stage == "start":
-        yield from AT_START
+        yield from FIELDS_AT_START
     elif not loop.tuning.integral_time:
         yield "output.bias"
     if stage.endswith("limit") and signal in {"pv", "output"}:
-        yield from AT_LIMITS
+        yield from FIELDS_AT_LIMITS
     if stage == "manual":
         yield from ("output.limits", "output.range")
     if stage.startswith("dead band"):
@@ -439,7 +439,7 @@ def _kinds(difference: SignalDifference, loop: Loop) -> Iterator[str]:
         kinds = ACTS_ON[signal]
     else:
         head, _, end = signal.partition("deviation_")
-        kinds = (f"alarms.deviation.{end}" if end else f"alarms.pv.{head}", f"alarms.{signal}", *CONTEXT)
+        kinds = (f"alarms.deviation.{end}" if end else f"alarms.pv.{head}", f"alarms.{signal}", *ALARM_CONTEXT)
     yield from kinds
 
 
