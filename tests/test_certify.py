@@ -18,7 +18,7 @@ from click.testing import CliRunner
 
 import pidcfg
 from certify_rig import CONFIG, GAIN, PASSES, files, killed_always, killed_once, loaded_of, scenario
-from pidcfg.cli.formats.batches import MORE, batches_text
+from pidcfg.cli.formats.batches import VERBOSE_HINT, batches_text
 from pidcfg.cli.main import cli
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.sim.engine.run import Settings
@@ -653,8 +653,8 @@ def test_the_text_fits_on_a_screen_and_verbose_adds_metrics_and_numbers(samples,
     numbers = [f"TIC-21 gain {one.numbers['TIC-21 gain']:.4g}, " for one in found.worst]
     assert all(number in whole for number in numbers)
     assert all((number in short) is not passed for number in numbers)
-    assert MORE in short
-    assert MORE not in whole
+    assert VERBOSE_HINT in short
+    assert VERBOSE_HINT not in whole
 
 
 def test_what_varies_without_mattering_is_counted_in_the_short_text():

@@ -10,7 +10,7 @@ from pidcfg.schemas.scenario import Never
 from pidcfg.sim.judgement import evidence as watch
 from pidcfg.sim.judgement import standing as signals
 from pidcfg.sim.judgement.evidence import Look, aim
-from pidcfg.sim.judgement.expect import NO_STEP, Outcome, place_verdict, verdict
+from pidcfg.sim.judgement.expect import NO_STEP, MeasuredRun, place_verdict, verdict
 from pidcfg.sim.judgement.meters import Gauge, Meter, Onset
 from pidcfg.sim.judgement.report import Range
 from pidcfg.sim.judgement.standing import (
@@ -362,7 +362,7 @@ PLC = Facts(
     tuned=lambda loop: TUNED if loop == 1 else None,
 )
 METRICS = {"iae": 3.0, "overshoot": 5.0, "settling_time": None, "rise_time": None, "oscillation_period": None}
-OUT = Outcome(
+OUT = MeasuredRun(
     PLC,
     [{**dict.fromkeys(METRICS), "iae": None}, METRICS],
     [

@@ -175,7 +175,7 @@ WORK = """
 import sys, threading, time
 from pidcfg.cli import terminal as progress
 from pidcfg.cli.console import echo, note
-progress.AFTER = 0
+progress.DELAY_SECONDS = 0
 {before}
 progress.LINE.begin()
 for _ in progress.progress(range(3), "counting", 3):
@@ -238,7 +238,7 @@ def test_results_and_notes_take_the_line_away_first():
 
 @pytest.mark.parametrize(
     ("before", "environment"),
-    [("progress.LINE.silence()", {}), ("", {"TERM": "dumb"}), ("progress.AFTER = 1e6", {})],
+    [("progress.LINE.silence()", {}), ("", {"TERM": "dumb"}), ("progress.DELAY_SECONDS = 1e6", {})],
     ids=["quiet", "dumb", "quick"],
 )
 def test_nothing_is_shown(before, environment):
@@ -256,7 +256,7 @@ def test_a_files_text_does_nothing_to_a_terminal_and_is_the_same_elsewhere(monke
 
 def test_nothing_is_shown_where_stderr_is_no_terminal(capsys, monkeypatch):
     line = progress.Line()
-    monkeypatch.setattr(progress, "AFTER", 0)
+    monkeypatch.setattr(progress, "DELAY_SECONDS", 0)
     line.begin()
     assert line.end() is False
     assert capsys.readouterr().err == ""
@@ -264,7 +264,7 @@ def test_nothing_is_shown_where_stderr_is_no_terminal(capsys, monkeypatch):
 
 def test_the_line_is_held_while_processes_are_forked(monkeypatch):
     monkeypatch.setattr(progress, "is_watched", lambda: True)
-    monkeypatch.setattr(progress, "AFTER", 1e6)
+    monkeypatch.setattr(progress, "DELAY_SECONDS", 1e6)
     monkeypatch.setattr(progress, "LINE", line := progress.Line())
     before = threading.active_count()
     line.begin()

@@ -121,7 +121,7 @@ def test_a_save_by_renaming_is_one_change_and_the_file_is_never_reported_missing
 
 
 def test_a_file_that_stays_away_is_reported_and_found_again(watching, monkeypatch):
-    monkeypatch.setattr(watch, "PATIENCE", 0.0)
+    monkeypatch.setattr(watch, "RENAME_SECONDS", 0.0)
     doing = [move("reactor.yaml", "old~"), nothing, nothing, move("old~", "reactor.yaml"), nothing]
     result = watching("validate", "reactor.yaml", doing=doing)
     assert "error PID040" in result.stdout

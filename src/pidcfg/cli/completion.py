@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 # --- How each shell hands over the line that is typed, and how it wants the candidates back ---------------------------
 
-END = "\x01"
+END_OF_LINE = "\x01"
 """Put at the end of the line, so that the last word is the one that is typed, even when it is empty."""
 ASSIGNMENT = re.compile(r"\w+=")
 UNQUOTED = re.compile(r"[\w./\\:=,+~-]+")
@@ -40,7 +40,7 @@ QUOTES = re.compile("['\u2018-\u201b]")
 class Shell(ShellComplete):
     """What the shells have in common: the line up to the cursor in ``COMP_WORDS``, and silence when all goes wrong."""
 
-    breaks = "="
+    word_breaks = "="
     """Characters after which the shell begins a new word of its own."""
     escape = "\\"
     head = ""
@@ -59,11 +59,11 @@ class Shell(ShellComplete):
 
     def get_completion_args(self) -> tuple[list[str], str]:
         """The words before the one that is typed, and that one."""
-        words = split_line(os.environ.get("COMP_WORDS", "") + END, self.escape)
+        words = split_line(os.environ.get("COMP_WORDS", "") + END_OF_LINE, self.escape)
         while len(words) > 1 and ASSIGNMENT.match(words[0]):
             del words[0]
-        typed = words[-1].removesuffix(END)
-        match = re.match(rf".*[{self.breaks}]", typed)
+        typed = words[-1].removesuffix(END_OF_LINE)
+        match = re.match(rf".*[{self.word_breaks}]", typed)
         self.head = match.group() if match else ""
         return words[1:-1], typed
 
@@ -76,7 +76,7 @@ class Shell(ShellComplete):
         """The part of a value that the shell inserts after what stands there."""
         return str(item.value).removeprefix(self.head)
 
-    def whole(self, item: CompletionItem[object]) -> str:
+    def whole_word(self, item: CompletionItem[object]) -> str:
         """The value as the shell's whole word."""
         value = str(item.value)
         return value if value.startswith(self.head) else self.head + value
@@ -86,7 +86,7 @@ class Bash(Shell):
     """bash has no room for a help, and words of its own after ``=`` and ``:``."""
 
     name = "bash"
-    breaks = "=:"
+    word_breaks = "=:"
 
     def format_completion(self, item: CompletionItem[object]) -> str:
         """The kind and the value."""
@@ -100,7 +100,7 @@ class Zsh(Shell):
 
     def format_completion(self, item: CompletionItem[object]) -> str:
         """Three lines; a colon is escaped where a help follows."""
-        value = self.whole(item)
+        value = self.whole_word(item)
         if item.help and item.type == "plain":
             value = value.replace(":", r"\:")
         return f"{item.type}\n{value}\n{one_line(item.help)}"
@@ -113,7 +113,7 @@ class Fish(Shell):
 
     def format_completion(self, item: CompletionItem[object]) -> str:
         """The kind, the value and the help."""
-        return f"{item.type},{self.whole(item)}" + (f"\t{one_line(item.help)}" if item.help else "")
+        return f"{item.type},{self.whole_word(item)}" + (f"\t{one_line(item.help)}" if item.help else "")
 
 
 class PowerShell(Shell):
@@ -124,7 +124,7 @@ class PowerShell(Shell):
 
     def format_completion(self, item: CompletionItem[object]) -> str:
         """Three lines; a value with spaces is quoted."""
-        value = self.whole(item)
+        value = self.whole_word(item)
         if not UNQUOTED.fullmatch(value):
             value = f"'{QUOTES.sub(lambda quote: 2 * quote.group(), value)}'"
         return f"{item.type}\n{value}\n{encodable(one_line(item.help), 'ascii')}"
@@ -162,11 +162,11 @@ def register() -> None:
 # that cannot be read says nothing.
 
 SCENARIO = re.compile(rb"^(?:\xef\xbb\xbf)?scenario\s*:", re.MULTILINE)
-HEAD = 65_536
+HEAD_BYTES = 65_536
 """Bytes of a file in which its kind is looked for."""
-OTHERWISE_READ = ("-", "~")
+OPTION_OR_HOME = ("-", "~")
 """How names of files begin that commands take for options, and shells for homes."""
-LOOKED_INTO = 500
+MOST_OPENED = 500
 """Files of a folder that are opened to see what they hold; after so many every one is offered."""
 
 
@@ -218,10 +218,10 @@ def _files(typed: str, fits: Callable[[Path], bool]) -> Items:
         hidden = entry.name.startswith(".") and not begin.startswith(".")
         if hidden or not entry.name.startswith(begin) or not entry.name.isprintable():
             continue
-        name = f"./{entry.name}" if bare and entry.name.startswith(OTHERWISE_READ) else f"{front}{entry.name}"
+        name = f"./{entry.name}" if bare and entry.name.startswith(OPTION_OR_HOME) else f"{front}{entry.name}"
         if entry.is_dir():
             items.append(CompletionItem(f"{name}/", type="folder"))
-        elif len(items) > LOOKED_INTO or fits(Path(entry.path)):
+        elif len(items) > MOST_OPENED or fits(Path(entry.path)):
             items.append(CompletionItem(name, type="path"))
     return items
 
@@ -236,7 +236,7 @@ def _entries(folder: str) -> list[os.DirEntry[str]]:
 
 def _head(path: Path) -> bytes:
     try:
-        return read_file(path, HEAD)
+        return read_file(path, HEAD_BYTES)
     except OSError:
         return b""
 
@@ -337,7 +337,7 @@ SOURCES: dict[tuple[str, str], Source] = {
 """Command (or any) and parameter, and what completes it; an argument without a row and a choice takes any file."""
 
 
-class Completed(click.ParamType[object, object]):
+class CompletedType(click.ParamType[object, object]):
     """A parameter whose values are completed from a source; nothing is converted while a line is typed."""
 
     name = "completed"
@@ -374,5 +374,5 @@ def with_candidates(command: click.Command) -> click.Command:
     for param in completing.params:
         source = source_of(command.name or "", param)
         if source is not None:
-            param.type = Completed(source)
+            param.type = CompletedType(source)
     return completing

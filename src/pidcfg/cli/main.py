@@ -118,7 +118,7 @@ def load(name: str) -> click.Command:
     """A command, whose module is imported only now, with what all commands have: ``--color``, and variables."""
     module, _, function = COMMANDS[name][0].partition(":")
     command: click.Command = getattr(import_module(module), function or "command")
-    return environment.with_variables(terminal.with_option(command), name)
+    return environment.with_variables(terminal.add_color_option(command), name)
 
 
 def closest_command(word: str, words: Iterable[str]) -> str | None:

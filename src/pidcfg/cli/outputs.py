@@ -28,9 +28,9 @@ from pidcfg.text.signs import UNPRINTABLE
 # free. A command that ends in any other way leaves none.
 
 SUFFIX = ".pidcfg"
-RANDOM = 8
+RANDOM_DIGITS = 8
 """Hexadecimal digits that tell two writers of one target apart."""
-LONGEST = 200
+MOST_NAME_BYTES = 200
 """Bytes of a name; file systems have 255."""
 LOCKS: dict[Path, int] = {}
 """The temporary files of this process, each with the descriptor that holds its lock; -1: without one."""
@@ -49,7 +49,7 @@ def temporary_for(target: Path) -> tuple[int, Path]:
     """An open temporary file in the target's folder, and its path; raises `OSError`."""
     _remove_left(target)
     while True:
-        path = target.with_name(f"{_beginning(target)}{os.urandom(RANDOM // 2).hex()}{SUFFIX}")
+        path = target.with_name(f"{_beginning(target)}{os.urandom(RANDOM_DIGITS // 2).hex()}{SUFFIX}")
         with uninterrupted():
             try:
                 handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600)
@@ -87,7 +87,7 @@ def release(path: Path) -> None:
 def _beginning(target: Path) -> str:
     """How the names of a target's temporary files begin."""
     name = target.name
-    if len(os.fsencode(name)) > LONGEST:
+    if len(os.fsencode(name)) > MOST_NAME_BYTES:
         name = hashlib.sha256(os.fsencode(name)).hexdigest()
     return f".{name}."
 
@@ -110,7 +110,7 @@ def _lock(handle: int) -> bool:
 def _remove_left(target: Path) -> None:
     """Removes what killed runs have left for a target."""
     begin = _beginning(target)
-    length = len(begin) + RANDOM + len(SUFFIX)
+    length = len(begin) + RANDOM_DIGITS + len(SUFFIX)
     with suppress(OSError), os.scandir(target.parent) as entries:
         for entry in entries:
             if entry.name.startswith(begin) and entry.name.endswith(SUFFIX) and len(entry.name) == length:
@@ -175,16 +175,16 @@ def write_files(
     name = ""
     try:
         for name, target, temporary in streamed:
-            _refuse(name, target, force=force or _same(target, temporary))
-        targets = {name: place(name) for name in contents}
+            _refuse(name, target, force=force or _has_same_bytes(target, temporary))
+        targets = {name: output_path(name) for name in contents}
         for name, content in contents.items():
-            _refuse(name, targets[name], force=force or name in renewed or _holds(targets[name], content))
+            _refuse(name, targets[name], force=force or name in renewed or _has_content(targets[name], content))
         for name, content in contents.items():
             staged.append(Staged(name, targets[name], _stage(targets[name], content)))
         with uninterrupted():
             _commit(staged)
     except OSError as error:
-        raise _failed(name, error) from None
+        raise _write_error(name, error) from None
     finally:
         discard_all(staged)
 
@@ -201,25 +201,25 @@ def refuse_read(names: Collection[str]) -> None:
             raise click.ClickException(f"{name} is a file that is read; give the output another name")
 
 
-def _instead(name: str) -> str:
+def _other_way(name: str) -> str:
     """What to do instead of writing to a device: the option ``-o`` can be left out."""
     context = click.get_current_context(silent=True)
     out = context.params.get("out") if context is not None else None
     return "without -o the result goes to standard output" if out == name else "name a file"
 
 
-def place(name: str) -> Path:
+def output_path(name: str) -> Path:
     """Where a file is written, through a link; refused when a device, a pipe or a folder is there."""
     if not name:
         raise click.ClickException("the output has no name")
     if STREAM.fullmatch(name):
-        raise click.ClickException(f"{name} is a stream and no file; {_instead(name)}")
+        raise click.ClickException(f"{name} is a stream and no file; {_other_way(name)}")
     try:
         target = Path(name).resolve()
         if target.exists() and not target.is_file():
-            raise click.ClickException(f"{name} is no regular file; {_instead(name)}")
+            raise click.ClickException(f"{name} is no regular file; {_other_way(name)}")
     except (OSError, RuntimeError, ValueError) as error:
-        raise _failed(name, error) from None
+        raise _write_error(name, error) from None
     return target
 
 
@@ -237,7 +237,7 @@ def discard_all(staged: Sequence[Staged]) -> None:
         discard(entry.temporary)
 
 
-def _failed(name: str, error: Exception) -> click.ClickException:
+def _write_error(name: str, error: Exception) -> click.ClickException:
     return click.ClickException(f"cannot write {name}: {getattr(error, 'strerror', None) or error}")
 
 
@@ -247,12 +247,12 @@ def _refuse(name: str, target: Path, *, force: bool) -> None:
         raise click.ClickException(f"{name} exists and differs; use --force to overwrite it")
 
 
-def _holds(target: Path, content: bytes) -> bool:
+def _has_content(target: Path, content: bytes) -> bool:
     """Whether a file is there with these bytes."""
     return target.exists() and target.stat().st_size == len(content) and read_file(target) == content
 
 
-def _same(target: Path, other: Path) -> bool:
+def _has_same_bytes(target: Path, other: Path) -> bool:
     """Whether a file is there with the same bytes as another one, however long they are."""
     if not target.exists() or target.stat().st_size != other.stat().st_size:
         return False
@@ -298,7 +298,7 @@ def _commit(staged: Sequence[Staged]) -> None:
             if remaining
             else ""
         )
-        raise click.ClickException(f"{_failed(name, error).message}{remark}") from None
+        raise click.ClickException(f"{_write_error(name, error).message}{remark}") from None
     finally:
         discard_all(backups)
 
@@ -344,16 +344,16 @@ def _undo(done: Sequence[Staged], kept: Sequence[Staged]) -> list[str]:
 def read_existing(name: str) -> bytes | None:
     """What the file holds; None: it is not there yet."""
     try:
-        return read_file(place(name))
+        return read_file(output_path(name))
     except FileNotFoundError:
         return None
     except OSError as error:
         raise click.ClickException(f"cannot read {name}: {error.strerror or error}") from None
 
 
-def keeper(name: str) -> Callable[[bytes], None]:
+def file_keeper(name: str) -> Callable[[bytes], None]:
     """What writes the file; a reader sees the old content or the new one, whenever the writer is stopped."""
-    target = place(name)
+    target = output_path(name)
     if not target.parent.is_dir():
         raise click.ClickException(f"the folder {target.parent} of {name} does not exist; make it first")
 
@@ -449,7 +449,7 @@ def trend_file(
         yield None
         write_files(others or {}, force=force)
         return
-    target = place(name)
+    target = output_path(name)
     refuse_read([name])
     try:
         handle, temporary = temporary_for(target)

@@ -29,7 +29,7 @@ HANDLER = "pidcfg"
 """The name under which Python knows the fallback."""
 
 # fmt: off
-PLAIN = {
+ASCII_FORMS = {
     "…": "...", "·": "-", "•": "*", "–": "-", "—": "-", "−": "-", "‐": "-", "‑": "-",
     "×": "x", "÷": "/", "±": "+/-", "√": "sqrt", "∞": "inf", "≤": "<=", "≥": ">=", "≠": "!=", "≈": "~",
     "°": "deg", "º": "deg", "℃": "degC", "℉": "degF", "′": "'", "″": '"', "’": "'", "‘": "'", "“": '"', "”": '"',
@@ -71,16 +71,16 @@ def fits(text: str, encoding: str | None) -> bool:
     return True
 
 
-def _replaced(char: str, encoding: str) -> str:
+def _replace_character(char: str, encoding: str) -> str:
     """What stands for one character: a letter without its accent, else the nearest ASCII, else a question mark."""
-    plain = PLAIN.get(char) or _drawn(char)
+    plain = ASCII_FORMS.get(char) or _ascii_shape(char)
     if plain is None:
         bare = "".join(c for c in unicodedata.normalize("NFKD", char) if not unicodedata.combining(c))
         plain = bare if bare != char else None
     return plain if plain is not None and fits(plain, encoding) else "" if unicodedata.combining(char) else "?"
 
 
-def _drawn(char: str) -> str | None:
+def _ascii_shape(char: str) -> str | None:
     """Lines of boxes, bars and dots of pictures."""
     code = ord(char)
     if code in BOXES:
@@ -99,7 +99,7 @@ def _handle(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
-    return "".join(_replaced(char, error.encoding) for char in lacking), error.end
+    return "".join(_replace_character(char, error.encoding) for char in lacking), error.end
 
 
 codecs.register_error(HANDLER, _handle)
@@ -130,7 +130,7 @@ STYLES: dict[str, Data] = {
 SEVERITY = r"(?P<severity>error|warning|info)"
 
 
-def _counted(group: str, word: str) -> str:
+def _count_pattern(group: str, word: str) -> str:
     """A pattern of a number of things that stands out unless it is 0."""
     return rf"(?:(?P<{group}>[1-9]\d* {word}s?)|0 {word}s)"
 
@@ -150,7 +150,7 @@ def patterns() -> tuple[re.Pattern[str], ...]:
             r"^      (?P<label>= (?:PLC|see|cure|also):)",
             rf"^(?P<code>{CODE.pattern})  {SEVERITY} +(?P<dim>\S+)",
             # the line that counts them
-            rf"^\d+ files? checked: {_counted('bad', 'error')}, {_counted('doubtful', 'warning')}",
+            rf"^\d+ files? checked: {_count_pattern('bad', 'error')}, {_count_pattern('doubtful', 'warning')}",
             # a simulation
             r"^(?P<head>What happened|Metrics|Signals|Flags|Expectations)$",
             r"^ {2,}(?:(?P<good>passed)|(?P<bad>FAILED)|(?P<doubtful>NOT PROVEN))  ",
@@ -189,11 +189,11 @@ def paint_report(text: str) -> str:
         match = next(filter(None, (pattern.match(line) for pattern in patterns())), None)
         if match is not None:
             severity = match.groupdict().get("severity") or severity
-        lines.append(line if match is None else _line(line, match, severity))
+        lines.append(line if match is None else _paint_line(line, match, severity))
     return "\n".join(lines)
 
 
-def _line(line: str, match: re.Match[str], severity: str) -> str:
+def _paint_line(line: str, match: re.Match[str], severity: str) -> str:
     """One line with the groups of its pattern drawn."""
     out, end = [], 0
     for name in match.groupdict():
@@ -228,7 +228,7 @@ def _choose(ctx: click.Context, param: click.Parameter, value: str) -> None:
         ctx.color = value == "always"
 
 
-def with_option(command: click.Command) -> click.Command:
+def add_color_option(command: click.Command) -> click.Command:
     """A command that takes ``--color`` after its name as well."""
     if not any(param.name == "color" for param in command.params):
         option(hidden=True)(command)
@@ -242,7 +242,7 @@ def with_option(command: click.Command) -> click.Command:
 # terminal, or after ``--quiet``.
 
 T = TypeVar("T")
-AFTER = 1.0
+DELAY_SECONDS = 1.0
 """Seconds of silence."""
 
 
@@ -262,7 +262,7 @@ class Line:
             return
         from threading import Timer
 
-        self._timer = Timer(AFTER, self._show)
+        self._timer = Timer(DELAY_SECONDS, self._show)
         self._timer.daemon = True
         self._timer.start()
 

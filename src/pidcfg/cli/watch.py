@@ -23,13 +23,13 @@ from pidcfg.cli.terminal import LINE
 
 INTERVAL = 0.25
 """Seconds between two looks at the disk."""
-SETTLED = 0.1
+QUIET_SECONDS = 0.1
 """Seconds without a change after which an editor has done saving."""
-PATIENCE = 1.0
+RENAME_SECONDS = 1.0
 """Seconds in which a file that is gone may come back: editors save by renaming."""
-SHARE = 20
+PAUSE_FACTOR = 20
 """A look that takes long is followed by so many times as long a pause."""
-ARGUMENTS, WANTED = "pidcfg.watch.arguments", "pidcfg.watch"
+ARGUMENTS_KEY, WATCH_KEY = "pidcfg.watch.arguments", "pidcfg.watch"
 EXCLUDED = {
     "fix": "--fix",
     "diff": "--diff",
@@ -43,17 +43,17 @@ State = tuple[int, int, int] | None
 """What tells that a file has changed: its time, size and number; None: there is no such file."""
 
 
-def _wanted(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+def _keep_option(ctx: click.Context, param: click.Parameter, value: bool) -> None:
     """Keeps the option for `WatchCommand`."""
     del param
-    ctx.meta[WANTED] = value
+    ctx.meta[WATCH_KEY] = value
 
 
 OPTION = click.option(
     "--watch",
     is_flag=True,
     expose_value=False,
-    callback=_wanted,
+    callback=_keep_option,
     help="Run again whenever a file changes, until Ctrl-C; the exit code is that of the last run.",
 )
 
@@ -63,25 +63,25 @@ class WatchCommand(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """The options; the arguments are kept for the next run."""
-        ctx.meta[ARGUMENTS] = list(args)
+        ctx.meta[ARGUMENTS_KEY] = list(args)
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> object:
         """One run, or one for each change."""
-        if not ctx.meta.get(WANTED):
+        if not ctx.meta.get(WATCH_KEY):
             return super().invoke(ctx)
         refuse(ctx)
-        raise click.exceptions.Exit(self._repeated(ctx))
+        raise click.exceptions.Exit(self._run_until_interrupted(ctx))
 
-    def _repeated(self, ctx: click.Context) -> int:
+    def _run_until_interrupted(self, ctx: click.Context) -> int:
         """Runs until somebody presses Ctrl-C; the exit code of the last run that came to its end."""
         code: int = Exit.INTERRUPTED
         try:
-            seen = states(watched_files(ctx))
+            seen = file_states(watched_files(ctx))
             while True:
-                code = self._once(ctx)
+                code = self._run_once(ctx)
                 names = sorted(watched_files(ctx))
-                seen = {**states(names), **seen}
+                seen = {**file_states(names), **seen}
                 there = sum(seen.get(name) is not None for name in names)
                 if not ctx.params["quiet"]:
                     note(f"watching {there} file{'s' if there != 1 else ''}; Ctrl-C ends")
@@ -95,13 +95,13 @@ class WatchCommand(click.Command):
             note("interrupted" if code == Exit.INTERRUPTED else f"stopped; the last run ended with exit code {code}")
         return code
 
-    def _once(self, ctx: click.Context) -> int:
+    def _run_once(self, ctx: click.Context) -> int:
         """One run in a context of its own: settings and variables are read anew; its exit code."""
         for key in (READ, NAMES):
             ctx.meta.pop(key, None)
         LINE.begin()
         try:
-            with self.make_context(ctx.info_name, list(ctx.meta[ARGUMENTS]), parent=ctx.parent) as run:
+            with self.make_context(ctx.info_name, list(ctx.meta[ARGUMENTS_KEY]), parent=ctx.parent) as run:
                 super().invoke(run)
         except click.exceptions.Exit as end:
             return end.exit_code
@@ -139,25 +139,25 @@ def watched_files(ctx: click.Context) -> Iterator[str]:
     paths: Sequence[str] = ctx.params["paths"]
     yield from ctx.meta.get(NAMES, ())
     for name in expand(paths):
-        yield from _below(name) if Path(name).is_dir() else (name,)
+        yield from _yaml_files_below(name) if Path(name).is_dir() else (name,)
     for place in {place for name in paths for place in settings_candidates(name)}:
         yield os.path.relpath(place)
     yield from filter(None, (ctx.params.get("baseline"), ctx.meta.get(CONFIG_FILE)))
 
 
-def _below(name: str) -> Iterator[str]:
+def _yaml_files_below(name: str) -> Iterator[str]:
     """The YAML files below a folder that a run would read."""
     from pidcfg.cli.inputs import walk
 
     return (Path(folder.path, file).as_posix() for folder in walk(name) for file in folder.files)
 
 
-def states(names: Iterator[str] | Sequence[str]) -> dict[str, State]:
+def file_states(names: Iterator[str] | Sequence[str]) -> dict[str, State]:
     """What the disk says of each file."""
-    return {name: state(name) for name in names}
+    return {name: file_state(name) for name in names}
 
 
-def state(name: str) -> State:
+def file_state(name: str) -> State:
     """What the disk says of a file."""
     try:
         found = Path(name).stat()
@@ -166,7 +166,7 @@ def state(name: str) -> State:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def differing(before: Mapping[str, State], now: Mapping[str, State]) -> list[str]:
+def changed_files(before: Mapping[str, State], now: Mapping[str, State]) -> list[str]:
     """The files that are others, new or gone."""
     return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
 
@@ -175,22 +175,22 @@ def next_change(ctx: click.Context, seen: Mapping[str, State]) -> tuple[dict[str
     """Waits until files have changed and the change is complete; how they are now, and which ones changed."""
     while True:
         begin = time.monotonic()
-        now = states(watched_files(ctx))
-        if differing(seen, now):
+        now = file_states(watched_files(ctx))
+        if changed_files(seen, now):
             now = wait_until_settled(ctx, seen)
-            if changed := differing(seen, now):
+            if changed := changed_files(seen, now):
                 return now, changed
-        time.sleep(max(INTERVAL, SHARE * (time.monotonic() - begin)))
+        time.sleep(max(INTERVAL, PAUSE_FACTOR * (time.monotonic() - begin)))
 
 
 def wait_until_settled(ctx: click.Context, seen: Mapping[str, State]) -> dict[str, State]:
     """How the files are once nothing changes any more, and none is missing that an editor is about to put back."""
-    begin, now = time.monotonic(), states(watched_files(ctx))
+    begin, now = time.monotonic(), file_states(watched_files(ctx))
     while True:
-        time.sleep(SETTLED)
-        before, now = now, states(watched_files(ctx))
+        time.sleep(QUIET_SECONDS)
+        before, now = now, file_states(watched_files(ctx))
         gone = any(seen[name] is not None and now.get(name) is None for name in seen)
-        if not differing(before, now) and not (gone and time.monotonic() - begin < PATIENCE):
+        if not changed_files(before, now) and not (gone and time.monotonic() - begin < RENAME_SECONDS):
             return now
 
 

@@ -278,7 +278,7 @@ class Link:
             raise PlcError(f"{address}: {package} is not installed; install pidcfg with its extra `live`")
         self.address, self.patience = address, patience
         self._client: Any = None
-        self._sent = self._came = b""
+        self._request_bytes = self._received = b""
         self._lost = asyncio.Event()
 
     async def __aenter__(self) -> Self:
@@ -314,7 +314,7 @@ class Link:
         from pymodbus.exceptions import ModbusException
 
         self._lost.clear()
-        self._came = b""
+        self._received = b""
         client, unit = self._client, self.address.unit
         call: Callable[..., Awaitable[ModbusPDU]] = {
             "coil": client.read_coils,
@@ -330,7 +330,7 @@ class Link:
                 raise _Unanswered("the connection was closed", "PLCs take few connections: close other programs")
             response = asked.result()
         except ModbusException:
-            instead = unexpected_answer(self._sent, self._came, is_serial=bool(self.address.device))
+            instead = unexpected_answer(self._request_bytes, self._received, is_serial=bool(self.address.device))
             said = f"no answer within {self.patience.timeout:g} s{instead and f', but {instead}'}"
             places = ("the cable", "the unit number", "the baud rate", "the parity")[
                 : None if self.address.device else 2
@@ -368,7 +368,7 @@ class Link:
     async def _connect(self) -> None:
         """A connection; it is not made anew by itself."""
         logging.getLogger("pymodbus.logging").addHandler(logging.NullHandler())  # this module says what is wrong
-        client = _client_of(self.address, self.patience, self._changed, self._seen)
+        client = _client_of(self.address, self.patience, self._note_connection, self._note_packet)
         try:
             is_connected = await client.ctx.connect()  # the client's own `connect` sleeps for 0.1 s
         except TERMINAL_ERRORS as error:
@@ -379,15 +379,15 @@ class Link:
             raise _Unanswered("")  # why is asked after the last try
         self._client = client
 
-    def _changed(self, is_connected: bool) -> None:  # noqa: FBT001 - how pymodbus calls it
+    def _note_connection(self, is_connected: bool) -> None:  # noqa: FBT001 - how pymodbus calls it
         if not is_connected:
             self._lost.set()
 
-    def _seen(self, is_sent: bool, data: bytes) -> bytes:  # noqa: FBT001 - how pymodbus calls it
+    def _note_packet(self, is_sent: bool, data: bytes) -> bytes:  # noqa: FBT001 - how pymodbus calls it
         if is_sent:
-            self._sent = data
+            self._request_bytes = data
         else:
-            self._came = data
+            self._received = data
         return data
 
     def _hang_up(self) -> None:
@@ -500,7 +500,7 @@ class _Ending:
     def __init__(self) -> None:
         self._before: dict[int, Callable[[int, FrameType | None], object]] = {}
         self._cancel: Callable[[], object] | None = None
-        self._came: int | None = None
+        self._received: int | None = None
 
     def call(self, work: Callable[[], R]) -> R:
         """What the work gives; a signal that ended it without a result does what it would have done."""
@@ -508,8 +508,8 @@ class _Ending:
         try:
             return work()
         except asyncio.CancelledError:
-            if self._came is not None:
-                self._before[self._came](self._came, None)
+            if self._received is not None:
+                self._before[self._received](self._received, None)
             raise
         finally:
             for number, handler in self._before.items():
@@ -526,19 +526,19 @@ class _Ending:
                 signal.signal(number, self._end)
 
     def _end(self, number: int, frame: FrameType | None) -> None:
-        if self._came is not None:
+        if self._received is not None:
             self._before[number](number, frame)
             return
-        self._came = number
+        self._received = number
         if self._cancel is not None:
             with suppress(RuntimeError):  # its loop has just been closed
                 self._cancel()
 
     async def watched(self, work: Coroutine[object, object, R]) -> R:
         """The work, which a signal cancels while it is running, or as it begins."""
-        loop, task = asyncio.get_running_loop(), asyncio.ensure_future(_quiet(work))
+        loop, task = asyncio.get_running_loop(), asyncio.ensure_future(_silence_loop(work))
         self._cancel = partial(loop.call_soon_threadsafe, task.cancel)  # wakes a loop that waits
-        if self._came is not None:
+        if self._received is not None:
             task.cancel()
         try:
             return await task
@@ -546,7 +546,7 @@ class _Ending:
             self._cancel = None
 
 
-async def _quiet(work: Coroutine[object, object, R]) -> R:
+async def _silence_loop(work: Coroutine[object, object, R]) -> R:
     """What a malformed answer breaks inside of the library is told by the request that gets none."""
     asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)
     return await work

@@ -152,7 +152,7 @@ def run_all(
 ) -> Iterator[BatchOutcome]:
     """The batches one after the other; the line on the terminal shows how many samples are done."""
     from pidcfg.api import certify
-    from pidcfg.cli.outputs import keeper, read_existing
+    from pidcfg.cli.outputs import file_keeper, read_existing
     from pidcfg.output.arguments import ArgumentError
     from pidcfg.study.certification.samples import WorkersError
 
@@ -170,7 +170,7 @@ def run_all(
                 keep_worst=listed,
                 record=record,
                 state=None if resume is None else read_existing(resume),
-                keep=None if resume is None else keeper(resume),
+                keep=None if resume is None else file_keeper(resume),
                 files=FILES,
                 limits=limits,
                 progress=Rate(label, samples).update,

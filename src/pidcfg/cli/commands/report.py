@@ -68,7 +68,7 @@ class InputReader:
         return {}
 
     @cached_property
-    def run(self) -> dict[str, Checked]:
+    def checked_before(self) -> dict[str, Checked]:
         """The configuration that was run last, checked; it often is the next file."""
         return {}
 
@@ -76,9 +76,9 @@ class InputReader:
         """One file of the command line; a file that cannot be opened ends the command."""
         if not entry.piped:
             entry = read_input(entry.name, self.limits)
-        run = self.run.pop(entry.name, None)
-        if run is not None and run.document.text.encode() == entry.data:
-            return configuration_input((entry.name, entry.data), run)
+        checked = self.checked_before.pop(entry.name, None)
+        if checked is not None and checked.document.text.encode() == entry.data:
+            return configuration_input((entry.name, entry.data), checked)
         doc = document(entry)
         if entry.problem is not None:
             raise click.ClickException(entry.problem)
@@ -92,13 +92,15 @@ class InputReader:
 
         loaded = load(doc, FILES)
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress, runs=self.runs)
-        taken = run_input((entry.name, entry.data), loaded, settings, self._named(loaded), pictures=self.pictures)
-        self.run.clear()
+        taken = run_input(
+            (entry.name, entry.data), loaded, settings, self._configuration_of(loaded), pictures=self.pictures
+        )
+        self.checked_before.clear()
         if loaded.checked is not None:
-            self.run[loaded.config] = loaded.checked
+            self.checked_before[loaded.config] = loaded.checked
         return taken
 
-    def _named(self, loaded: Loaded) -> ConfigurationInput | None:
+    def _configuration_of(self, loaded: Loaded) -> ConfigurationInput | None:
         """What a scenario runs; each is read once."""
         name = loaded.config
         if not name or name in self.names:
@@ -162,7 +164,7 @@ EPILOG = options.examples(
 )
 
 
-def _ending(*suffixes: str) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
+def _suffix_check(*suffixes: str) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
     """Refuses a file name that promises another kind of file; a page may go to standard output."""
 
     def checked(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
@@ -188,7 +190,7 @@ def _field(name: str, what: str) -> options.Decorator:
     "--output",
     "out",
     metavar="FILE",
-    callback=_ending(".html", ".htm", ".pdf"),
+    callback=_suffix_check(".html", ".htm", ".pdf"),
     help=f"The page, or the PDF where the name ends so; {PAGE} unless --tables or --xlsx is given, - for standard "
     "output.",
 )
@@ -203,7 +205,7 @@ def _field(name: str, what: str) -> options.Decorator:
     help="Write the tables as CSV files into a folder.",
 )
 @click.option(
-    "--xlsx", "xlsx", metavar="FILE", callback=_ending(".xlsx"), help="Write the tables as an Excel workbook."
+    "--xlsx", "xlsx", metavar="FILE", callback=_suffix_check(".xlsx"), help="Write the tables as an Excel workbook."
 )
 @click.option("--title", metavar="TEXT", default="Commissioning report", show_default=True, help="Title of the report.")
 @_field("project", "Project")

@@ -14,7 +14,7 @@ from pidcfg.cli.commands import plc as plc_options
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.console import remark
 from pidcfg.cli.main import Exit
-from pidcfg.cli.outputs import place, refuse_read
+from pidcfg.cli.outputs import output_path, refuse_read
 from pidcfg.cli.terminal import LINE, is_watched
 from pidcfg.pictures import Chart, Line, Panel
 from pidcfg.pictures.characters import fits, lines
@@ -129,7 +129,7 @@ class TrendFile:
 
     def __init__(self, name: str | None, *, force: bool) -> None:
         self.name, self.force = name, force
-        self._place = None if name is None else place(name)
+        self._place = None if name is None else output_path(name)
         self._stream: TextIO | None = None if name is not None else sys.stdout
 
     def write(self, text: str) -> None:

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
     from pidcfg.study.certification.certify import BatchOutcome, Certification, Share
 
-Written = dict[tuple[str, int], str]
+SampleFiles = dict[tuple[str, int], str]
 """Files of samples, by scenario file and number."""
 
 
-def render_batches(name: str, outcomes: Sequence[BatchOutcome], written: Written, *, tables: bool = False) -> str:
+def render_batches(name: str, outcomes: Sequence[BatchOutcome], written: SampleFiles, *, tables: bool = False) -> str:
     """The batches in one of the formats; ``tables``: the text has metrics, and the numbers of the worst samples."""
     if name == "json":
         return json_text(batches_data(outcomes, written), allow_nan=False)
@@ -35,7 +35,7 @@ COLUMNS = ("mean", "p5", "p50", "p95", "p99", "max")
 """Of each metric; JSON has more."""
 MOST_EFFECTS = 5
 """Of what varies, that the short text lists."""
-MORE = "-v has metrics, counts, and the numbers of every sample that is listed\n"
+VERBOSE_HINT = "-v has metrics, counts, and the numbers of every sample that is listed\n"
 
 
 def batches_text(outcomes: Sequence[BatchOutcome], written: Mapping[tuple[str, int], str], *, tables: bool) -> str:
@@ -59,7 +59,7 @@ def _section(outcome: BatchOutcome, written: Mapping[tuple[str, int], str], *, t
         _metrics(found) if tables else "",
         _effects(found, tables=tables),
         _worst(outcome.file, found, written, tables=tables),
-        ("" if tables else MORE) + batch_verdict_line(outcome, found) + "\n",
+        ("" if tables else VERBOSE_HINT) + batch_verdict_line(outcome, found) + "\n",
     ]
     return "\n".join(part for part in parts if part)
 
@@ -78,13 +78,13 @@ def _shares(found: Certification, *, tables: bool) -> str:
         bound = figure(min(one.bound for one in held))
         named = f"{len(held)} others that are" if failing else f"all {len(held)} that are"
         rows.append(("passed", "100 %", f"{bound} %", "all", "", f"{named} always checked"))
-    said = _with_text([row if tables else (*row[:4], row[5]) for row in rows])
+    said = _text_table([row if tables else (*row[:4], row[5]) for row in rows])
     unjudged = sum(one.passed and not one.judged for one in found.standing)
     remark = f"  {unjudged} more are judged in no sample\n" if unjudged else ""
-    return said + remark + "".join(map(_lacks, found.expectations))
+    return said + remark + "".join(map(_shortfall, found.expectations))
 
 
-def _with_text(rows: Sequence[Sequence[str]]) -> str:
+def _text_table(rows: Sequence[Sequence[str]]) -> str:
     """Columns of numbers, and behind them a text of any length."""
     return table(rows, right=len(rows[0]) - 1)
 
@@ -96,7 +96,7 @@ def _row(one: Share) -> tuple[str, ...]:
     return judged, f"{figure(one.share)} %", f"{figure(one.bound)} %", wanted, count, one.text
 
 
-def _lacks(one: Share) -> str:
+def _shortfall(one: Share) -> str:
     """What an expectation with a share lacks; nothing where it is proven."""
     if one.passed or one.wanted is None:
         return ""
@@ -120,13 +120,13 @@ def _effects(found: Certification, *, tables: bool) -> str:
         return "Only the noise varies: the plants are those of the file, and nothing is shown of others (vary)\n"
     shown = found.effects[: None if tables else MOST_EFFECTS]
     rows: list[tuple[str, ...]] = [("lowest fifth", "highest fifth", "of what varies")]
-    rows += [(*map(_or_none, (e.lowest, e.highest)), f"{e.label}, {e.text}") for e in shown]
+    rows += [(*map(_share_text, (e.lowest, e.highest)), f"{e.label}, {e.text}") for e in shown]
     more = len(found.effects) - len(shown)
     others = f"  {more} more vary and matter less\n" if more else ""
-    return "What matters: samples in which everything holds\n" + _with_text(rows) + others
+    return "What matters: samples in which everything holds\n" + _text_table(rows) + others
 
 
-def _or_none(share: float | None) -> str:
+def _share_text(share: float | None) -> str:
     return "-" if share is None else f"{figure(share)} %"
 
 

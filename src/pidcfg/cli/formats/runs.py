@@ -12,7 +12,7 @@ from pidcfg.cli.formats import Format, Kind, load, render
 from pidcfg.cli.formats.findings import Findings, details, display_name
 from pidcfg.cli.formats.findings import text as findings_text
 from pidcfg.output.runs import runs_data, signal_rows
-from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
+from pidcfg.sim.judgement.meters import METRICS, SWING_METRICS
 from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
@@ -173,7 +173,7 @@ def _tables(report: Report, outcome: Outcome) -> str:
 
 def _measured(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
     """The columns of metrics, without those of swings where no loop swings."""
-    return [column for column in columns if column[0] not in OF_SWINGS or set(column[1:]) != {"-"}]
+    return [column for column in columns if column[0] not in SWING_METRICS or set(column[1:]) != {"-"}]
 
 
 def _number(value: float | None, unit: str) -> str:

@@ -20,7 +20,7 @@ from pidcfg.output.report.content import (
 from pidcfg.pictures import Chart
 from pidcfg.pictures.page import figures
 from pidcfg.sim.judgement.expect import UNITS as EXPECTATION_UNITS
-from pidcfg.sim.judgement.meters import OF_SWINGS
+from pidcfg.sim.judgement.meters import SWING_METRICS
 from pidcfg.sim.judgement.report import LoopReport, Report, Tally, Verdict, flag_words
 from pidcfg.text.frozen import frozen
 
@@ -135,8 +135,8 @@ def verdict_of(run: Run, report: Report) -> str:
 
 def titles(report: Report) -> dict[str, str]:
     """The metrics that are worth a column."""
-    swings = any(loop.metrics.get(key) is not None for loop in report.loops.values() for key in OF_SWINGS)
-    return {key: title for key, title in METRIC_TITLES.items() if swings or key not in OF_SWINGS}
+    swings = any(loop.metrics.get(key) is not None for loop in report.loops.values() for key in SWING_METRICS)
+    return {key: title for key, title in METRIC_TITLES.items() if swings or key not in SWING_METRICS}
 
 
 def facts(report: Report) -> Iterator[tuple[str, str]]:

@@ -23,7 +23,7 @@ from pidcfg.sim.engine.network import Network, build, initial_values, rest
 from pidcfg.sim.engine.plants import Noise
 from pidcfg.sim.engine.reference import HeldNetwork
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
-from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, place_verdict, verdict, watches_of
+from pidcfg.sim.judgement.expect import MeasuredRun, Watch, alarms_off, place_verdict, verdict, watches_of
 from pidcfg.sim.judgement.meters import DEFAULT_BAND, NEVER, Band, Gauge, Onset, loop_metrics, time_in_control
 from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, Standing, ten_digits
 from pidcfg.sim.judgement.standing import LoopWatch, loop_verdict, standing, unused_allowances
@@ -558,7 +558,7 @@ class Run:
         )
         metrics = [{name: None if v is None else ten_digits(v) for name, v in row.items()} for row in found]
         off, range_of = alarms_off(self.scenario, self.plc), self._ranges()
-        outcome = Outcome(self.plc, metrics, machine.meters, range_of, self.dt, self.last, off, self.agenda.modes)
+        outcome = MeasuredRun(self.plc, metrics, machine.meters, range_of, self.dt, self.last, off, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
         evidence.verdicts = [place_verdict(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted]
         if machine.reference is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.schemas.scenario import Never
 from pidcfg.sim.controllers.plc import TICKS, steps_until
-from pidcfg.sim.judgement.meters import NEVER, OF_A_STEP, OF_SWINGS, Band, Gauge, Meter, Onset, settling_time
+from pidcfg.sim.judgement.meters import NEVER, STEP_METRICS, SWING_METRICS, Band, Gauge, Meter, Onset, settling_time
 from pidcfg.sim.judgement.report import Range, Verdict, ten_digits
 from pidcfg.text.paths import leaves
 
@@ -26,7 +26,7 @@ NO_SWINGS = "the PV does not oscillate"
 
 
 @dataclass(slots=True)
-class Outcome:
+class MeasuredRun:
     """What the verdicts are drawn from, once a run is over."""
 
     plc: Plc
@@ -76,7 +76,7 @@ def alarms_off(scenario: Scenario, plc: Plc) -> set[tuple[str, str]]:
     }
 
 
-def verdict(i: int, wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
+def verdict(i: int, wanted: Expectation, watch: Watch | None, out: MeasuredRun) -> Verdict:
     """The verdict on expectation ``i``; ``watch`` is what was measured for it alone."""
     if wanted.metric is not None:
         return _metric(wanted, cast("Band | None", watch), out)
@@ -113,7 +113,7 @@ def _inside(value: float | None, minimum: Bound | None, maximum: Bound | None) -
     )
 
 
-def _metric(wanted: Expectation, watch: Band | None, out: Outcome) -> Verdict:
+def _metric(wanted: Expectation, watch: Band | None, out: MeasuredRun) -> Verdict:
     loop = out.plc.loops.index(wanted.loop or "")
     name = str(wanted.metric)
     value = out.metrics[loop][name]
@@ -127,16 +127,17 @@ def _metric(wanted: Expectation, watch: Band | None, out: Outcome) -> Verdict:
     return Verdict(text, _inside(value, wanted.min, wanted.max), value)
 
 
-def _nothing_measured(name: str, value: float | None, m: Meter, dt: float) -> str:
+def _nothing_measured(name: str, value: float | None, meter: Meter, dt: float) -> str:
     """Why a metric has no value; empty: it has one, or is of a step that had not settled at the end."""
     if value is not None:
         return ""
-    if name in OF_A_STEP and m.event >= 0 and m.stepped:
-        return "" if m.until == NEVER else f"not settled at {m.until * dt:g} s, when an event moved it"
-    return f"nothing was measured: {NO_STEP if name in OF_A_STEP else NO_SWINGS if name in OF_SWINGS else NO_CONTROL}"
+    if name in STEP_METRICS and meter.event >= 0 and meter.stepped:
+        return "" if meter.until == NEVER else f"not settled at {meter.until * dt:g} s, when an event moved it"
+    reason = NO_STEP if name in STEP_METRICS else NO_SWINGS if name in SWING_METRICS else NO_CONTROL
+    return f"nothing was measured: {reason}"
 
 
-def _signal(wanted: Expectation, watch: Gauge | None, out: Outcome) -> Verdict:
+def _signal(wanted: Expectation, watch: Gauge | None, out: MeasuredRun) -> Verdict:
     name = str(wanted.signal)
     seen = out.range_of(name)
     if watch is not None and watch.low > watch.high:
@@ -157,14 +158,14 @@ def _signal(wanted: Expectation, watch: Gauge | None, out: Outcome) -> Verdict:
     return Verdict(f"{name} {', '.join(p for p in parts if p)}{since}{until}", low and high and final, value)
 
 
-def _alarm(wanted: Expectation, watch: Onset | None, out: Outcome) -> Verdict:
+def _alarm(wanted: Expectation, watch: Onset | None, out: MeasuredRun) -> Verdict:
     verdict = _time_of_alarm(wanted, watch, out)
     if verdict.passed and verdict.value is None and (wanted.loop, wanted.alarm) in out.alarms_off:
         return replace(verdict, text=f"{verdict.text} (nothing was measured: the alarm is off)", passed=False)
     return verdict
 
 
-def _time_of_alarm(wanted: Expectation, watch: Onset | None, out: Outcome) -> Verdict:
+def _time_of_alarm(wanted: Expectation, watch: Onset | None, out: MeasuredRun) -> Verdict:
     first = ten_digits(watch.first * out.dt) if watch is not None and watch.first >= 0 else None
     subject = f"{wanted.loop} alarm {wanted.alarm}"
     if wanted.never and wanted.before is not None:
@@ -189,7 +190,7 @@ def _time_of_alarm(wanted: Expectation, watch: Onset | None, out: Outcome) -> Ve
     return Verdict(f"{subject} {' and '.join(parts)}", passed, first)
 
 
-def _flag(wanted: Expectation, out: Outcome) -> Verdict:
+def _flag(wanted: Expectation, out: MeasuredRun) -> Verdict:
     name = str(wanted.flag)
     expected = True if wanted.value is None else wanted.value
     if wanted.loop is None:
@@ -202,7 +203,7 @@ def _flag(wanted: Expectation, out: Outcome) -> Verdict:
     return Verdict(f"{wanted.loop} flag {name} {'on' if expected else 'off'}", seen == bool(expected), seen)
 
 
-def _autotune(wanted: Expectation, out: Outcome) -> Verdict:
+def _autotune(wanted: Expectation, out: MeasuredRun) -> Verdict:
     name = str(wanted.autotune)
     tuned = out.plc.tuned(out.plc.loops.index(wanted.loop or ""))
     subject = f"{wanted.loop} autotune {name}"

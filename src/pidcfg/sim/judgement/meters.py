@@ -644,7 +644,7 @@ METRICS = (
     "oscillation_amplitude",
 )
 """In the order of the report."""
-OF_A_STEP = ("overshoot", "settling_time", "rise_time")
+STEP_METRICS = ("overshoot", "settling_time", "rise_time")
 """Metrics of a step of the set point; the others need none."""
-OF_SWINGS = ("oscillation_period", "oscillation_amplitude")
+SWING_METRICS = ("oscillation_period", "oscillation_amplitude")
 """None when the PV does not swing."""
