@@ -464,7 +464,7 @@ def test_values_are_shown_with_their_unit():
 
 
 def test_one_register_is_named_alone():
-    assert [LoopRegisters._named(SimpleNamespace(name=str), run) for run in ([5], [5, 6])] == ["5", "5 to 6"]
+    assert [LoopRegisters._span_text(SimpleNamespace(name=str), run) for run in ([5], [5, 6])] == ["5", "5 to 6"]
     assert str(Request("coil", 5, 1, "C6")) == "read coils (function 1) 5, C6"
     assert str(Request("holding", 5, 2, "x")) == "read holding registers (function 3) 5 to 6, x"
 

@@ -658,7 +658,7 @@ def test_what_the_plc_or_its_operator_writes_may_change_while_it_is_read(desk):
     text = filled(path)
     image = pidcfg.encode(path).image
     registers = NamedRegisters(VENDORS["nextopid"], numbering_of(VENDORS["nextopid"], MapFile(text, "m"), image), image)
-    agreed = [registers._agree(name, {name: 0}, {name: 1}) for name in ("TIC_1.Direct", "TIC_1.Manual")]
+    agreed = [registers._same_setting(name, {name: 0}, {name: 1}) for name in ("TIC_1.Direct", "TIC_1.Manual")]
     assert agreed == [False, True], "a switch is one bit, and the lowest one"
     places = {cell.address: (place.table, place.register) for cell, place in numbered(path, text)}
 

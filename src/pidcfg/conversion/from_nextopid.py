@@ -99,7 +99,7 @@ class Value:
     """The expression that it is wired to; empty: it is not."""
 
     @property
-    def written(self) -> Any:
+    def in_file(self) -> Any:
         """What the file says: the expression or the value."""
         return self.wire or self.value
 
@@ -113,7 +113,7 @@ class Value:
 
 
 @dataclass(slots=True)
-class Surroundings:
+class LinkedBlocks:
     """What of the network around a loop the neutral form has, too: numbers of its blocks."""
 
     low_filter: int | None = None
@@ -187,22 +187,22 @@ class Network:
     # --- blocks around a loop ----------------------------------------------------------------------------------------
 
     @cached_property
-    def around(self) -> dict[int, Surroundings]:
+    def linked_blocks(self) -> dict[int, LinkedBlocks]:
         """What the neutral form has of each PID loop's surroundings."""
-        around = {i: Surroundings() for i in self.loops if isinstance(self.items[i].item, PidaReal)}
-        for i, blocks in around.items():
+        linked_blocks = {i: LinkedBlocks() for i in self.loops if isinstance(self.items[i].item, PidaReal)}
+        for i, blocks in linked_blocks.items():
             blocks.low_filter = self._filter_of(i)
-            self._link(around, i)
-        for i, blocks in around.items():
+            self._link_master(linked_blocks, i)
+        for i, blocks in linked_blocks.items():
             self._pulses(i, blocks)
-        return around
+        return linked_blocks
 
     def _filter_of(self, i: int) -> int | None:
         name, _, output = self.source(i, "PV").partition(".")
         return next(
             (
                 j
-                for j in self._named.get(name, ())
+                for j in self._numbers_by_name.get(name, ())
                 if output == "OutVar"
                 and isinstance(self.items[j].item, LowFilter)
                 and self.value(j, "Tc").value is not None
@@ -210,26 +210,26 @@ class Network:
             None,
         )
 
-    def _link(self, around: dict[int, Surroundings], i: int) -> None:
+    def _link_master(self, linked_blocks: dict[int, LinkedBlocks], i: int) -> None:
         """The master whose MV is a loop's set point as it is."""
         source, span = self.source(i, "SP_CASC"), self.span(i, "MinPV", "MaxPV")
         name, _, output = source.rpartition(".")
-        j = next((j for j in self._named.get(name, ()) if j in around and output == "MV"), None)
+        j = next((j for j in self._numbers_by_name.get(name, ()) if j in linked_blocks and output == "MV"), None)
         if j is None or j == i or span is None:
             return
-        if around[j].accepts_range(span, f"the set point of {self.items[i].item.name}"):
-            around[i].master = j
-            around[j].slaves.append(i)
+        if linked_blocks[j].accepts_range(span, f"the set point of {self.items[i].item.name}"):
+            linked_blocks[i].master = j
+            linked_blocks[j].slaves.append(i)
 
-    def _pulses(self, i: int, around: Surroundings) -> None:
+    def _pulses(self, i: int, linked_blocks: LinkedBlocks) -> None:
         for j in self._pwms.get(f"{self.items[i].item.name}.MV", ()):
             name, scale, period = self.items[j].item.name, self.span(j, "MinMV", "MaxMV"), self.value(j, "Period").value
-            if period and scale is not None and around.accepts_range(scale, f"the pulses of {name}"):
-                around.pwm = j
+            if period and scale is not None and linked_blocks.accepts_range(scale, f"the pulses of {name}"):
+                linked_blocks.pwm = j
                 return
 
     @cached_property
-    def _named(self) -> dict[str, list[int]]:
+    def _numbers_by_name(self) -> dict[str, list[int]]:
         """The numbers of blocks and loops by their names."""
         numbers: dict[str, list[int]] = {}
         for j, block in enumerate(self.items):
@@ -254,7 +254,7 @@ class Network:
 
     def shared_blocks(self) -> set[int]:
         """Blocks that the neutral form has, too."""
-        return {j for blocks in self.around.values() for j in (blocks.low_filter, blocks.pwm) if j is not None}
+        return {j for blocks in self.linked_blocks.values() for j in (blocks.low_filter, blocks.pwm) if j is not None}
 
     def owner_of(self, j: int) -> int:
         """The loop that a block works for: that reads it, however indirectly, or whose MV it reads; else the first."""
@@ -320,9 +320,9 @@ class ParameterBuilder(NeutralBuilder):
         return self.network.items[self.number].item
 
     @property
-    def around(self) -> Surroundings:
+    def linked_blocks(self) -> LinkedBlocks:
         """Blocks around a PID that the neutral loop has, too."""
-        return self.network.around[self.number]
+        return self.network.linked_blocks[self.number]
 
     @property
     def sample_time(self) -> Decimal:
@@ -350,12 +350,12 @@ class ParameterBuilder(NeutralBuilder):
     def mark_parameter(self, key: str, *to: str, note: str = "") -> None:
         """A parameter that is part of neutral fields which are set elsewhere; a wire with what it is followed to."""
         value = self.value(key)
-        self.mark(key, value.written, *to, note=value.note(note), assumed=bool(value.wire))
+        self.mark(key, value.in_file, *to, note=value.note(note), assumed=bool(value.wire))
 
     def drop_parameter(self, key: str, note: str) -> None:
         """A parameter that the neutral form does not have, with its expression."""
         value = self.value(key)
-        self.drop(key, value.written, f"{value.wire}: {note}" if value.wire else note)
+        self.drop(key, value.in_file, f"{value.wire}: {note}" if value.wire else note)
 
     def put_number(self, key: str, to: str, instead: str, factor: Decimal = Decimal(1), note: str = "") -> None:
         """An optional number; one that nobody knows is dropped, with what to program ``instead``."""
@@ -408,7 +408,7 @@ COPY = "copy it in the program: "
 OUTPUT_STAYS = "the output stays on the way to Manual; see operation.manual where the target's does not"
 
 
-def moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
+def report_moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
     """The moves of figure 16-1 go with their loops; every other one is dropped with the loop that it writes."""
     known: set[int] = set()
     for i, builder in zip(network.loops, builders, strict=True):
@@ -488,7 +488,7 @@ def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
             apply_table(b, b.item, b.item, FIELDS)
     if builders and not any(b.loop.missing for b in builders):
         blocks_and_signals(network, builders)
-        moves(network, builders)
+        report_moves(network, builders)
     return [b.loop for b in builders]
 
 
@@ -555,10 +555,10 @@ def _pv_range(b: ParameterBuilder, _: PidaReal) -> None:
 
 
 def _pv_filter(b: ParameterBuilder, _: PidaReal) -> None:
-    network, number = b.network, b.around.low_filter
+    network, number = b.network, b.linked_blocks.low_filter
     if number is not None:
         time, block = network.value(number, "Tc"), f"blocks.{network.items[number].item.name}"
-        b.put(f"{block}.Tc", time.written, "pv.filter", time.value, assumed=bool(time.wire))
+        b.put(f"{block}.Tc", time.in_file, "pv.filter", time.value, assumed=bool(time.wire))
         expression = network.value(number, "InVar").wire
         if expression and not _is_plain(network, network.source(number, "InVar")):
             b.drop(f"{block}.InVar", expression, f"work the PV out in the program: {expression}")
@@ -572,7 +572,7 @@ def _is_plain(network: Network, source: str) -> bool:
 
 
 def _mode(b: ParameterBuilder, _: PidaReal) -> None:
-    linked, manual = b.around.master is not None, b.is_on("Manual") or b.is_on("TRK_IN")
+    linked, manual = b.linked_blocks.master is not None, b.is_on("Manual") or b.is_on("TRK_IN")
     b.set("mode", "manual" if manual else "cascade" if b.is_on("CASC") and linked else "auto")
     b.set("setpoint", {})  # a neutral file shows the section even if nothing is known of it
     b.mark_switch("Manual", "mode")
@@ -581,8 +581,8 @@ def _mode(b: ParameterBuilder, _: PidaReal) -> None:
 
 def _setpoint(b: ParameterBuilder, _: PidaReal) -> None:
     casc = b.is_on("CASC")
-    if b.around.master is not None:
-        master = b.network.items[b.around.master].item.name
+    if b.linked_blocks.master is not None:
+        master = b.network.items[b.linked_blocks.master].item.name
         b.put("SP_CASC", b.value("SP_CASC").wire, "setpoint.source", master)
     elif casc and _is_number(b, "SP_CASC"):
         b.put_parameter("SP_CASC", "setpoint.value", b.value("SP_CASC").value)
@@ -608,23 +608,23 @@ def _output(b: ParameterBuilder, item: PidaReal) -> None:
     b.set("output.limits", [low, high])
     b.mark_parameter("MinMV", "output.limits.0")
     b.mark_parameter("MaxMV", "output.limits.1")
-    span, scale = item.output.range, b.around.scale or item.output.range or (low, high)
+    span, scale = item.output.range, b.linked_blocks.scale or item.output.range or (low, high)
     if span is not None and scale == span:
         b.put("output.range", span, "output.range", span)
     else:
         note = "no output.range is given: MinMV and MaxMV are taken for 0 % and 100 %"
-        if b.around.scale is not None:
-            note = f"0 % and 100 % of {b.around.reader}"
+        if b.linked_blocks.scale is not None:
+            note = f"0 % and 100 % of {b.linked_blocks.reader}"
         b.put("output.range", span, "output.range", scale, note, assumed=True)
 
 
 def _pulses(b: ParameterBuilder, _: PidaReal) -> None:
-    network, number = b.network, b.around.pwm
+    network, number = b.network, b.linked_blocks.pwm
     if number is not None:
         period = network.value(number, "Period")
         time = product(Decimal(period.value), network.config.plc.sample_time)
         path = f"blocks.{network.items[number].item.name}.Period"
-        b.put(path, period.written, "output.pulse.period", time, assumed=bool(period.wire))
+        b.put(path, period.in_file, "output.pulse.period", time, assumed=bool(period.wire))
 
 
 def _terms(b: ParameterBuilder, _: PidaReal) -> None:
@@ -654,7 +654,7 @@ def _deadband(b: ParameterBuilder, _: PidaReal) -> None:
 
 def _connections(b: ParameterBuilder, item: PidaReal) -> None:
     """Connections of cascades and overrides, and the auto-tuning."""
-    slaves = {b.network.items[j].item.name for j in b.around.slaves}
+    slaves = {b.network.items[j].item.name for j in b.linked_blocks.slaves}
     cascade = {f"{name}.{key}" for name in slaves for key in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")}
     tracks = b.network.source(b.number, "TRK_IN") in cascade
     for key in ("TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR"):

@@ -134,7 +134,7 @@ def unreported_fields(
 ) -> Iterator[Change]:
     """The lines of those fields that no row is about; ``target``: the loop's data there."""
     for path, value in given:
-        key, text = dotted(path), _shown(value)
+        key, text = dotted(path), _plain_value(value)
         if any(overlap(key, row.field) for row in rows):
             continue
         if key in COMMON and target.get(key) == value:
@@ -146,13 +146,13 @@ def unreported_fields(
 
 def fields_of_loop(config: ConfigurationFile, i: int, *, with_plc: bool) -> Iterator[tuple[Path, object]]:
     """The fields that a file gives of a loop, and of the PLC beside it."""
-    yield from _given_as_written(config.loops[i])
+    yield from _fields_as_spelled(config.loops[i])
     plc = getattr(config, "plc", None)
     if with_plc and plc is not None:
-        yield from _given_as_written(plc, ("plc",))
+        yield from _fields_as_spelled(plc, ("plc",))
 
 
-def _given_as_written(model: BaseModel, above: Path = ()) -> Iterator[tuple[Path, object]]:
+def _fields_as_spelled(model: BaseModel, above: Path = ()) -> Iterator[tuple[Path, object]]:
     """The fields that a file gives of a model; addresses by their names, as the file has them."""
     fields = type(model).model_fields
     spellings = {key: mark.spell for key, row in fields.items() for mark in row.metadata if isinstance(mark, Parser)}
@@ -175,19 +175,19 @@ def items_beside_loops(
             key = f"blocks.{block.name}.{dotted(path)}"
             if not told.overlaps(key):
                 note = WITH_LOOP if is_told else UNKNOWN
-                yield Change(key, "dropped", _shown(value), None, note=note, loss=not is_told)
+                yield Change(key, "dropped", _plain_value(value), None, note=note, loss=not is_told)
     for name, value in getattr(config, "signals", {}).items():
         if not told.overlaps(f"signals.{name}"):
-            yield Change(f"signals.{name}", "dropped", _shown(value), None, note=WITH_READER)
+            yield Change(f"signals.{name}", "dropped", _plain_value(value), None, note=WITH_READER)
     for i, move in enumerate(getattr(config, "moves", ())):
         key = f"moves.{i}"
         if not told.overlaps(key):
             reason = reasons.get(key)
-            text = f"{_shown(move.move)} to {move.to}"
+            text = f"{_plain_value(move.move)} to {move.to}"
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 
-def _shown(value: object) -> Any:
+def _plain_value(value: object) -> Any:
     """A value as JSON has it; what is neither number nor word as text."""
     plain = value.text if isinstance(value, Wire) else json_value(value)
     return plain if isinstance(plain, bool | int | float | str | list) else str(plain)
@@ -222,8 +222,8 @@ def comments(doc: Document, loops: int, known: Collection[str] = ()) -> tuple[li
     texts: list[list[str]] = []
     for i, start in enumerate(starts):
         end = starts[i + 1] if i + 1 < loops else len(lines)
-        texts.append(_texts(lines[start:end], known))
-    return _texts(lines[: starts[0]] if starts else lines, known), texts
+        texts.append(_comments_of(lines[start:end], known))
+    return _comments_of(lines[: starts[0]] if starts else lines, known), texts
 
 
 def _first_line(doc: Document, lines: list[str], loop: int) -> int:
@@ -234,11 +234,11 @@ def _first_line(doc: Document, lines: list[str], loop: int) -> int:
     return line
 
 
-def _texts(lines: list[str], known: Collection[str]) -> list[str]:
+def _comments_of(lines: list[str], known: Collection[str]) -> list[str]:
     return [text for line in lines if (text := comment_of(line, known))]
 
 
-def with_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
+def insert_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
     """A file with comments at its head and above its loops."""
     out = [f"# {comment}" for comment in head]
     number, within = 0, False
@@ -403,7 +403,7 @@ class _Conversion:
         )
         reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.source_places)}
         reports = self._with_counts(reports, model, file.encoding)
-        reports |= {self.source_places[j]: list(map(_as_begun, reports[self.source_places[j]])) for j in first}
+        reports |= {self.source_places[j]: list(map(_mark_first_output, reports[self.source_places[j]])) for j in first}
         reported = [row for rows in reports.values() for row in rows]
         reports[self.source_places[0]] += items_beside_loops(self.config, reported, self._reasons())
         reasons = {entry.path[1]: entry.message for entry in reversed(missing)}
@@ -463,18 +463,18 @@ class _Conversion:
             merge_own_lines(rows, own, {row.field for row in own_lines.get(0, ()) if row.field.startswith("/")})
         )
         if (after := sides.loop_in_target(j)) is not None:
-            rows = [*correct_lines(rows, loop, after), *_other_derivative(rows, loop, after)]
+            rows = [*correct_lines(rows, loop, after), *_derivative_line(rows, loop, after)]
         lines = list(
             differing_rules(sides.operations_before[j], sides.operations_after[j], loop, is_master=sides.is_master(j))
         )
         about = {name for line in lines if line.loss for name in line.neutral}
-        rows = [_as_assumed(row) if about.intersection(row.neutral) else row for row in rows] + lines
+        rows = [_mark_assumed(row) if about.intersection(row.neutral) else row for row in rows] + lines
         given = fields_of_loop(self.config, self.source_places[j], with_plc=j == 0)
         reported = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
         return [*rows, *unreported_fields(given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j])]
 
 
-def _other_derivative(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
+def _derivative_line(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
     """A line about a derivative that acts on something else, where the source does not say on what."""
     one, two = before.tuning, after.tuning
     told = any(DERIVATIVE_ON in row.neutral for row in rows)
@@ -490,14 +490,14 @@ def _with_output(loop: Loop, output: Decimal | None) -> Loop:
     return loop.model_copy(update={"output": loop.output.model_copy(update={"manual": output})})
 
 
-def _as_begun(row: Change) -> Change:
+def _mark_first_output(row: Change) -> Change:
     """A line about the output in Manual that the source's limits, or its own zero, make another one."""
     if "output.manual" not in row.neutral or row.kind != "exact":
         return row
     return replace(row, kind="assumed", note="; ".join(filter(None, (row.note, FIRST_OUTPUT))))
 
 
-def _as_assumed(row: Change) -> Change:
+def _mark_assumed(row: Change) -> Change:
     """A line about a field that acts otherwise in the target, which another line tells."""
     return replace(row, kind="assumed") if row.kind == "exact" else row
 

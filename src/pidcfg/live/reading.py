@@ -32,7 +32,8 @@ D880 = Decision(
     "usual cause, and each number for itself looks like a difference.",
 )
 NEXT_TO_ZERO = 1e-30
-LISTED = 3
+QUOTED = 3
+"""Numbers that the remark names."""
 
 
 def implausible_contents(image: AnyImage) -> Iterator[str]:
@@ -40,10 +41,10 @@ def implausible_contents(image: AnyImage) -> Iterator[str]:
     numbers = {cell.address: cell.single for cell in image.cells if cell.single}
     odd = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NEXT_TO_ZERO]
     if len(odd) > len(numbers) / 2 and len(odd) > 1:
-        more = f" and {len(odd) - LISTED} more" if len(odd) > LISTED else ""
+        more = f" and {len(odd) - QUOTED} more" if len(odd) > QUOTED else ""
         yield (
-            f"{', '.join(odd[:LISTED])}{more} are next to 0: the two registers of a number seem to stand in the other "
-            "order; look at the set-up of the gateway, or state the order by --map"
+            f"{', '.join(odd[:QUOTED])}{more} are next to 0: the two registers of a number seem to stand in "
+            "the other order; look at the set-up of the gateway, or state the order by --map"
         )
 
 
@@ -115,28 +116,28 @@ class Registers:
 
     async def read(self, link: Link) -> dict[int, int]:
         """Raw contents by plain number; raises `PlcError`."""
-        before = await self._once(link)
+        before = await self._read_once(link)
         for _ in range(READINGS - 1):
-            words = await self._once(link)
-            changed = [n for n in {**before, **words} if not self._agree(n, before, words)]
+            words = await self._read_once(link)
+            changed = [n for n in {**before, **words} if not self._same_setting(n, before, words)]
             if not changed:
                 return words
             before = words
-        names = ", ".join(self._owned(n) for n in sorted(changed)[:MOST_NAMES])
+        names = ", ".join(self._name_with_loop(n) for n in sorted(changed)[:MOST_NAMES])
         said = f"settings changed during each of {READINGS} readings: {names}"
         raise PlcError(f"{link.address}: {said}; look who writes them: a download, an auto-tune, the ladder program")
 
-    def _owned(self, number: int) -> str:
+    def _name_with_loop(self, number: int) -> str:
         loop = self.owners().get(number)
         return f"{self.name(number)} of {loop}" if loop else self.name(number)
 
-    def _agree(self, number: int, one: Mapping[int, int], two: Mapping[int, int]) -> bool:
+    def _same_setting(self, number: int, one: Mapping[int, int], two: Mapping[int, int]) -> bool:
         if number not in one or number not in two:
             return False
-        mask = self._kept[number]
+        mask = self._setting_bits[number]
         return one[number] & mask == two[number] & mask
 
-    async def _once(self, link: Link) -> dict[int, int]:
+    async def _read_once(self, link: Link) -> dict[int, int]:
         """One reading; blocks may say where others are."""
         words: dict[int, int] = {}
         absent: set[int] = set()
@@ -156,7 +157,7 @@ class Registers:
                     raise
                 absent |= {area.start for area in missing if not await self._is_there(link, area)}
         written = tables_of(self.vendor).WRITTEN
-        self._kept = {n: mask for area in self.areas for n, mask in area.kept(written).items()}
+        self._setting_bits = {n: mask for area in self.areas for n, mask in area.kept(written).items()}
         return words
 
     async def _is_there(self, link: Link, area: Area) -> bool:
@@ -194,7 +195,7 @@ class Registers:
                 run.append(n)
                 end = max(end, place.register + place.width)
             loops = dict.fromkeys(owner[n] for n in run if owner.get(n))
-            what = self._named(run) + (f" of {', '.join(loops)}" if loops else "")
+            what = self._span_text(run) + (f" of {', '.join(loops)}" if loops else "")
             yield Request(first.table, first.register, end - first.register, what), {n: places[n] for n in run}
             rest = rest[len(run) :]
 
@@ -206,7 +207,7 @@ class Registers:
         """The loop that each register is of."""
         return {n: area.loop for area in self.areas for n in area.numbers}
 
-    def _named(self, run: Sequence[int]) -> str:
+    def _span_text(self, run: Sequence[int]) -> str:
         first, last = self.name(run[0]), self.name(run[-1])
         return first if len(run) == 1 else f"{first} to {last}"
 
@@ -240,10 +241,10 @@ class NamedRegisters(Registers):
         cells = [cell for cell in self.program.cells if not isinstance(cell.raw, Wire)]
         self.names: list[Any] = [cell.address for cell in cells if cell.address in numbering.places]
         table = tables_of(vendor).WRITTEN
-        self._kept: Any = {}
+        self._setting_bits: Any = {}
         for cell in cells:
             writer = writer_of(table, cell.field, _values(self.program, cell.loop))
-            self._kept[cell.address] = -1 if writer is None or writer.kind == "compared" else 0
+            self._setting_bits[cell.address] = -1 if writer is None or writer.kind == "compared" else 0
 
     def name(self, number: object) -> str:
         """A parameter as messages name it."""
@@ -258,7 +259,7 @@ class NamedRegisters(Registers):
         words: Mapping[Any, int] = await self.read(link)
         return with_contents(self.program, {name: self.content(name, words[name], link) for name in self.names})
 
-    async def _once(self, link: Link) -> dict[int, int]:
+    async def _read_once(self, link: Link) -> dict[int, int]:
         return await self.words(link, self.names)
 
     def content(self, name: str, raw: int, link: Link) -> Any:

@@ -9,7 +9,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.ledger import DEFAULT_MAX_LOSS, ConvertError, MaxLossError, json_value, parse_max_loss
-from pidcfg.conversion.pipeline import comments, convert, with_comments
+from pidcfg.conversion.pipeline import comments, convert, insert_comments
 from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import errors_in, finding_data, findings_data, short_repr
 from pidcfg.text.diagnostics import Diagnostic, Severity
@@ -239,7 +239,7 @@ def missing(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
 def text_of(outcome: Converted, document: Document) -> str:
     """The result as YAML, with the comments of the source: those of its loops where they went."""
     head, loops = comments(document, len(outcome.loops), _starter_comments())
-    return with_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.source_places])
+    return insert_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.source_places])
 
 
 @cache

@@ -64,7 +64,7 @@ def time_text(seconds: float) -> str:
 
 PV_SOURCES = (("pv", "tag"), ("devices", "PV"), ("pv", "transfer"))
 """Where a loop's configuration says from which device its PV comes; two loops that name the same share it."""
-LARGER = "Max"
+TAKES_LARGER = "Max"
 """In the type of a selector that takes the larger of its inputs."""
 
 
@@ -128,13 +128,15 @@ def _leaders(config: Any, plc: Plc) -> dict[int, int]:
     places: dict[object, list[int]] = defaultdict(list)
     for i, loop in enumerate(config.loops):
         inlet = plc.inlets.get(plc.loops[i])
-        source = inlet or next((repr(value) for path in PV_SOURCES if (value := _at(loop, path)) is not None), None)
+        source = inlet or next(
+            (repr(value) for path in PV_SOURCES if (value := _value_at(loop, path)) is not None), None
+        )
         if source is not None:
             places[source].append(i)
     return {i: loops[0] for loops in places.values() for i in loops[1:]}
 
 
-def _at(model: Any, path: tuple[str, ...]) -> Any:
+def _value_at(model: Any, path: tuple[str, ...]) -> Any:
     for key in path:
         model = model.get(key) if isinstance(model, dict) else getattr(model, key, None)
         if model is None:
@@ -155,7 +157,7 @@ def _selectors(config: Any, plc: Plc, influence: Influence) -> dict[int, Selecto
     for slot, loops in readers.items():
         block = plc.signals[slot].partition(".")[0] if slot < len(plc.signals) else ""
         if len(loops) > 1 and "Select" in kinds.get(block, "") and plc.signals[slot].endswith(".MV"):
-            selector = Selector(plc.signals[slot], LARGER in kinds[block], loops[0])
+            selector = Selector(plc.signals[slot], TAKES_LARGER in kinds[block], loops[0])
             found |= dict.fromkeys(loops, selector)
     return found
 
@@ -222,7 +224,7 @@ class LoopPlan:
     """Of the output."""
     step: float = 0.0
     """0: its set point is not moved."""
-    push: float = 0.0
+    disturbance: float = 0.0
     """Of the output; 0: nothing disturbs it."""
     crossover: float = 0.0
     integrates: bool = True
@@ -242,7 +244,9 @@ class LoopPlan:
         return 1.0 if self.gain > 0 else -1.0
 
 
-def make_plans(plc: Plc, neutral: Sequence[Loop | None], around: Connections, rises: Sequence[bool]) -> list[LoopPlan]:
+def make_plans(
+    plc: Plc, neutral: Sequence[Loop | None], connections: Connections, rises: Sequence[bool]
+) -> list[LoopPlan]:
     """The plan of each loop that is calculated; slaves first, since their masters wait for them.
 
     ``rises``: by loop, whether its plant's PV rises with the output.
@@ -252,36 +256,36 @@ def make_plans(plc: Plc, neutral: Sequence[Loop | None], around: Connections, ri
     def plan(i: int) -> None:
         if i in plans:
             return
-        slaves = [j for j in around.slaves(i) if j != i and not plc.configs[j].halt]
+        slaves = [j for j in connections.slaves(i) if j != i and not plc.configs[j].halt]
         for j in slaves:
             if j not in waiting:
                 waiting.add(j)
                 plan(j)
         inner = sum(INNER_LOOP_DELAY / plans[j].crossover for j in slaves[:1] if j in plans)
-        plans[i] = _plan(plc, i, neutral[i], around, inner, 1.0 if rises[i] else -1.0)
+        plans[i] = _plan(plc, i, neutral[i], connections, inner, 1.0 if rises[i] else -1.0)
 
     waiting: set[int] = set()
     for i in range(len(plc.loops)):
         if not plc.configs[i].halt:
             plan(i)
-    for i in sorted(plans, key=lambda i: len(_above(i, around))):
-        _settle(plans, around, plc, i)
+    for i in sorted(plans, key=lambda i: len(_masters_of(i, connections))):
+        _settle(plans, connections, plc, i)
     return [plans[i] for i in sorted(plans)]
 
 
-def _above(i: int, around: Connections) -> list[int]:
+def _masters_of(i: int, connections: Connections) -> list[int]:
     """The masters of a loop, up to the first."""
     above: list[int] = []
-    while i in around.masters and around.masters[i] not in above:
-        i = around.masters[i]
+    while i in connections.masters and connections.masters[i] not in above:
+        i = connections.masters[i]
         above.append(i)
     return above
 
 
-def _plan(plc: Plc, i: int, loop: Loop | None, around: Connections, inner: float, sign: float) -> LoopPlan:
+def _plan(plc: Plc, i: int, loop: Loop | None, connections: Connections, inner: float, sign: float) -> LoopPlan:
     """A loop by itself, ``inner`` s behind its slave; ``sign`` of its plant."""
     sample = plc.configs[i].period / TICKS
-    name, selector = plc.loops[i], around.selectors.get(i)
+    name, selector = plc.loops[i], connections.selectors.get(i)
     if plc.only_switches(i):
         time = SAMPLES_OF_SWITCHED * sample
         rest, is_set = _rest(plc, i, (0.1, 0.9))
@@ -308,7 +312,7 @@ def _plan(plc: Plc, i: int, loop: Loop | None, around: Connections, inner: float
     dead = 0.0 if plc.roots and plc.roots[i] is not None else plc.dead_band(i, plc.signal_values) / abs(high - low)
     plan = LoopPlan(
         i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
-        is_set=is_set, selector=selector, neutral=loop, push=DISTURBANCE if integrates else 0.0, dead=dead,
+        is_set=is_set, selector=selector, neutral=loop, disturbance=DISTURBANCE if integrates else 0.0, dead=dead,
         stiffness=0.0 if integrates or loop is None else crossover * time,
     )  # fmt: skip
     return replace(plan, step=_step(plan, quiet))
@@ -338,26 +342,28 @@ def _step(plan: LoopPlan, quiet: tuple[float, float]) -> float:
     return 0.0 if size < LEAST_STEP else size if up >= size else -size
 
 
-def _settle(plans: dict[int, LoopPlan], around: Connections, plc: Plc, i: int) -> None:
+def _settle(plans: dict[int, LoopPlan], connections: Connections, plc: Plc, i: int) -> None:
     """Brings a loop in line with those it hangs on: its master, the loop that shares its PV, or that has its valve."""
     plan = plans[i]
-    master = plans.get(around.masters.get(i, -1))
-    slave = next((plans[j] for j in around.slaves(i) if j in plans), None)
+    master = plans.get(connections.masters.get(i, -1))
+    slave = next((plans[j] for j in connections.slaves(i) if j in plans), None)
     if slave is not None and plan.neutral is not None and slave.neutral is not None:
         low, high = (float(end) for end in slave.neutral.pv.range)
         ends = [(end - low) / (high - low) for end in map(float, quiet_range(slave.neutral))]
         inner = max(plan.limits[0], ends[0]), min(plan.limits[1], ends[1])
         if inner[0] < inner[1] and plan.integrates:
             plan = replace(plan, output=(inner[0] + inner[1]) / 2)
-        plan = replace(plan, step=_within(plan.step, OUTPUT_SHARE * abs(plan.gain) * (inner[1] - inner[0]) / 2))
+        plan = replace(plan, step=_limit_size(plan.step, OUTPUT_SHARE * abs(plan.gain) * (inner[1] - inner[0]) / 2))
     if master is not None:
-        plan = replace(plan, rest=master.output, step=0.0, push=0.0, is_set=False)
-    elif i in around.given:
+        plan = replace(plan, rest=master.output, step=0.0, disturbance=0.0, is_set=False)
+    elif i in connections.given:
         low, high, _ = plc.scales[i]
         plan = replace(plan, step=0.0, is_set=False)
-    leader = plans.get(around.leaders.get(i, -1))
+    leader = plans.get(connections.leaders.get(i, -1))
     if leader is not None:
-        plan = replace(plan, rest=leader.rest, step=0.0, push=0.0, is_set=False, output=_held(plan, leader.rest))
+        plan = replace(
+            plan, rest=leader.rest, step=0.0, disturbance=0.0, is_set=False, output=_driven_output(plan, leader.rest)
+        )
     if plan.selector is not None and plan.selector.first != i:
         first = plans[plan.selector.first]
         asks_more = -1.0 if plan.selector.takes_larger else 1.0
@@ -367,20 +373,20 @@ def _settle(plans: dict[int, LoopPlan], around: Connections, plc: Plc, i: int) -
             plan,
             rest=plan.rest - asks_more * plan.sign * ASIDE_SHARE,
             step=0.0,
-            push=0.0,
+            disturbance=0.0,
             output=first.output,
             is_set=False,
         )
     plans[i] = plan
 
 
-def _held(plan: LoopPlan, pv: float) -> float:
+def _driven_output(plan: LoopPlan, pv: float) -> float:
     """The output of a loop whose PV another one holds at a value: at the limit to which its error drives it."""
     error = (plan.rest - pv) * plan.sign
     return plan.output if not error else plan.limits[1] if error > 0 else plan.limits[0]
 
 
-def _within(step: float, most: float) -> float:
+def _limit_size(step: float, most: float) -> float:
     return max(min(step, most), -most)
 
 
@@ -391,7 +397,7 @@ MOST_STEPS = 200_000
 """Base steps times loops of a drafted run: some seconds."""
 LEAD_SHARE = 0.1
 """Of each half of a run, what passes before the disturbances of the first; the steps begin the second."""
-NO_WORD = re.compile(r"[^\w.-]")
+UNNAMEABLE = re.compile(r"[^\w.-]")
 
 Row = dict[str, Any]
 
@@ -450,7 +456,7 @@ class PlanUnits:
 
     plc: Plc
     plans: Mapping[int, LoopPlan]
-    around: Connections
+    connections: Connections
 
     def pv(self, plan: LoopPlan, share: float) -> float:
         """A PV in the unit of its signal."""
@@ -484,11 +490,11 @@ class PlanUnits:
     def process(self, plan: LoopPlan) -> str:
         """The name of a loop's plant: the loop's own, unless its signal has to be wired to the PV."""
         apart = self.is_rooted(plan) or plan.name in self.plc.wired or self.followers(plan)
-        return plan.name if not apart else f"{NO_WORD.sub('_', plan.name)}_process"
+        return plan.name if not apart else f"{UNNAMEABLE.sub('_', plan.name)}_process"
 
     def followers(self, plan: LoopPlan) -> list[LoopPlan]:
         """The loops that share the PV of one."""
-        return [self.plans[i] for i, leader in self.around.leaders.items() if leader == plan.i and i in self.plans]
+        return [self.plans[i] for i, leader in self.connections.leaders.items() if leader == plan.i and i in self.plans]
 
     def measured(self, plan: LoopPlan) -> str:
         """The signal of a loop's plant, in an expression."""
@@ -514,9 +520,9 @@ def make_draft(units: PlanUnits, size: float = 1.0, *, steady: bool = True, leng
         _plant(units, plan, course)
     course.tolerance = list(_tolerances(units, size))
     course.events = [
-        *_start(units, course),
-        *_pushes(units, digits(LEAD_SHARE * half), size),
-        *_steps(units, half, size),
+        *_start_events(units, course),
+        *_disturbances(units, digits(LEAD_SHARE * half), size),
+        *_setpoint_steps(units, half, size),
     ]
     return course
 
@@ -543,7 +549,7 @@ def _initial(units: PlanUnits) -> dict[str, float]:
 def _plant(units: PlanUnits, plan: LoopPlan, course: DraftParts) -> None:
     """The plant of a loop, and what is wired to its PV; a loop that shares another one's PV has none of its own."""
     name, plc = units.process(plan), units.plc
-    leader = units.plans.get(units.around.leaders.get(plan.i, -1))
+    leader = units.plans.get(units.connections.leaders.get(plan.i, -1))
     inlet = plc.inlets.get(plan.name, f"{plan.name}.PV")
     if leader is not None:
         if plan.name not in plc.wired:
@@ -559,17 +565,19 @@ def _plant(units: PlanUnits, plan: LoopPlan, course: DraftParts) -> None:
         more, factor, out = _input(units, other)
         share = digits(factor / gain)
         times = "" if abs(share) == 1 else f"{digits(abs(share))} * "
-        text = f"{text or _out(units, plan)} {'+' if share > 0 else '-'} {times}{more or _out(units, other)}"
+        text = (
+            f"{text or _output_of(units, plan)} {'+' if share > 0 else '-'} {times}{more or _output_of(units, other)}"
+        )
         pull += share * out
     gain = digits(gain)
     row: Row = {"model": "first_order"} | ({"input": text} if text or name != plan.name else {})
     if "input" in row and not row["input"]:
-        row["input"] = _out(units, plan)
+        row["input"] = _output_of(units, plan)
     load = at_rest - gain * (u + pull)
     row |= {"gain": gain, "time_constant": digits(plan.time, 3), "dead_time": digits(plan.sample, 6)}
     row |= {"load": digits(load, 6)} if abs(load) > 1e-9 * units.span(plan) else {}
     row["initial"] = rounded_value(at_rest, units.span(plan))
-    course.plants.append(Line(row, _about(units, plan), name))
+    course.plants.append(Line(row, _plant_comment(units, plan), name))
     if name == plan.name:
         return
     low, high, _ = plc.scales[plan.i]
@@ -584,7 +592,7 @@ def _plant(units: PlanUnits, plan: LoopPlan, course: DraftParts) -> None:
 
 def _input(units: PlanUnits, plan: LoopPlan) -> tuple[str, float, float]:
     """What a plant reads (empty: its loop's output), its gain, and the value at rest."""
-    slave = next((units.plans[j] for j in units.around.slaves(plan.i) if j in units.plans), None)
+    slave = next((units.plans[j] for j in units.connections.slaves(plan.i) if j in units.plans), None)
     if slave is not None:
         return units.measured(slave), plan.gain * units.span(plan) / units.span(slave), units.pv(slave, slave.rest)
     low, high = units.scale(plan)
@@ -594,12 +602,12 @@ def _input(units: PlanUnits, plan: LoopPlan) -> tuple[str, float, float]:
     return text, plan.gain * units.span(plan) / (high - low), u
 
 
-def _out(units: PlanUnits, plan: LoopPlan) -> str:
+def _output_of(units: PlanUnits, plan: LoopPlan) -> str:
     return f"{plan.name}.{units.plc.out_name}"
 
 
-def _about(units: PlanUnits, plan: LoopPlan) -> str:
-    slave = next((units.plans[j] for j in units.around.slaves(plan.i) if j in units.plans), None)
+def _plant_comment(units: PlanUnits, plan: LoopPlan) -> str:
+    slave = next((units.plans[j] for j in units.connections.slaves(plan.i) if j in units.plans), None)
     if slave is not None:
         return f"behind {slave.name}"
     if plan.selector is not None and plan.selector.first != plan.i:
@@ -611,7 +619,7 @@ def _about(units: PlanUnits, plan: LoopPlan) -> str:
     return ""
 
 
-def _start(units: PlanUnits, course: DraftParts) -> Iterator[Line]:
+def _start_events(units: PlanUnits, course: DraftParts) -> Iterator[Line]:
     """What brings loops to where they rest: a set point, and Auto for those that begin in Manual."""
     for plan in units.plans.values():
         if plan.is_set:
@@ -627,7 +635,7 @@ def _start(units: PlanUnits, course: DraftParts) -> Iterator[Line]:
             yield Line({"at": 0, "loop": plan.name, "mode": "auto"}, f"configured: {goal}")
 
 
-def _steps(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
+def _setpoint_steps(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
     """Steps of the set points, and of the signals that the program makes set points of."""
     for plan in units.plans.values():
         if plan.step and size:
@@ -636,7 +644,7 @@ def _steps(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
             if value != before:
                 yield Line({"at": at, "loop": plan.name, "set": {"setpoint": value}}, f"from {before:g}")
     readers: dict[str, list[str]] = {}
-    for i, given in units.around.given.items():
+    for i, given in units.connections.given.items():
         if i in units.plans:
             readers.setdefault(given, []).append(units.plans[i].name)
     for name, loops in readers.items() if size else ():
@@ -647,15 +655,15 @@ def _steps(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
             )
 
 
-def _pushes(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
+def _disturbances(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
     """Disturbances: the load of each plant as if its output had moved."""
     for plan in units.plans.values():
-        if not plan.push or not size or (plan.name in units.plc.wired and plan.name not in units.plc.inlets):
+        if not plan.disturbance or not size or (plan.name in units.plc.wired and plan.name not in units.plc.inlets):
             continue
-        moved = plan.push * size * plan.gain * units.span(plan)
+        moved = plan.disturbance * size * plan.gain * units.span(plan)
         gain, u = _input(units, plan)[1:]
         load = digits(units.pv(plan, plan.rest) - digits(gain) * u - moved, 6)
         name = units.process(plan)
         whose = {"loop": name} if name == plan.name else {"plant": name}
-        share = f"asks for {abs(plan.push * size):.0%} more output".replace("%", " %")
+        share = f"asks for {abs(plan.disturbance * size):.0%} more output".replace("%", " %")
         yield Line({"at": at, **whose, "disturb": {"load": load}}, share)

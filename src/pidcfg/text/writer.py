@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 IN_QUOTES = re.compile(rf"[{CONTROL}]|#(?=#\w*\[)")
 """Control characters that JSON, and YAML in double quotes, may hold as they are; and what begins an order in a log."""
 WIDTH = 110
-ENDS_A_TEXT = frozenset("?:")
+FLOW_ENDINGS = frozenset("?:")
 """Signs that some readers take for the end of a text in flow style."""
 
 
@@ -52,7 +52,7 @@ def yaml_text(data: Data) -> str:
     yaml.indent(mapping=2, sequence=4, offset=2)
     yaml.representer.add_representer(Number, _number)
     out = io.StringIO()
-    yaml.dump(_styled(data), out)
+    yaml.dump(_in_flow_style(data), out)
     return _without_controls(out.getvalue())
 
 
@@ -64,31 +64,31 @@ def _number(representer: BaseRepresenter, text: Number) -> ScalarNode:
     return representer.represent_scalar(VersionedResolver().resolve(ScalarNode, str(text), (True, False)), str(text))
 
 
-def _styled(value: object, *, flow: bool = False) -> object:
+def _in_flow_style(value: object, *, flow: bool = False) -> object:
     """Short mappings and lists of scalars in flow style; texts that not every reader takes there are quoted."""
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
     from ruamel.yaml.scalarstring import DoubleQuotedScalarString, SingleQuotedScalarString
 
     if isinstance(value, dict):
-        short = flow or _flat(value)
-        mapping = CommentedMap((_styled(key), _styled(inner, flow=short)) for key, inner in value.items())
+        short = flow or _fits_a_line(value)
+        mapping = CommentedMap((_in_flow_style(key), _in_flow_style(inner, flow=short)) for key, inner in value.items())
         if short:
             mapping.fa.set_flow_style()
         return mapping
     if isinstance(value, list):
         short = flow or not any(isinstance(inner, dict | list) for inner in value)
-        sequence = CommentedSeq(_styled(inner, flow=short) for inner in value)
+        sequence = CommentedSeq(_in_flow_style(inner, flow=short) for inner in value)
         if short:
             sequence.fa.set_flow_style()
         return sequence
     if isinstance(value, str) and IN_QUOTES.search(value):
         return DoubleQuotedScalarString(value)
-    if flow and isinstance(value, str) and ENDS_A_TEXT.intersection(value):
+    if flow and isinstance(value, str) and FLOW_ENDINGS.intersection(value):
         return SingleQuotedScalarString(value)
     return value
 
 
-def _flat(value: Data) -> bool:
+def _fits_a_line(value: Data) -> bool:
     """Whether a mapping fits on one line: scalars and pairs, and one level of short mappings."""
     if any(isinstance(inner, dict) and any(isinstance(x, dict) for x in inner.values()) for inner in value.values()):
         return False

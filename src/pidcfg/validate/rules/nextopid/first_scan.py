@@ -105,17 +105,17 @@ Outputs = Mapping[str, float]
 """Outputs by name; a BOOL is 0 or 1."""
 
 
-def _selected(read: Read, kind: str, _: float) -> Outputs:
+def _select_output(read: Read, kind: str, _: float) -> Outputs:
     one, two = read("MV1"), read("MV2")
     is_first = one > two if kind == "ControlSelectMax" else one < two
     return {"MV": one if is_first else two, "OVERR1": not is_first, "OVERR2": is_first}
 
 
-def _filtered(read: Read, *_: object) -> Outputs:
+def _filter_output(read: Read, *_: object) -> Outputs:
     return {"OutVar": read("InVar")} if read("Tc") > 0 else {}
 
 
-def _led(read: Read, *_: object) -> Outputs:
+def _lead_lag_output(read: Read, *_: object) -> Outputs:
     if read("Tlead") < 0 or read("Tlag") <= 0:
         return {}
     if read("Disable"):
@@ -124,13 +124,13 @@ def _led(read: Read, *_: object) -> Outputs:
     return {"OutVar": max(min(out, read("Max_OutVar")), read("Min_OutVar"))}
 
 
-def _lagged(read: Read, kind: str, sample: float) -> Outputs:
+def _lag_output(read: Read, kind: str, sample: float) -> Outputs:
     start = read("Init_OutVar")
     is_sound = read("Tc") > 0 and read("Min_OutVar") <= start <= read("Max_OutVar")
     return {"OutVar": start} if is_sound and (kind == "ControlLag" or _samples(read, sample) is not None) else {}
 
 
-def _delayed(read: Read, _: str, sample: float) -> Outputs:
+def _delay_output(read: Read, _: str, sample: float) -> Outputs:
     samples = _samples(read, sample)
     return {} if samples is None else {"OutVar": read("InitDelayedVar" if samples else "InVar")}
 
@@ -141,16 +141,16 @@ def _samples(read: Read, sample: float) -> int | None:
     return round(single(time / sample)) if 0 <= time <= MOST_SAMPLES * sample else None
 
 
-STARTS_ANYWHERE = frozenset(("ControlLag", "ControlDelay", "ControlDelayLag"))
+OWN_FIRST_OUTPUT = frozenset(("ControlLag", "ControlDelay", "ControlDelayLag"))
 """Blocks whose first output is a parameter of their own, which they leave at once."""
 FIRST_CALLS: Mapping[str, Callable[[Read, str, float], Outputs]] = {
-    "ControlSelectMax": _selected,
-    "ControlSelectMin": _selected,
-    "ControlLowFilter": _filtered,
-    "ControlLeadLag": _led,
-    "ControlLag": _lagged,
-    "ControlDelayLag": _lagged,
-    "ControlDelay": _delayed,
+    "ControlSelectMax": _select_output,
+    "ControlSelectMin": _select_output,
+    "ControlLowFilter": _filter_output,
+    "ControlLeadLag": _lead_lag_output,
+    "ControlLag": _lag_output,
+    "ControlDelayLag": _lag_output,
+    "ControlDelay": _delay_output,
 }
 
 
@@ -177,7 +177,7 @@ class FirstScan:
         self.config, self.encoding, self.layout = config, encoding, encoding.layout
         self._found: dict[int, KnownValue | None] = {}
         self._in_progress: set[int] = set()
-        self._behind: dict[int, set[int]] = {}
+        self._read_blocks: dict[int, set[int]] = {}
 
     def known(self, number: int) -> KnownValue | None:
         """The value of a signal or parameter; None where it is unknown."""
@@ -212,16 +212,16 @@ class FirstScan:
         value = self._written(block, row.name)
         if isinstance(value, Wire):
             expression = self.encoding.wires.get((block, row.name))
-            return None if expression is None else self._of_wire(block, expression, row.type)
+            return None if expression is None else self._wire_value(block, expression, row.type)
         content = value_in_plc(row.type, value)
         return None if content is None else KnownValue(content)
 
     # --- wires and signals -------------------------------------------------------------------------------------------
 
-    def _of_wire(self, block: int, expression: Expression, kind: IecType) -> KnownValue | None:
+    def _wire_value(self, block: int, expression: Expression, kind: IecType) -> KnownValue | None:
         """What a wire gives a parameter. A number that an INT cannot hold is given as it is, for NX614 to say so."""
         if expression.signal is None:
-            return self._of_expression(expression, kind, lambda number: self._read(number, block))
+            return self._expression_value(expression, kind, lambda number: self._read(number, block))
         known = self._read(expression.signal, block)
         return None if known is None else known._replace(source=known.source or f" (of {expression.text})")
 
@@ -233,7 +233,7 @@ class FirstScan:
         block, row = owner
         is_wired = isinstance(self._written(block, row.name), Wire)
         is_written = row.access == "output" or is_wired
-        if number in self._moved or (is_written and reader in self._waits_for(block)):
+        if number in self._move_targets or (is_written and reader in self._waits_for(block)):
             return None
         if is_wired and row.type is INT:
             known = known._replace(value=as_int(known.value))
@@ -241,9 +241,9 @@ class FirstScan:
 
     def _waits_for(self, block: int) -> set[int]:
         """The block itself, and all whose values it reads, however indirectly."""
-        if block not in self._behind:
-            self._behind[block] = {block, *reach(block, self._waits, self._all_blocks)}
-        return self._behind[block]
+        if block not in self._read_blocks:
+            self._read_blocks[block] = {block, *reach(block, self._waits, self._all_blocks)}
+        return self._read_blocks[block]
 
     @cached_property
     def _waits(self) -> list[set[int]]:
@@ -253,7 +253,7 @@ class FirstScan:
     def _all_blocks(self) -> set[int]:
         return set(range(len(self.layout.instances)))
 
-    def _of_expression(
+    def _expression_value(
         self, expression: Expression, kind: IecType, read: Callable[[int], KnownValue | None]
     ) -> KnownValue | None:
         """The value of an expression of known values; None where one of them is unknown, or comes from the plant."""
@@ -276,7 +276,7 @@ class FirstScan:
         names, values = list(self.layout.signals), list[KnownValue | None]()
         for i, (name, kind) in enumerate(self.layout.signals.items()):
             content = value_in_plc(kind, self.config.signals[name])
-            lasts = MEASURED if i in self._measured else AT_FIRST
+            lasts = MEASURED if i in self._pv_signals else AT_FIRST
             values.append(None if content is None else KnownValue(content, f" (first value of {name})", lasts))
 
         def read(number: int) -> KnownValue | None:
@@ -285,8 +285,8 @@ class FirstScan:
         for copy in self.encoding.copies:
             if copy is None or not copy.at_start or copy.target >= len(values):
                 continue
-            when = KnownValue(value=True) if copy.when is None else self._of_expression(copy.when, BOOL, read)
-            moved = None if when is None else self._of_expression(copy.value, copy.type, read)
+            when = KnownValue(value=True) if copy.when is None else self._expression_value(copy.when, BOOL, read)
+            moved = None if when is None else self._expression_value(copy.value, copy.type, read)
             if moved is not None:
                 value = as_int(moved.value) if copy.type is INT else moved.value
                 moved = KnownValue(value, f" ({names[copy.target]} at the first scan)", AT_FIRST)
@@ -295,12 +295,12 @@ class FirstScan:
         return values
 
     @cached_property
-    def _moved(self) -> frozenset[int]:
+    def _move_targets(self) -> frozenset[int]:
         """What moves at the start write."""
         return frozenset(copy.target for copy in self.encoding.copies if copy is not None and copy.at_start)
 
     @cached_property
-    def _measured(self) -> frozenset[int]:
+    def _pv_signals(self) -> frozenset[int]:
         """The signals that a PV is made of, through wires and blocks other than loops."""
         found: set[int] = set()
         waiting = [self.layout.numbers[f"{b.name}.PV"] for b in self.layout.instances if b.kind.name in LOOP_TYPES]
@@ -334,5 +334,5 @@ class FirstScan:
         content = None if value is None else _content(row.type, value)
         if content is None:
             return None
-        lasts = min([PASSING if kind in STARTS_ANYWHERE else AT_FIRST, *(known.lasts for known in taken)])
+        lasts = min([PASSING if kind in OWN_FIRST_OUTPUT else AT_FIRST, *(known.lasts for known in taken)])
         return KnownValue(content, f" ({name}.{row.name} at the first scan)", lasts)
