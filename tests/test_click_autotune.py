@@ -263,7 +263,7 @@ def test_results_stand_in_the_registers_in_single_precision():
     rig = settled(autotune={"method": "open"})
     results = tuned(rig)["results"]
     own = rig.plc._loops[0]
-    own.absorb(rig.states[0])
+    own.store_results(rig.states[0])
 
     for name in ("proportional_gain", "reset_time", "derivative_gain"):
         assert (

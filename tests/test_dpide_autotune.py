@@ -11,7 +11,7 @@ from dpide_rig import Rig
 from pidcfg.cli.formats.runs import autotune_text
 from pidcfg.sim.controllers.click.scan import Click
 from pidcfg.sim.controllers.dl06.plc import Dl06
-from pidcfg.sim.controllers.dpide.equation import PATIENCE_SAMPLES, REASONS, Config, State, balance, measure, usable
+from pidcfg.sim.controllers.dpide.equation import PATIENCE_SAMPLES, REASONS, Config, State, balance, is_usable, measure
 from pidcfg.sim.controllers.dpide.scan import Dpide
 from pidcfg.sim.controllers.ezlogix.scan import Ezlogix
 from pidcfg.sim.controllers.kernels import single
@@ -332,8 +332,8 @@ def test_a_result_beyond_single_precision():
     process = FirstOrder(1e-41, 60.0, 10.0, initial=0.0)
 
     assert failed(tuned(process=process, SV=1e-5, MV_MAX=3e38))[0].endswith("that its operand can hold")
-    assert usable(1.0)
-    assert not any(map(usable, (0.0, -1.0, math.inf, math.nan)))
+    assert is_usable(1.0)
+    assert not any(map(is_usable, (0.0, -1.0, math.inf, math.nan)))
 
 
 def test_a_failure_in_pid_mode_2_goes_back_there():

@@ -120,7 +120,7 @@ def test_every_address_and_parameter_is_explained(vendor):
         for word in block.table.words:
             for value in ("", "=0"):
                 name = book.space.name(start + word.offset)
-                thing = f"{name}{value}" if block.mentioned else f"ramp+{word.offset:o}{value}"
+                thing = f"{name}{value}" if block.in_loop else f"ramp+{word.offset:o}{value}"
                 (page,) = pages(thing, vendor=vendor, loop=True)
                 assert page.title == word.title
                 assert page.reference

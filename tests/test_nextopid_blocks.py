@@ -22,11 +22,11 @@ from pidcfg.sim.controllers import nextopid as block_decisions
 from pidcfg.sim.controllers.kernels import single
 from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.controllers.nextopid.terms import (
-    ALL_THE_WAY,
     AUTO_MODE,
     BAD_DEAD_BAND,
     BAD_PV_LIMITS,
     ERROR_BASE,
+    LARGEST_RATIO,
     MANUAL_MODE,
     Config,
     State,
@@ -819,7 +819,7 @@ def test_it_has_no_jump_where_it_is_calculated_in_another_way(edge):
 
 def test_nothing_in_no_time_and_everything_in_a_long_one():
     assert lag_share(0.0) == 0.0
-    assert lag_share(ALL_THE_WAY) == lag_share(1e300) == lag_share(math.inf) == 1.0
+    assert lag_share(LARGEST_RATIO) == lag_share(1e300) == lag_share(math.inf) == 1.0
     assert lag_share(5e-324) == 5e-324
 
 

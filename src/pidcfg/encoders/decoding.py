@@ -23,15 +23,15 @@ from pidcfg.vendors import VENDORS, Vendor
 
 # --- A memory listing of any vendor and format to a configuration -----------------------------------------------------
 
-NOTHING = {bool: False, int: 0, float: 0.0}
+ZERO_BY_TYPE = {bool: False, int: 0, float: 0.0}
 """What stands for a content that is no value, by its type."""
 CONFIGURATION = re.compile(r"^pidcfg:", re.MULTILINE)
-SEPARATED = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
+NAME_AND_SIGN = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
 """An address or name, and behind it another sign than the blank of a text listing."""
 MOST_DIGITS = DEFAULT.scalar_bytes
 """Digits of a number: as many as a value of a configuration may have signs, and fewer than Python reads."""
-ENDLESS = re.compile(rf"(?<![0-9])[0-9]{{{MOST_DIGITS + 1},}}")
-INSTEAD = "decode what 'pidcfg encode' writes as text, csv or json, or read the PLC itself with 'pidcfg pull --map'"
+LONG_NUMBER = re.compile(rf"(?<![0-9])[0-9]{{{MOST_DIGITS + 1},}}")
+OTHER_WAYS = "decode what 'pidcfg encode' writes as text, csv or json, or read the PLC itself with 'pidcfg pull --map'"
 HEAD = 1000
 """Characters in which a listing names its vendor."""
 
@@ -73,9 +73,9 @@ def _no_listing(text: str, kinds: Mapping[str, FileKind]) -> str:
     if CONFIGURATION.search(text):
         return "this is a file of pidcfg and no listing; 'pidcfg encode' writes the words of a configuration"
     if {"table", "register"} <= set(columns(text)):
-        return f"this is a Modbus listing, whose registers only a map of the project explains: {INSTEAD}"
+        return f"this is a Modbus listing, whose registers only a map of the project explains: {OTHER_WAYS}"
     problem = f"this is no memory listing that pidcfg reads ({', '.join(kinds)})"
-    row = SEPARATED.match(first_line(text))
+    row = NAME_AND_SIGN.match(first_line(text))
     if row is None or not kinds["text"].looks_like(f"{row['name']} "):
         return problem
     return f"{problem}; write blanks in place of {row['sign']!r} behind {row['name']}, or begin a table with {HEADERS}"
@@ -89,7 +89,7 @@ def _text_of(data: bytes, kinds: Iterable[FileKind]) -> str:
         for kind in kinds:
             if kind.encoding != "utf-8":
                 with suppress(ListingError):
-                    text = _decoded(data, kind.encoding)
+                    text = _decode_bytes(data, kind.encoding)
                     if kind.looks_like(text):
                         return text
         raise
@@ -103,29 +103,29 @@ def refuse_large(data: bytes, limits: Limits) -> None:
 
 def listing_text(data: bytes) -> str:
     """The text of a file in UTF-8, or in UTF-16 when it begins so."""
-    return _decoded(data, "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
+    return _decode_bytes(data, "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
 
 
 def exact_text(data: bytes, encoding: str) -> str:
     """The text of a file that goes back byte for byte: a byte order mark stays its first character."""
-    return _decoded(data, encoding)
+    return _decode_bytes(data, encoding)
 
 
-def _decoded(data: bytes, encoding: str) -> str:
+def _decode_bytes(data: bytes, encoding: str) -> str:
     try:
         text = data.decode(encoding)
     except UnicodeDecodeError as error:
         place = f"byte 0x{data[error.start]:02X} at {error.start}" if error.start < len(data) else "the end of the file"
         name = encoding.upper().removesuffix("-SIG").removesuffix("-LE")
         raise ListingError(f"{place} is not {name}; save the file as {name}") from None
-    if endless := ENDLESS.search(text):
+    if endless := LONG_NUMBER.search(text):
         begin = text.rfind("\n", 0, endless.start()) + 1
         line, column = text.count("\n", 0, begin) + 1, endless.start() - begin + 1
         raise ListingError(f"a number of {len(endless[0])} digits; the limit is {MOST_DIGITS}", line, column)
     return text
 
 
-def together(listings: list[Listing]) -> Listing:
+def join_listings(listings: list[Listing]) -> Listing:
     """Several files of one image as one; an address in two of them is refused."""
     first, *others = sorted(listings, key=lambda listing: not listing.leads)
     for other in others:
@@ -141,9 +141,9 @@ def with_names(listing: Listing, image: Image) -> Listing:
     settings = listing.settings
     if settings:
         by_name = {name_in(entry): entry for entry in image.settings}
-        settings = tuple(_merged(by_name.get(name_in(entry), {}), entry) for entry in settings)
+        settings = tuple(_merge_settings(by_name.get(name_in(entry), {}), entry) for entry in settings)
     else:
-        settings = tuple(entry for entry in image.settings if _is_held(name_in(entry), listing))
+        settings = tuple(entry for entry in image.settings if _may_hold(name_in(entry), listing))
     return replace(listing, settings=settings, plc={**image.plc, **listing.plc})
 
 
@@ -152,7 +152,7 @@ def name_in(entry: Mapping[str, object]) -> str:
     return str(entry.get("loop") or entry.get("block") or "")
 
 
-def _is_held(name: object, listing: Listing) -> bool:
+def _may_hold(name: object, listing: Listing) -> bool:
     """Whether a listing may hold a loop: where its words have names, one of them begins with the loop's."""
     return any(not isinstance(word, str) or word.startswith(f"{name}.") for word in listing.words)
 
@@ -162,11 +162,11 @@ def like_options(listing: Listing, options: Mapping[str, object]) -> Mapping[str
     return options if listing.settings else {**options, "names_only": True}
 
 
-def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, object]:
+def _merge_settings(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, object]:
     merged = {**under, **over}
     for key in under.keys() & over.keys():
         if isinstance(under[key], dict) and isinstance(over[key], dict):
-            merged[key] = _merged(under[key], over[key])
+            merged[key] = _merge_settings(under[key], over[key])
     return merged
 
 
@@ -216,7 +216,7 @@ def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, object]
         try:
             return encoder_of(vendor).decode(words, listing.settings, listing.plc, options), wrong
         except NoValueError as error:
-            words[error.place] = nothing(words[error.place])
+            words[error.place] = zero_of(words[error.place])
             wrong.append(str(error))
 
 
@@ -252,14 +252,14 @@ def check_settings(listing: Listing, vendor: Vendor) -> None:
             if error.place not in words or error.place in unreadable:
                 raise
             unreadable.add(error.place)
-            words[error.place] = nothing(words[error.place])
+            words[error.place] = zero_of(words[error.place])
         else:
             return
 
 
-def nothing(content: Any) -> Any:
+def zero_of(content: Any) -> Any:
     """What stands for a content that is no value."""
-    return NOTHING.get(type(content), 0.0)
+    return ZERO_BY_TYPE.get(type(content), 0.0)
 
 
 # --- A listing read as far as it goes: what is refused of it is named, and hides nothing else -------------------------
@@ -327,9 +327,9 @@ class _Reader:
                 return self._reading(config, encoder_of(self.vendor).encode(config))
             except DecodeError as error:
                 if isinstance(error, RefusedError) and self.like is not None:
-                    is_cured = self._without_refused(error)
+                    is_cured = self._replace_refused(error)
                 else:
-                    is_cured = self._without_word(error) or self._completed()
+                    is_cured = self._replace_word(error) or self._add_missing_words()
                 if not is_cured and self.like is None:
                     raise ListingError(str(error), self.listing.lines.get(error.place, 1)) from None
                 if not is_cured:
@@ -340,13 +340,13 @@ class _Reader:
         notes = (*self.listing.notes, *note)
         return Reading(self.listing, config, encoding, self.unreadable, self.partial, notes, self.refused, fault)
 
-    def _without_word(self, error: DecodeError) -> bool:
+    def _replace_word(self, error: DecodeError) -> bool:
         """Leaves out a word that is no value, at first by what the other side has, then altogether."""
         place = error.place
         if place not in self.listing.words or place not in self.words:
             return False
         if place not in self.unreadable:
-            self.words[place] = self.given.get(place, nothing(self.words[place]))
+            self.words[place] = self.given.get(place, zero_of(self.words[place]))
         elif place not in self.given:
             del self.words[place]
         else:
@@ -354,7 +354,7 @@ class _Reader:
         self.unreadable.setdefault(place, str(error))
         return True
 
-    def _completed(self) -> bool:
+    def _add_missing_words(self) -> bool:
         """Takes words that are missing from the other side."""
         if self.given.keys() <= self.words.keys():
             return False
@@ -363,16 +363,16 @@ class _Reader:
 
     # --- what a schema refuses --------------------------------------------------------------------------------------
 
-    def _without_refused(self, error: RefusedError) -> bool:
+    def _replace_refused(self, error: RefusedError) -> bool:
         """Takes what a schema refuses from the other side: a setting beside the words, or words of one section."""
-        path = _named(error.path)
+        path = _setting_path(error.path)
         if error.where == "plc":
-            return self._settled(("", dotted(("plc", *path))), self.plc, self.image.plc, path, error)
+            return self._replace_setting(("", dotted(("plc", *path))), self.plc, self.image.plc, path, error)
         if error.where.startswith("settings["):
             i = int(error.where.removeprefix("settings[").removesuffix("]"))
             entry = self.settings[i]
-            return self._settled((name_in(entry), dotted(path)), entry, self._other(entry, i), path, error)
-        return self._without_section(error)
+            return self._replace_setting((name_in(entry), dotted(path)), entry, self._other(entry, i), path, error)
+        return self._replace_section(error)
 
     def _other(self, entry: Mapping[str, object], i: int) -> Mapping[str, object]:
         """The settings of the other side for a loop: by its name, else by its place."""
@@ -380,7 +380,7 @@ class _Reader:
         named = next((other for other in entries if name_in(other) == name_in(entry)), None)
         return named or (entries[i] if i < len(entries) else {})
 
-    def _settled(
+    def _replace_setting(
         self,
         key: tuple[str, str],
         entry: dict[str, object],
@@ -398,7 +398,7 @@ class _Reader:
             del value_at(entry, path[:-1])[path[-1]]
         return True
 
-    def _without_section(self, error: RefusedError) -> bool:
+    def _replace_section(self, error: RefusedError) -> bool:
         """Takes the words and settings of a section that contradict each other from the other side."""
         name, path = self._owner(error.path)
         if not path:
@@ -417,7 +417,7 @@ class _Reader:
         if i is None or not has_key(self.settings[i], path):
             return bool(places)
         entry = self.settings[i]
-        return self._settled((name, dotted(path)), entry, self._other(entry, i), path, error) or bool(places)
+        return self._replace_setting((name, dotted(path)), entry, self._other(entry, i), path, error) or bool(places)
 
     def _owner(self, path: Path) -> tuple[str, Path]:
         """The loop or block that a place of the configuration is in, and the rest of the place."""
@@ -432,10 +432,10 @@ class _Reader:
             if has_key(item, (step,)) or (isinstance(item, dict) and inner):
                 inner.append(step)
                 item = value_at(item, (step,))
-        return str(value_at(self.data, (top, rest[0], "name"))), _named(inner)
+        return str(value_at(self.data, (top, rest[0], "name"))), _setting_path(inner)
 
 
-def _named(path: Sequence[str | int]) -> Path:
+def _setting_path(path: Sequence[str | int]) -> Path:
     """A place up to its first list: a pair is one setting."""
     whole = steps(dotted(path))
     end = next((i for i, step in enumerate(whole) if isinstance(step, int)), len(whole))

@@ -113,7 +113,7 @@ class Row(NamedTuple):
             raise LookupError(f"{register}, beyond the last register, {WORD_MAX}")
         return Place(cast("Table", self.table), register, width, self.high_first, bit)
 
-    def wrong(self, cell: str, message: str) -> MapError:
+    def error_in(self, cell: str, message: str) -> MapError:
         """The error of one of its cells."""
         return MapError(message, self.line, self.columns.get(cell, 1))
 
@@ -189,15 +189,15 @@ def _row(cells: list[tuple[str, int]], header: tuple[str, ...], line: int) -> Ro
     end = cells[-1][1] + len(cells[-1][0]) + 1
     row = Row(texts.get("symbol", ""), NONE, line=line, columns={**dict.fromkeys(header, end), **columns})
     if not row.symbol:
-        raise row.wrong("symbol", "the row names no symbol")
+        raise row.error_in("symbol", "the row names no symbol")
     table = texts.get("table", "").lower()
     if table == NONE:
         if any(texts.get(key) for key in ("register", "type", "order")):
-            raise row.wrong("table", f"{row.symbol} is in no table, but the row says more")
+            raise row.error_in("table", f"{row.symbol} is in no table, but the row says more")
         return row
     if table not in TABLES:
         wanted = f"write {', '.join(TABLES)}, or {NONE} where no register has {row.symbol}"
-        raise row.wrong("table", f"{texts.get('table', '')!r} is no table; {wanted}")
+        raise row.error_in("table", f"{texts.get('table', '')!r} is no table; {wanted}")
     row = row._replace(table=next(name for name in TABLES if name == table))
     row = row._replace(type=_type(row, texts.get("type", "")))
     row = _with_register(row, texts.get("register", ""))
@@ -209,31 +209,31 @@ def _type(row: Row, text: str) -> str:
     if kind not in WIDTHS:
         near = closest_name(kind, WIDTHS)
         cure = f"did you mean {near}?" if near else f"write one of {', '.join(WIDTHS)}"
-        raise row.wrong("type", f"{text!r} is no type; {cure}" if text else f"the type is missing; {cure}")
+        raise row.error_in("type", f"{text!r} is no type; {cure}" if text else f"the type is missing; {cure}")
     if (kind == "bool") < (row.table in BITS):
-        raise row.wrong("type", f"a {row.table} holds a bool, not {kind}")
+        raise row.error_in("type", f"a {row.table} holds a bool, not {kind}")
     return kind
 
 
 def _with_register(row: Row, text: str) -> Row:
     if not text:
         first = f"{row.table} 0 is what references call {reference(cast('Table', row.table), 0)}"
-        raise row.wrong("register", f"the register of {row.symbol} is missing; write its number from 0 on: {first}")
+        raise row.error_in("register", f"the register of {row.symbol} is missing; write its number from 0 on: {first}")
     match = REGISTER.fullmatch(text)
     if match is None:
-        raise row.wrong("register", f"{text!r} is no register; write 0 to {WORD_MAX}, of a bit such as 100.3")
+        raise row.error_in("register", f"{text!r} is no register; write 0 to {WORD_MAX}, of a bit such as 100.3")
     number = int(match["number"], 16 if match["number"][:2].lower() == "0x" else 10)
     _refuse_reference(row, match["number"], number)
     if number + WIDTHS[row.type] - 1 > WORD_MAX:
-        raise row.wrong("register", f"{row.symbol} would end at {number + WIDTHS[row.type] - 1}, beyond {WORD_MAX}")
+        raise row.error_in("register", f"{row.symbol} would end at {number + WIDTHS[row.type] - 1}, beyond {WORD_MAX}")
     bit = None if match["bit"] is None else int(match["bit"])
     if (bit is not None) != (row.type == "bool" and row.table not in BITS):
         if bit is None:
             cure = f"say its bit, such as {text}.0, or take a coil or discrete"
-            raise row.wrong("register", f"a {row.table} register has 16 switches: {cure}")
-        raise row.wrong("register", f"{text!r} is a bit, and {row.symbol} a {row.type} of {row.table}")
+            raise row.error_in("register", f"a {row.table} register has 16 switches: {cure}")
+        raise row.error_in("register", f"{text!r} is a bit, and {row.symbol} a {row.type} of {row.table}")
     if bit is not None and bit > LAST_BIT:
-        raise row.wrong("register", f"{text!r}: the bits of a register are 0 to {LAST_BIT}")
+        raise row.error_in("register", f"{text!r}: the bits of a register are 0 to {LAST_BIT}")
     return row._replace(register=number, bit=bit)
 
 
@@ -242,19 +242,19 @@ def _refuse_reference(row: Row, text: str, number: int) -> None:
     table = cast("Table", row.table)
     short, long = FIRST_REFERENCE[table]
     if len(text) > 1 and text[0] == "0" and text[1] not in "xX":
-        raise row.wrong("register", f"{text} may be a number or a reference; write {number} or {max(number - 1, 0)}")
+        raise row.error_in("register", f"{text} may be a number or a reference; write {number} or {max(number - 1, 0)}")
     first = next((n for n in (short, long) if n > 1 and n <= number < n + FIVE_DIGITS), None)
     if first is not None and text[1] not in "xX":
         other = f", or 0x{number:X} if {number} itself is meant" if number <= WORD_MAX else ""
         said = f"{number} is how references call {table} {number - first}; write {number - first}{other}"
-        raise row.wrong("register", said)
+        raise row.error_in("register", said)
 
 
 def _order(row: Row, text: str) -> bool:
     if text and WIDTHS[row.type] == 1:
-        raise row.wrong("order", f"{row.symbol} is in one place and has no order; leave {text!r} out")
+        raise row.error_in("order", f"{row.symbol} is in one place and has no order; leave {text!r} out")
     if text and text.lower() not in ORDERS:
-        raise row.wrong("order", f"{text!r} is no order; write {' or '.join(ORDERS)}")
+        raise row.error_in("order", f"{text!r} is no order; write {' or '.join(ORDERS)}")
     return ORDERS.get(text.lower(), False)
 
 
@@ -338,7 +338,7 @@ class StatedNumbering:
         last = max(rows, key=lambda row: row.line)
         lines = " and ".join(str(row.line) for row in sorted(rows, key=lambda row: row.line))
         both = f"{self.space.name(one)} and {self.space.name(two)} are both at {place_text(place)} by lines {lines}"
-        return last.wrong("register", f"{both}; each needs a place of its own")
+        return last.error_in("register", f"{both}; each needs a place of its own")
 
 
 def places_of(place: Place) -> Iterable[tuple[str, int, int]]:
@@ -353,7 +353,7 @@ def read_map(text: str, space: Space) -> StatedNumbering:
     for row in read_rows(text):
         start = _start(row, space)
         if start in rows:
-            raise row.wrong("symbol", f"{row.symbol} stands here again; first in line {rows[start].line}")
+            raise row.error_in("symbol", f"{row.symbol} stands here again; first in line {rows[start].line}")
         rows[start] = row
     return StatedNumbering(space, tuple(sorted(rows.items())))
 
@@ -362,12 +362,16 @@ def _start(row: Row, space: Space) -> int:
     start = space.parse(row.symbol.upper())
     if start is None:
         banks = ", ".join(f"{bank.name(bank.first)} to {bank.name(bank.last)}" for bank in space.banks)
-        raise row.wrong("symbol", f"{row.symbol!r} is no register of this vendor, which has {banks}")
+        raise row.error_in("symbol", f"{row.symbol!r} is no register of this vendor, which has {banks}")
     if row.table == NONE:
-        raise row.wrong("table", f"the registers of a block follow each other: {row.symbol} cannot be without a table")
+        raise row.error_in(
+            "table", f"the registers of a block follow each other: {row.symbol} cannot be without a table"
+        )
     known = map_types_of(space.kind(start))
     if row.type not in known:
-        raise row.wrong("type", f"{row.symbol} holds {space.kind(start).holds}: {' or '.join(known)}, not {row.type}")
+        raise row.error_in(
+            "type", f"{row.symbol} holds {space.kind(start).holds}: {' or '.join(known)}, not {row.type}"
+        )
     return start
 
 
@@ -396,7 +400,7 @@ D893 = Decision(
     "device, an input of a function, and what runs need none.",
     "A comparison that leaves out a setting in silence calls two different PLCs alike.",
 )
-FEW = 5
+MOST_NAMES_SHOWN = 5
 
 
 class Point(NamedTuple):
@@ -480,50 +484,50 @@ def read_symbol_map(text: str, symbols: Symbols) -> NamedNumbering:
         if device is not None and point is None:
             same = [other for start, other in banks if start == device]
             _refuse_again(row, [other for other in same if other.type == row.type])
-            _refuse_apart(row, same)
-            banks.append((device, _of_device(row, symbols)))
+            _refuse_second_place(row, same)
+            banks.append((device, _check_device_row(row, symbols)))
         elif point is not None:
             _refuse_again(row, [single[point.name]] if point.name in single else [])
-            single[point.name] = _of_point(row, point)
+            single[point.name] = _check_point_row(row, point)
         elif not symbols.is_foreign(row.symbol):
             near = closest_name(row.symbol, symbols.points)
             cure = f"did you mean {near}?" if near else "write the name of a parameter"
-            raise row.wrong("symbol", f"{row.symbol!r} is not {symbols.title}; {cure}")
+            raise row.error_in("symbol", f"{row.symbol!r} is not {symbols.title}; {cure}")
     return _numbering(symbols, single, banks, rows[-1].line)
 
 
 def _refuse_again(row: Row, others: list[Row]) -> None:
     if others:
-        raise row.wrong("symbol", f"{row.symbol} stands here again; first in line {others[0].line}")
+        raise row.error_in("symbol", f"{row.symbol} stands here again; first in line {others[0].line}")
 
 
-def _refuse_apart(row: Row, others: list[Row]) -> None:
+def _refuse_second_place(row: Row, others: list[Row]) -> None:
     """A device is in one place, whatever the type of what stands there."""
     here = (row.table, row.register, row.bit)
     for other in others:
         if (other.table, other.register, other.bit) != here:
             place = f"{other.table} {other.register}"
-            raise row.wrong("register", f"{row.symbol} is at {place} by line {other.line}, and cannot be elsewhere")
+            raise row.error_in("register", f"{row.symbol} is at {place} by line {other.line}, and cannot be elsewhere")
 
 
-def _of_point(row: Row, point: Point) -> Row:
+def _check_point_row(row: Row, point: Point) -> Row:
     known = types_of(point.type)
     if row.table != NONE and row.type not in known:
         fits = f"{' or '.join(known)}, not {row.type}" if known else "no type of a map fits it"
-        raise row.wrong("type", f"{point.name} is {point.type.name}: {fits}")
+        raise row.error_in("type", f"{point.name} is {point.type.name}: {fits}")
     return row
 
 
-def _of_device(row: Row, symbols: Symbols) -> Row:
+def _check_device_row(row: Row, symbols: Symbols) -> Row:
     here = [point for point in symbols.points.values() if point.device == row.symbol]
     if row.table == NONE:
         cure = f"; write {here[0].name},{NONE}" if here else ""
-        raise row.wrong("table", f"{row.symbol} begins a bank{cure}")
+        raise row.error_in("table", f"{row.symbol} begins a bank{cure}")
     for point in here:
         if row.type not in types_of(point.type):
             fits = " or ".join(types_of(point.type))
             message = f"{row.symbol} is {point.name} of type {point.type.name}: {fits}, not {row.type}"
-            raise row.wrong("type", message)
+            raise row.error_in("type", message)
     return row
 
 
@@ -544,12 +548,12 @@ def _numbering(
         try:
             places[point.name] = row.place(steps)
         except LookupError as error:
-            raise row.wrong("register", f"{_named(point)} would be at {error}") from None
+            raise row.error_in("register", f"{_named(point)} would be at {error}") from None
         lines[point.name] = row
     without = tuple(name for name, row in single.items() if row.table == NONE)
     missing = [p for p in symbols.points.values() if p.needed and p.name not in places and p.name not in without]
     if missing:
-        raise MapError(_gap(missing), last)
+        raise MapError(_missing_rows_text(missing), last)
     _refuse_overlaps(symbols, places, lines)
     literals = (point.name for point in symbols.points.values() if point.literal and point.name not in places)
     return NamedNumbering(symbols.points, places, without, tuple(name for name in literals if name not in without))
@@ -570,9 +574,9 @@ def _named(point: Point) -> str:
     return f"{point.device} ({point.name})" if point.device else point.name
 
 
-def _gap(missing: list[Point]) -> str:
-    names = ", ".join(_named(point) for point in missing[:FEW])
-    more = f" and {len(missing) - FEW} more" if len(missing) > FEW else ""
+def _missing_rows_text(missing: list[Point]) -> str:
+    names = ", ".join(_named(point) for point in missing[:MOST_NAMES_SHOWN])
+    more = f" and {len(missing) - MOST_NAMES_SHOWN} more" if len(missing) > MOST_NAMES_SHOWN else ""
     line = row_text(missing[0], register="REGISTER")
     return f"no row says where {names}{more} is; add {line}, or {missing[0].name},{NONE} where no register has it"
 
@@ -587,7 +591,7 @@ def _refuse_overlaps(symbols: Symbols, places: Mapping[str, Place], lines: Mappi
                 rows = sorted((lines[other], lines[name]), key=lambda row: row.line)
                 message = f"{_named(one)} and {_named(two)} are both at {place_text(place)}"
                 by = f"by lines {rows[0].line} and {rows[1].line}"
-                raise rows[1].wrong("register", f"{message} {by}; each needs a place of its own")
+                raise rows[1].error_in("register", f"{message} {by}; each needs a place of its own")
 
 
 def row_text(point: Point, register: str = "", symbol: str = "") -> str:
@@ -610,7 +614,7 @@ FORMAT = "modbus-map"
 COLUMNS = ",".join(HEADER[:5])
 Rows = list[str]
 """Rows of a map; those that begin with ``#`` are offered and not needed."""
-SHOWN = 3
+EXAMPLE_ROWS = 3
 """Rows of an example in a message."""
 
 
@@ -684,5 +688,5 @@ def fill_rows(rows: Iterable[str]) -> Iterator[str]:
 def example(rows: Rows) -> str:
     """What a message shows of a map: some rows, and how many more there are."""
     lines = list(fill_rows(rows))
-    more = f" and {len(lines) - SHOWN} more" if len(lines) > SHOWN else ""
-    return " ".join(f"'{line}'" for line in lines[:SHOWN]) + more
+    more = f" and {len(lines) - EXAMPLE_ROWS} more" if len(lines) > EXAMPLE_ROWS else ""
+    return " ".join(f"'{line}'" for line in lines[:EXAMPLE_ROWS]) + more

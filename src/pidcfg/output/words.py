@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.terms import Subject
 from pidcfg.conversion.vendor_terms import changes_from
 from pidcfg.encoders.contract import formats_of
-from pidcfg.encoders.decoding import annotate_listing, decode_listing, exact_text, read_listing, refuse_large, together
+from pidcfg.encoders.decoding import (
+    annotate_listing,
+    decode_listing,
+    exact_text,
+    join_listings,
+    read_listing,
+    refuse_large,
+)
 from pidcfg.encoders.listing import ListingError
 from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import errors_in, findings_data, short_repr
@@ -281,7 +288,7 @@ def decode_files(
         return DecodeResult(tuple(faults))
     try:
         values = vendor_options(vendor, "decode_options", options)
-        listing = together(listings)
+        listing = join_listings(listings)
         if choices.annotate:
             text, notes = annotate_listing(listing, vendor, values)
             return DecodeResult(text=text, notes=notes)

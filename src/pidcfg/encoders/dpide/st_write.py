@@ -21,13 +21,12 @@ from pidcfg.text.references import Decision
 # of that table.
 #
 # - `st_write` prints an image: numbers where nothing else writes the operand and it has no device, else symbols.
-# - `st_units` takes a text apart into programs and function blocks, and their statements with the conditions around
-#   them.
-# - `st_scope` knows what is declared, and what an operand of a call is: a number, a symbol, or a device.
-# - `st_calls` takes the calls, directly or of a function block with the instruction inside, and what stands around
-#   them.
-# - `st_read` makes a listing of them: a loop a call, its devices and its first values. What an operand holds that no
-#   text says is looked up in a symbol table that is read together with the program (`symbol_read`).
+# - `st_scope` takes a text apart into programs and function blocks, and knows what is declared and what an operand of
+#   a call is: a number, a symbol, or a device.
+# - `st_read` takes the calls, directly or of a function block with the instruction inside, with what stands around
+#   them, and makes a listing: a loop a call, its devices and its first values.
+# - `symbols` has the tables. What an operand holds that no text says stands in a symbol table that is read together
+#   with the program.
 #
 # What is not about DPIDE is left out, and its lines are named.
 

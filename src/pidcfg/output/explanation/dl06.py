@@ -250,7 +250,7 @@ EXPLAINER = RegisterBook(
     blocks=(
         Block("V", SETUP_WORDS, v_name(TABLE_POINTER), (), fixed=True),
         Block("V", LOOP_TABLE, "V2000", ("", "addr", "v"), repeat=CPU.loops),
-        Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, mentioned=False),
+        Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, in_loop=False),
     ),
     words=WORDS | SET_UP,
     bits=BIT_MEANINGS,
@@ -273,7 +273,7 @@ EXPLAINER = RegisterBook(
     remark=remark,
     root=D16,
     writers=WRITERS,
-    late=LATE,
+    read_late=LATE,
     hexadecimal=True,
     regions=REGIONS,
 )

@@ -67,7 +67,7 @@ class Block:
     repeat: int = 1
     fixed: bool = False
     """It always begins there."""
-    mentioned: bool = True
+    in_loop: bool = True
     """``--loop`` looks in it."""
 
     @property
@@ -118,7 +118,7 @@ class Registers(Book):
     """Options that say where the loops of a listing begin."""
     root: Basis | None = None
     """Why a loop that takes the root of its PV has words that are about the PV before."""
-    late: Mapping[str, str] = field(default_factory=dict)
+    read_late: Mapping[str, str] = field(default_factory=dict)
     """What the manual's column "Read on the Fly" means."""
     hexadecimal: bool = False
     """Contents are shown in hexadecimal."""
@@ -208,7 +208,7 @@ class Registers(Book):
     def _writer(self, word: Word, access: str) -> str:
         if word.name in self.writers:
             return self.writers[word.name]
-        late = self.late.get(word.read, "")
+        late = self.read_late.get(word.read, "")
         return WRITERS[access] + (f"; a new value {late}" if late and access == "setting" else "")
 
     def is_binary(self, word: Word) -> bool:
@@ -238,21 +238,21 @@ class Registers(Book):
         if other:
             return Value(content, shown, "", other)
         try:
-            text = self.saying(word, raw, scaling)
+            text = self.content_text(word, raw, scaling)
         except DecodeError as error:
             return Value(content, shown, "", f"{error}: this is no value of the register")
         return Value(content, shown, f"{text} (decimal {raw})" if self.is_binary(word) else text)
 
-    def saying(self, word: Word, raw: int, scaling: Scaling) -> str:
+    def content_text(self, word: Word, raw: int, scaling: Scaling) -> str:
         """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""
         special = self.special(word, raw, scaling) if self.special else ""
         text = special or text_of(word, raw, scaling)
         text = text or (self.unscaled(word, raw) if self.unscaled else f"{raw} counts")
         remark = self.remark(word, raw, scaling) if self.remark else ""
-        remark = remark or ("" if special else self._outside(word, raw))
+        remark = remark or ("" if special else self._limits_remark(word, raw))
         return f"{text} ({remark})" if remark else text
 
-    def _outside(self, word: Word, raw: int) -> str:
+    def _limits_remark(self, word: Word, raw: int) -> str:
         """What the manual allows, where a number is none of it, nor a code."""
         number = word.path and word.scale is None and not special_code(word.codec, raw)
         limits = key_limits(self.schema, word.path) if number and word.path else None
@@ -292,7 +292,7 @@ class Registers(Book):
             return f"{record.title}: {bits_text(rows, raw)}"
         code = self.code(record.word.name, raw)
         try:
-            return f"{record.title}: {code.title if code else self.saying(record.word, raw, scaling)}"
+            return f"{record.title}: {code.title if code else self.content_text(record.word, raw, scaling)}"
         except DecodeError as error:
             return f"{record.title}: no value, {error}"
 
@@ -324,7 +324,7 @@ class RegisterBook(Registers):
     def find(self, question: Question) -> list[Page]:
         """What the question is about with this vendor; empty when it is nothing."""
         pages = self._address(question) or self._offset(question) or self._number(question) or self._name(question)
-        return [self._with_base(page, question) for page in pages] or self._unstored(question)
+        return [self._note_number_base(page, question) for page in pages] or self._unstored(question)
 
     @cached_property
     def index(self) -> dict[str, list[RegisterRecord]]:
@@ -380,7 +380,7 @@ class RegisterBook(Registers):
         """The content that a question gives."""
         return None if question.value is None else raw_of(question.value, kind, name, hexadecimal=self.hexadecimal)
 
-    def _with_base(self, page: Page, question: Question) -> Page:
+    def _note_number_base(self, page: Page, question: Question) -> Page:
         """A note on a content whose decimal digits are another number where a listing shows them."""
         text = question.value
         if (
@@ -417,7 +417,7 @@ class RegisterBook(Registers):
         placement, bit = self._at(number, question), self._bit(match.group(3), self.space.kind(number))
         raw = self._raw(question, self.space.kind(number), name)
         if placement is None:
-            return [self._elsewhere(name, number, raw, question, bit)]
+            return [self._unplaced_page(name, number, raw, question, bit)]
         return [self._page(placement, self.space.name(number), raw, bit)]
 
     def _at(self, number: int, question: Question) -> Placement | None:
@@ -439,12 +439,12 @@ class RegisterBook(Registers):
             example = self.space.parse(block.start)
             if block.fixed and example is not None:
                 yield block, example
-            if not block.mentioned or block.fixed or example is None:
+            if not block.in_loop or block.fixed or example is None:
                 continue
             starts = [n for n in named if self.space.place(n)[0].prefix == block.prefix]
             yield from ((block, number) for number in starts or [example] * question.loop)
 
-    def _elsewhere(self, name: str, number: int, raw: int | None, question: Question, bit: int | None) -> Page:
+    def _unplaced_page(self, name: str, number: int, raw: int | None, question: Question, bit: int | None) -> Page:
         """An address that no known block has: the part of the memory, and what it is in loops that begin as usual."""
         bank, n = self.space.place(number)
         blocks = [(b, start) for b, start in self._starts(question) if not b.fixed and b.prefix == bank.prefix]
@@ -455,7 +455,7 @@ class RegisterBook(Registers):
                 "name the start of the block with --block ADDRESS"
             )
         region = next((text for first, last, text in self.regions if first <= n <= last), "")
-        examples = ", ".join(b.start for b in self.blocks if b.prefix == bank.prefix and not b.fixed and b.mentioned)
+        examples = ", ".join(b.start for b in self.blocks if b.prefix == bank.prefix and not b.fixed and b.in_loop)
         hint = (
             f"what it holds depends on where the loops begin: --loop takes {examples}, --block ADDRESS another start, "
             "--in FILE a configuration"
@@ -468,25 +468,25 @@ class RegisterBook(Registers):
             page = replace(page, value=value)
         if "system" in region:
             return page
-        page = replace(page, notes=(*(() if question.config else self._usually(number, bit)), hint))
+        page = replace(page, notes=(*(() if question.config else self._meaning_by_default(number, bit)), hint))
         if bit is None:
             return page
-        points = tuple(self._such_bits(bank.prefix, bit))
+        points = tuple(self._bits_of_blocks(bank.prefix, bit))
         return replace(page, name=f"{name}.{bit}", title=f"bit {bit} of {page.title}", points=points)
 
-    def _such_bits(self, prefix: str, bit: int) -> Iterator[Point]:
+    def _bits_of_blocks(self, prefix: str, bit: int) -> Iterator[Point]:
         """What a bit is in each register of bits in a loop's blocks."""
         for block in self.blocks:
-            if block.prefix == prefix and block.mentioned and not block.fixed:
+            if block.prefix == prefix and block.in_loop and not block.fixed:
                 for row in block.table.bits:
                     if bit in row.bits and row.access != "reserved":
                         yield Point(f"{block.table.at(row.offset)}.{bit}", row.title)
 
-    def _usually(self, number: int, bit: int | None) -> Iterator[str]:
+    def _meaning_by_default(self, number: int, bit: int | None) -> Iterator[str]:
         """What an address is where the loops begin as in the manual or the starter file, one behind the other."""
         for block in self.blocks:
             start = self.space.parse(block.start)
-            if start is None or block.fixed or not block.mentioned or not self.space.holds(number):
+            if start is None or block.fixed or not block.in_loop or not self.space.holds(number):
                 continue
             loop, offset = divmod(number - start, block.table.size)
             if self.space.place(number)[0].prefix == block.prefix and 0 <= loop < MOST_LOOPS:
@@ -504,7 +504,7 @@ class RegisterBook(Registers):
         meant = [block for block in self.blocks if head in block.heads]
         own = bool(meant or head)
         pages, problems = [], []
-        for block in meant if own else (block for block in self.blocks if block.mentioned and not block.fixed):
+        for block in meant if own else (block for block in self.blocks if block.in_loop and not block.fixed):
             bank = self._bank(block.prefix)
             if bank is None:
                 continue
@@ -514,7 +514,7 @@ class RegisterBook(Registers):
                     f"{question.name}: offsets of the {self.title} are octal; {digits} has a digit above 7"
                 )
             offset = int(digits, 8 if bank.octal else 10)
-            length = block.length if block.repeat > 1 and not block.mentioned else block.table.size
+            length = block.length if block.repeat > 1 and not block.in_loop else block.table.size
             if offset >= length:
                 problems.append(f"{question.name}: the block ends at {block.table.at(length - 1)}")
                 continue

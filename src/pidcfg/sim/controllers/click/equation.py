@@ -278,7 +278,7 @@ class Loop:
         """What every register holds."""
         return {row.name: number_of(prefix, self.words[row.name]) for _, prefix, row in ROWS}
 
-    def absorb(self, state: State) -> None:
+    def store_results(self, state: State) -> None:
         """Put what the controller has written into the registers."""
         for name, value in register_values(state).items():
             self.words[name] = value & 0xFFFF if isinstance(value, int) else bits_of(value)

@@ -269,7 +269,7 @@ class Click(Plc):
             return None
         done = state.tune_done == DONE
         status = "running" if state.status & bits.TUNING else "error" if error else TUNE_STATUS[state.tune_done]
-        registers.absorb(state)
+        registers.store_results(state)
         n = registers.numbers()
         results = [n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names]
         return self.tune_report(status, results, done=done, error=error)
@@ -298,7 +298,7 @@ class Click(Plc):
         registers, state = self._loops[loop], self.states[loop]
         if written[0][0].name == "output" and state.status & bits.MANUAL == 0:
             return "is not written: the output is read-only unless the loop is in Manual"
-        registers.absorb(state)
+        registers.store_results(state)
         for row, raw in written:
             registers.words[row.name] = raw
             if row.name == "setpoint":
@@ -309,7 +309,7 @@ class Click(Plc):
 
     def memory(self, loop: int) -> Loop:
         """A loop's registers as they are after the last scan."""
-        self._loops[loop].absorb(self.states[loop])
+        self._loops[loop].store_results(self.states[loop])
         return self._loops[loop]
 
     def _sample_rate(self, loop: int) -> Decimal:

@@ -115,7 +115,7 @@ class Loop:
     read: list[int]
     values: Values
     """Decoded from the words that have been read; quantities in counts."""
-    absorbed: bool = True
+    results_stored: bool = True
     """The results of the last auto-tune have been written to the words."""
     results: Sequence[float] = ()
     """Results of the last auto-tune, in the order of `tuned_words`."""
@@ -165,11 +165,11 @@ class Loop:
                 if str(word.path).startswith(start):
                     self.read[word.offset] = self.memory[word.offset]
 
-    def absorb(self, config: Config, state: State) -> None:
+    def store_results(self, config: Config, state: State) -> None:
         """Put what an auto-tune has written into the words."""
-        if self.absorbed or not state.tune_done:
+        if self.results_stored or not state.tune_done:
             return
-        self.absorbed = True
+        self.results_stored = True
         results = tuned_words(config, state)
         self.results = [float(value) for value in results.values()]
         for name, value in results.items():
@@ -279,7 +279,7 @@ class Dl06(CountsPlc):
 
     def memory(self, loop: int) -> Loop:
         """A loop's words as they are after the last scan; what the controller writes all the time is in its state."""
-        self._loops[loop].absorb(self.configs[loop], self.states[loop])
+        self._loops[loop].store_results(self.configs[loop], self.states[loop])
         return self._loops[loop]
 
     def write_other(self, number: int, raw: int) -> None:
@@ -361,8 +361,8 @@ class Dl06(CountsPlc):
         if state.status & bits.TUNING:
             tell_request(state, TUNE_RUNS)
         elif self._calculated(i):
-            words.absorb(self.configs[i], state)
-            words.absorbed = False
+            words.store_results(self.configs[i], state)
+            words.results_stored = False
             state.tune_done = 0
             state.tune_phase = REQUESTED
             state.pending |= bits.TUNE
@@ -457,7 +457,7 @@ class Dl06(CountsPlc):
         self._setup = self._check()
         for i, loop in enumerate(self._loops):
             config, state = self.configs[i], self.states[i]
-            loop.absorb(config, state)
+            loop.store_results(config, state)
             loop.reread(alarms=True)
             self._apply(i)
             state.due = NEVER if config.halt else tick
@@ -472,7 +472,7 @@ class Dl06(CountsPlc):
         Output modules turn off at once, but for those that an independent loop writes itself (D49).
         """
         for i, (config, state) in enumerate(zip(self.configs, self.states, strict=True)):
-            self._loops[i].absorb(config, state)
+            self._loops[i].store_results(config, state)
             self._loops[i].reread(alarms=False)
             self._apply(i)
             if config.independent:
@@ -524,7 +524,7 @@ class Dl06(CountsPlc):
     def tuned(self, loop: int) -> TuneReport | None:
         """How the auto-tune of a loop went; None when there was none."""
         words, state = self._loops[loop], self.states[loop]
-        words.absorb(self.configs[loop], state)
+        words.store_results(self.configs[loop], state)
         error = bool(state.status & bits.TUNE_ERROR)
         if not (state.tune_done or state.tune_phase or error):
             return None

@@ -141,9 +141,9 @@ class State(RelayState):
 # Ts, D = Kc Td x. x, ``slope``, is the derivative of the error, or that of PV with the sign that makes it act like one.
 # The manual: The PID algorithm, and PID Block Diagram. D numbers: see `dpide.ENGINE`.
 
-NOTABLE = 0.01
+BUMP_SHARE = 0.01
 """Share of the way between the limits that MV moves by at most without a word when manual ends (D272)."""
-JUMPS_WITHOUT = 2
+MV_JUMPS = 2
 """Notice of `calculate_mv`."""
 
 
@@ -256,9 +256,9 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
     if (
         state.pending & FROM_MANUAL
         and state.ki <= 0.0
-        and abs(state.out - previous_output) > NOTABLE * (config.highest_mv - config.lowest_mv)
+        and abs(state.out - previous_output) > BUMP_SHARE * (config.highest_mv - config.lowest_mv)
     ):
-        state.notice = add_notice(state.notice, 0, JUMPS_WITHOUT)
+        state.notice = add_notice(state.notice, 0, MV_JUMPS)
     state.pending &= ~(FRESH | FROM_MANUAL)
 
 
@@ -305,15 +305,15 @@ SMOOTHING = 0.1
 """Tf is this share of the derivative time."""
 HYSTERESIS = 4.0
 """The relay's hysteresis in standard deviations of the noise."""
-RESPONDS = 6.0
+RESPONSE_DEVIATIONS = 6.0
 """A PV that moves by this many standard deviations of its noise answers."""
 PATIENCE_SECONDS, PATIENCE_SAMPLES = 600.0, 256
 """Seconds and samples, both, after which a PV that does not move stops the autotune."""
-LONGEST, MOST = 14400.0, 1000
+SIGN_SECONDS, SIGN_SAMPLES = 14400.0, 1000
 """Seconds and samples, both, after which an error that keeps its sign stops the autotune."""
 BALANCE_TURN = 6
 """Switch at which a whole cycle, from `FIRST_TURN` on, tells the mean MV."""
-EVEN, TOLERABLE = 0.1, 0.3
+MOST_IMBALANCE, WORST_IMBALANCE = 0.1, 0.3
 """How far the share of a cycle in which the error is above 0 may be from a half: without another round, and at all."""
 ROUNDS = 4
 """Times that the relay is put around its mean at most."""
@@ -332,7 +332,7 @@ def start_tune(config: Config, state: State) -> None:
     begin_noise(state)
 
 
-def leave(config: Config, state: State, mode: int) -> None:
+def leave_tuning(config: Config, state: State, mode: int) -> None:
     """PID_MODE changes; PID_MAN has an effect again."""
     state.mode = mode
     state.wanted_mode = MANUAL if config.manual else AUTO
@@ -346,7 +346,7 @@ def fail(config: Config, state: State, reason: int) -> None:
     state.tune_reason = reason
     state.status |= TUNE_ERROR
     state.notice = add_notice(state.notice, 0, reason)
-    leave(config, state, state.previous_mode)
+    leave_tuning(config, state, state.previous_mode)
 
 
 def change_rate(config: Config, state: State) -> None:
@@ -361,7 +361,7 @@ def abandon(state: State) -> None:
     state.notice = add_notice(state.notice, 0, ABANDONED)
 
 
-def usable(value: float) -> bool:
+def is_usable(value: float) -> bool:
     """Whether a result is a number above 0."""
     return value > 0.0 and isfinite(value)
 
@@ -375,7 +375,7 @@ def store(config: Config, state: State, ultimate: float, period: float, mean: fl
     if config.dependent == 0:
         reset = single(gain / reset)
         rate = single(gain * rate)
-    if not (usable(gain) and usable(reset) and usable(rate) and usable(tf)):
+    if not (is_usable(gain) and is_usable(reset) and is_usable(rate) and is_usable(tf)):
         fail(config, state, OUT_OF_RANGE)
         return
     state.gain = gain
@@ -389,7 +389,7 @@ def store(config: Config, state: State, ultimate: float, period: float, mean: fl
     calculate_gains(config, state)
     state.integral = single(single(mean) - state.bias)
     state.tune_done = DONE
-    leave(config, state, 0)
+    leave_tuning(config, state, 0)
 
 
 def mean(state: State) -> float:
@@ -397,7 +397,7 @@ def mean(state: State) -> float:
     return state.tune_sum / (state.tune_count - state.tune_start)
 
 
-def uneven(state: State) -> float:
+def imbalance(state: State) -> float:
     """How far the share of MV's higher value is from a half of the cycle."""
     return abs((mean(state) - state.tune_mv_low) / (state.tune_mv_high - state.tune_mv_low) - 0.5)
 
@@ -410,7 +410,7 @@ def measure(config: Config, state: State) -> None:
         fail(config, state, NO_RESPONSE)
     elif samples < LEAST_PERIOD:
         fail(config, state, TOO_FAST)
-    elif uneven(state) > TOLERABLE:
+    elif imbalance(state) > WORST_IMBALANCE:
         fail(config, state, UNEVEN)
     else:
         ultimate = ultimate_gain(
@@ -439,7 +439,7 @@ def relay(config: Config, state: State, error: float) -> None:
     """One sample of the relay: the higher MV while the error is above 0, else the lower one."""
     side = relay_switch(state, state.pv, error, state.tune_band)
     if side:
-        if state.tune_turns == BALANCE_TURN and state.tune_rounds < ROUNDS and uneven(state) > EVEN:
+        if state.tune_turns == BALANCE_TURN and state.tune_rounds < ROUNDS and imbalance(state) > MOST_IMBALANCE:
             balance(config, state, mean(state))
         state.out = clamp(state.tune_mv_high if side > 0 else state.tune_mv_low, config.lowest_mv, config.highest_mv)
         state.tune_base = state.pv
@@ -451,9 +451,11 @@ def relay(config: Config, state: State, error: float) -> None:
         state.tune_sum = 0.0
     state.tune_sum += state.out
     state.tune_pv_change = max(state.tune_pv_change, abs(state.pv - state.tune_base))
-    if state.tune_pv_change <= RESPONDS * state.tune_noise and stalled(state, PATIENCE_SAMPLES, PATIENCE_SECONDS):
+    if state.tune_pv_change <= RESPONSE_DEVIATIONS * state.tune_noise and stalled(
+        state, PATIENCE_SAMPLES, PATIENCE_SECONDS
+    ):
         fail(config, state, NO_RESPONSE)
-    elif stalled(state, MOST, LONGEST):
+    elif stalled(state, SIGN_SAMPLES, SIGN_SECONDS):
         fail(config, state, NO_SWITCH)
 
 

@@ -127,7 +127,7 @@ ABOUT_MODE = (WAITS_FOR_TUNE, WAITS_FOR_PLC)
 """Reasons that concern a requested mode."""
 REASONS = {
     **bits.REASONS,
-    bits.JUMPS_WITHOUT: "MV jumps at the end of manual: without Ti_Ki there is no I_MV that could carry MOUT",
+    bits.MV_JUMPS: "MV jumps at the end of manual: without Ti_Ki there is no I_MV that could carry MOUT",
     WAITS_FOR_TUNE: "waits: PID_MAN has no effect while PID_MODE is 1",
     WAITS_FOR_PLC: "waits: the PLC is stopped",
     TUNE_WAITS: "autotune waits: PID_RUN is FALSE",
@@ -221,7 +221,7 @@ def configure(config: Config, state: State, operands: Operands, interval: int) -
     calculate_gains(config, state)
 
 
-def absorb(operands: Operands, state: State) -> None:
+def store_results(operands: Operands, state: State) -> None:
     """Write the instruction's values to its operands."""
     operands |= register_values(state)
 
@@ -365,7 +365,7 @@ class Dpide(NamedPlc):
         """A mode that operands make takes effect with the next calculation, FALSE for PID_RUN at once."""
         config, state = self.configs[i], self.states[i]
         before, period = state.mode, state.period
-        absorb(self._contents[i], state)
+        store_results(self._contents[i], state)
         self._contents[i] |= values
         configure(config, state, self._contents[i], self._interval)
         if state.mode == 1 != before:
@@ -480,7 +480,7 @@ class Dpide(NamedPlc):
 
     def memory(self, loop: int) -> Operands:
         """A loop's operands as they are after the last calculation."""
-        absorb(self._contents[loop], self.states[loop])
+        store_results(self._contents[loop], self.states[loop])
         return self._contents[loop] | {"PV": self.states[loop].pv}
 
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:

@@ -224,7 +224,7 @@ def tuning(config: Config, state: State, loop: Loop) -> None:
     state.period = config.period
 
 
-def absorb(loop: Loop, state: State) -> None:
+def store_results(loop: Loop, state: State) -> None:
     """Put what the PLC has written into the registers: results of an autotune, a set point within its limits."""
     loop.write("setpoint", int(state.sp))
     loop.write("proportional_gain", round(state.gain * 100))
@@ -438,7 +438,7 @@ class Ezlogix(CountsPlc):
     def write(self, loop: int, row: Word, raw: int, signals: MutableSequence[float]) -> str | None:
         """Write the raw content of a register; as `set` otherwise."""
         registers, state = self._loops[loop], self.states[loop]
-        absorb(registers, state)
+        store_results(registers, state)
         registers.write(row.name, raw)
         state.sp = float(registers.word("setpoint"))
         tuned = state.status & bits.TUNING
@@ -455,7 +455,7 @@ class Ezlogix(CountsPlc):
 
     def memory(self, loop: int) -> Loop:
         """A loop's registers and discretes as they are after the last calculation."""
-        absorb(self._loops[loop], self.states[loop])
+        store_results(self._loops[loop], self.states[loop])
         return self._loops[loop]
 
     def _write_outer(self, loop: int, signals: MutableSequence[float]) -> str | None:
@@ -465,11 +465,11 @@ class Ezlogix(CountsPlc):
             return None
         if not self.states[outer].pending & bits.HELD:
             self._set_cv(outer, int(self.states[loop].sp), signals)
-        if self._keeps_cv(outer):
+        if self._why_cv_is_kept(outer):
             return f"the CV of {self.loops[outer]} stands in the same register and overwrites it"
         return None
 
-    def _keeps_cv(self, loop: int) -> str | None:
+    def _why_cv_is_kept(self, loop: int) -> str | None:
         """Why nobody else can write a loop's CV; None: he can."""
         state = self.states[loop]
         if state.pending & bits.HELD:
@@ -481,7 +481,7 @@ class Ezlogix(CountsPlc):
 
     def write_output(self, loop: int, raw: int, signals: MutableSequence[float]) -> str | None:
         """The operator writes the CV, which he can in Manual only (D172)."""
-        why = self._keeps_cv(loop)
+        why = self._why_cv_is_kept(loop)
         if why is None:
             self._set_cv(loop, raw, signals)
         return why

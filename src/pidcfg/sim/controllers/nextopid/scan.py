@@ -59,7 +59,7 @@ def sample_share(config: Config, state: State, time_constant: float) -> float:
     return state.lag_share
 
 
-def toward(start: float, target: float, share: float) -> float:
+def approach(start: float, target: float, share: float) -> float:
     """From ``start`` a share of the way to ``target`` (kernel)."""
     return single(start + single(single(target - start) * share))
 
@@ -78,7 +78,7 @@ def low_filter(config: Config, state: State, signals: MutableSequence[float]) ->
         state.started = 1
         state.lag_output = in_var
     state.lag_output = finite(
-        toward(state.lag_output, in_var, sample_share(config, state, time_constant)), state.lag_output
+        approach(state.lag_output, in_var, sample_share(config, state, time_constant)), state.lag_output
     )
     signals[base + _F_OUT] = state.lag_output
 
@@ -100,7 +100,7 @@ def step_lag(config: Config, state: State, in_var: float, at: int, signals: Muta
         state.lag_output = signals[at + _LAG_INIT]
     else:
         target = single(single(signals[at + _GS] * in_var) + signals[at + _OFFSET])
-        lagged = toward(state.lag_output, target, sample_share(config, state, signals[at + _TC]))
+        lagged = approach(state.lag_output, target, sample_share(config, state, signals[at + _TC]))
         state.lag_output = finite(clamp(lagged, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.lag_output)
     signals[at + _LAG_OUT] = state.lag_output
 
@@ -136,7 +136,9 @@ def lead_lag(config: Config, state: State, signals: MutableSequence[float]) -> N
         led_input = single(state.lag_output + single(single(lead / lag_time) * single(in_var - state.lag_output)))
         out = clamp(single(signals[base + _LL_G] * led_input), signals[base + _LL_LOW], signals[base + _LL_HIGH])
         signals[base + _LL_OUT] = finite(out, signals[base + _LL_OUT])
-    state.lag_output = finite(toward(state.lag_output, in_var, sample_share(config, state, lag_time)), state.lag_output)
+    state.lag_output = finite(
+        approach(state.lag_output, in_var, sample_share(config, state, lag_time)), state.lag_output
+    )
 
 
 # --- ControlDelay and ControlDelayLag: the input of so many samples ago -----------------------------------------------
@@ -154,13 +156,13 @@ _LAG_ERROR, _LAG_TS = _DELAY_LAG["Error"], _DELAY_LAG["SampleTime"]
 LAG_AT = _DELAY_LAG["Gs"] - PLACES["ControlLag"]["Gs"]
 """How far the rest of ControlDelayLag's parameters is behind ControlLag's."""
 
-ALMOST = 1.0 - 2.0**-22
+ROUNDING_SHARE = 1.0 - 2.0**-22
 """A delay that exceeds the longest one by less than single precision can tell does not exceed it."""
 
 
 def delay_fault(config: Config, time: float) -> bool:
     """Whether a delay is negative or longer than the line (kernel, D239)."""
-    return not (time >= 0.0 and time * ALMOST <= MOST_SAMPLES * config.sample_time)
+    return not (time >= 0.0 and time * ROUNDING_SHARE <= MOST_SAMPLES * config.sample_time)
 
 
 def begin_line(config: Config, state: State, aux: MutableSequence[float], samples: int, value: float) -> None:

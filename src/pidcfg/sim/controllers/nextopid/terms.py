@@ -161,14 +161,14 @@ class State(RelayState):
 # Time constants may be wired, so that this is worked out inside a run; the library functions of two engines need not
 # agree in the last bit, these operations do.
 
-ALL_THE_WAY = 50.0
+LARGEST_RATIO = 50.0
 """From so many time constants on nothing is left."""
-TERMS = 18
+SERIES_TERMS = 18
 
 
 def lag_share(ratio: float) -> float:
     """1 - e^(-ratio) for a ratio Ts/T >= 0 (kernel)."""
-    if ratio >= ALL_THE_WAY:
+    if ratio >= LARGEST_RATIO:
         return 1.0
     halvings = 0
     while ratio > 0.5:
@@ -176,7 +176,7 @@ def lag_share(ratio: float) -> float:
         halvings += 1
     term = ratio
     total = ratio
-    for n in range(2, TERMS):
+    for n in range(2, SERIES_TERMS):
         term *= -ratio / n
         total += term
     for _ in range(halvings):
