@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pidcfg
 from pidcfg.live.serving import VirtualPlc
-from pidcfg.output.sources import document_of
 from pidcfg.study.scenario import load
 from pidcfg.text.reader import DEFAULT, reader_of
+from pidcfg.validate.engine import document_of
 from pidcfg.validate.map_files import MapFile, numbering_of
 from pidcfg.vendors import VENDORS
 

@@ -21,8 +21,8 @@ from dpide_rig import program_of
 from iec.machine import Block, Machine, Parameter, RunError, Surroundings
 from iec.syntax import KEYWORDS, NAME, NUMBER, SIGN, StError, tokens_of
 from pidcfg.api import encode
+from pidcfg.encoders.dpide.files import instructions
 from pidcfg.encoders.dpide.image import encode as encode_dpide
-from pidcfg.encoders.dpide.st_write import instructions
 from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
 from pidcfg.encoders.nextopid.image import encode as encode_nextopid

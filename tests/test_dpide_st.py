@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from dpide_strategies import configurations
 from pidcfg.api import check, decode
 from pidcfg.encoders.decoding import decode_listing
-from pidcfg.encoders.dpide.files import FORMATS
+from pidcfg.encoders.dpide.files import FORMATS, write_st
 from pidcfg.encoders.dpide.image import encode
 from pidcfg.encoders.dpide.st_read import read_st
-from pidcfg.encoders.dpide.st_write import write_st
 from pidcfg.encoders.listing import ListingError, UnwritableError, kind_of
 from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
 from pidcfg.schemas.dpide import DpideFile

@@ -13,11 +13,11 @@ import good_plants
 import good_runs
 import pidcfg
 from pidcfg.cli.main import cli
-from pidcfg.output.sources import checked_of
 from pidcfg.study.draft import NoDraftError, draft_scenario, scalar
 from pidcfg.study.draft_plan import digits, round_up_time, rounded_value, time_text
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
+from pidcfg.validate.engine import checked_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CONFIGURATIONS = sorted(

@@ -35,7 +35,7 @@ MAY_IMPORT = {
     "schemas":          "text.signs text.references",
     "vendors":          "",
     "encoders":         "text.signs text.references text.writer schemas",
-    "encoders.decoding": "text.signs text.reader vendors encoders",
+    "encoders.decoding": "text.signs text.references text.reader vendors encoders",
     "pictures":         "text.signs",
     "conversion":       "text.references text.diagnostics text.document schemas vendors encoders",
     "tuning":           "text.signs text.references text.reader schemas vendors encoders",
@@ -175,7 +175,7 @@ OPTIONS = (
 )
 REPORTS = "cli.inputs cli.formats cli.formats.report_options text.frozen"
 READS = "cli.inputs text.document text.reader text.source"
-OF_VENDORS = "vendors encoders encoders.options " + " ".join(f"encoders.{vendor}" for vendor in VENDORS)
+OF_VENDORS = "vendors encoders " + " ".join(f"encoders.{vendor}" for vendor in VENDORS)
 MODULES = {
     # command            every module of pidcfg that it imports
     "--version":         STARTS,
@@ -408,7 +408,7 @@ TYPES_AND_TEXTS = (
     *("pictures.Chart", "study.certification.certify.BatchOutcome", "study.certification.certify.charts_of"),
     *("study.certification.samples.WorkersError", "study.outcome.Outcome", "study.outcome.signals_before_root"),
     *("sim.engine.choice.EngineName", "text.paths.Data", "text.writer.json_text"),
-    *("tuning.rules", "tuning.tables"),
+    *("tuning.rules", "tuning.Form"),
     *("validate.catalog.unusable", "validate.engine.is_scenario"),
 )
 """What a command needs beside the call of its name: arguments, results, what prints them; nothing that does work."""
@@ -501,7 +501,7 @@ def modules_of_pidcfg(loaded):
 
 def vendors_of(modules):
     """The vendors whose tables, models or rules are among some modules; the rows of their options are a few lines."""
-    light = {f"encoders.{key}{end}" for key in VENDORS for end in ("", ".options")}
+    light = {f"encoders.{key}" for key in VENDORS}
     return {part for name in modules - light for part in name.split(".") if part in VENDORS}
 
 

@@ -17,7 +17,19 @@ from click.testing import CliRunner
 
 from browser import BEYOND, IN_CI, NARROW, WIDE, opened, width_of
 from pidcfg.cli.main import cli
-from pidcfg.output.report.content import Expectation, RunSheet, StandingRow, Title, Units, contents_of, measurement_text
+from pidcfg.output.report.content import (
+    Expectation,
+    Run,
+    RunSheet,
+    StandingRow,
+    Title,
+    Units,
+    contents_of,
+    found_text,
+    measurement_text,
+    metric_unit,
+    worst_trend,
+)
 from pidcfg.output.report.formats import (
     VARIABLE,
     FindingGroup,
@@ -30,7 +42,6 @@ from pidcfg.output.report.formats import (
     page,
     pdf,
 )
-from pidcfg.output.report.runs import Run, found_text, metric_unit, worst_trend
 from pidcfg.output.report.sheets import compose, plc_sheet
 from pidcfg.pictures import Chart, Line, Panel
 from pidcfg.sim.judgement.report import Verdict

@@ -29,10 +29,10 @@ from pidcfg.live import trend as trend_module
 from pidcfg.live.link import Address, PlcError
 from pidcfg.live.serving import FASTEST, LISTED, MOST_WAITING, VirtualPlc, _move, _server_of, is_flood, serve_plcs
 from pidcfg.live.trend import Recording, _readings
-from pidcfg.output.sources import document_of
 from pidcfg.sim.controllers.settings import RegisterError
 from pidcfg.study.scenario import load
 from pidcfg.text.reader import DEFAULT, reader_of
+from pidcfg.validate.engine import document_of
 from pidcfg.vendors import VENDORS
 
 SCENARIOS = {"dl06": DL06.with_name("reactor.scenario.yaml"), "click": CLICK.with_name("tank.scenario.yaml")}

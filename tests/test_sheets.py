@@ -22,10 +22,10 @@ from pidcfg.output.report.content import Title
 from pidcfg.output.report.formats import workbook
 from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet, word_of
 from pidcfg.output.sheets import as_csv, as_workbook, key_of, number_or_text, plain_text
-from pidcfg.output.sources import checked_of
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.signs import FORMULA
 from pidcfg.text.source import read_document
+from pidcfg.validate.engine import checked_of
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

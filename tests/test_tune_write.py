@@ -119,13 +119,13 @@ def process_for(gains):
 
 def written(data, gains, **more):
     """The result of `tune` with these gains in place of a rule's."""
-    from pidcfg.output import forecast
     from pidcfg.output import gains as results
+    from pidcfg.output import retune
     from pidcfg.tuning.rules import Gains
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(results, "_gains", lambda *_: ("PID", Gains(*gains)))
-        patch.setattr(forecast, "forecast_words", lambda *_: forecast.Forecast("nobody asks for it"))
+        patch.setattr(retune, "forecast_words", lambda *_: retune.Forecast("nobody asks for it"))
         return pidcfg.tune(**process_for(gains), into=data, into_name="f.yaml", **more).written
 
 

@@ -24,13 +24,12 @@ if TYPE_CHECKING:
     from pidcfg.output.process import GainsFile
     from pidcfg.output.reporting import ReportResult
     from pidcfg.output.runs import CertifyResult, SimulateResult
-    from pidcfg.output.sources import Source
     from pidcfg.output.words import DecodeResult, EncodeResult
     from pidcfg.sim.engine.choice import EngineName
     from pidcfg.sim.engine.run import Sink
+    from pidcfg.tuning import Form
     from pidcfg.tuning.rules import Model
-    from pidcfg.tuning.tables import Form
-    from pidcfg.validate.engine import Checked
+    from pidcfg.validate.engine import Checked, Source
 
 # --- The public calls that return models and images themselves, for programs that work with them ----------------------
 
@@ -40,7 +39,7 @@ def check_text(text: str | bytes, file: str = "<text>") -> Checked:
 
     Nothing is raised for what is wrong with the text; it is in ``findings``.
     """
-    from pidcfg.output.sources import checked_of
+    from pidcfg.validate.engine import checked_of
 
     return checked_of(data_of(text), file, None, DEFAULT)
 
@@ -115,8 +114,8 @@ def tune(
     from pidcfg.output import gains
     from pidcfg.output import process as processes
     from pidcfg.output import process as targets
+    from pidcfg.tuning import Form
     from pidcfg.tuning.rules import METHODS, Model
-    from pidcfg.tuning.tables import Form
 
     refuse_unknown("method", method, METHODS)
     if form is not None:
@@ -181,7 +180,7 @@ def explain(
         return ExplainResult(pages)
 
     from pidcfg.output.explanation.lookup import explain_things
-    from pidcfg.output.sources import checked_of
+    from pidcfg.validate.engine import checked_of
 
     checked = None if config is None else checked_of(config, name, files, limits)
     return explain_things(things, family, tuple(blocks), checked, loop=loop)
@@ -224,7 +223,7 @@ def load(source: Source, *, name: str | None = None, files: Files = None, limits
     a `Path` is then one of these names.
     """
     from pidcfg.output.findings import load_document
-    from pidcfg.output.sources import document_of
+    from pidcfg.validate.engine import document_of
 
     return load_document(document_of(source, name, files, limits))
 
@@ -249,7 +248,7 @@ def check(
     be read. Files of settings are the command line's.
     """
     from pidcfg.output.findings import Chosen, check_loaded
-    from pidcfg.output.sources import document_of
+    from pidcfg.validate.engine import document_of
 
     doc = document_of(source, name, files, limits)
     chosen = Chosen(comments, [one.upper() for one in select], [one.upper() for one in ignore])
@@ -280,7 +279,7 @@ def fix(
     and none has come. ``codes``: only findings of these rules. Nothing is saved.
     """
     from pidcfg.output.findings import FixResult, correct
-    from pidcfg.output.sources import document_of
+    from pidcfg.validate.engine import document_of
 
     doc = document_of(source, name, files, limits)
     most = limits.listing_bytes + 1
@@ -297,7 +296,7 @@ def gains(source: Source, *, name: str | None = None, files: Files = None, limit
     and phase margin; times in s).
     """
     from pidcfg.output.handles import gains_of
-    from pidcfg.output.sources import document_of
+    from pidcfg.validate.engine import document_of
 
     return gains_of(document_of(source, name, files, limits), reader_of(files))
 
@@ -318,7 +317,7 @@ def change(
     `ArgumentError`.
     """
     from pidcfg.output.handles import change_document
-    from pidcfg.output.sources import document_of
+    from pidcfg.validate.engine import document_of
 
     return change_document(document_of(source, name, files, limits), values)
 
@@ -346,14 +345,18 @@ def encode(
     errors, as long as every value has its word. ``map``: a Modbus map, not that of ``plc.map``. Raises
     `UnwritableError` and `UnusableMapError`, both `ValueError`.
     """
-    from pidcfg.output.sources import checked_of, stated_map
     from pidcfg.output.words import MODBUS, EncodeOptions, encode_checked
+    from pidcfg.validate.engine import checked_of
 
     refuse_unknown("format", format, format_names())
     checked, most = checked_of(source, name, files, limits), limits.listing_bytes + 1
     added_to = None if into is None else source_data(into, into_name, files, most)
     old = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
-    plc_map = stated_map(map, checked.document, files, limits) if map is not None or format == MODBUS else None
+    plc_map = None
+    if map is not None or format == MODBUS:
+        from pidcfg.validate.map_files import stated_map
+
+        plc_map = stated_map(map, checked.document, files, limits)
     return encode_checked(checked, format, EncodeOptions(added_to, old, live, allow_errors, plc_map))
 
 
@@ -378,8 +381,9 @@ def decode(
     ``options``: the vendor's of ``pidcfg decode``.
     """
     from pidcfg.encoders.contract import formats_of
-    from pidcfg.output.sources import checked_of, files_of
+    from pidcfg.output.arguments import files_of
     from pidcfg.output.words import DecodeOptions, decode_files
+    from pidcfg.validate.engine import checked_of
 
     family = vendor_named(vendor)
     if format is not None:
@@ -411,7 +415,7 @@ def convert(
     ``pidcfg convert``, such as ``loop_table``.
     """
     from pidcfg.output.conversion import both_sides, convert_checked, max_loss_of
-    from pidcfg.output.sources import checked_of
+    from pidcfg.validate.engine import checked_of
 
     target = vendor_named(to, "to")
     refuse_below(1, jobs=jobs)
@@ -442,8 +446,8 @@ def diff(
     names, ranges and units; else it is the other side. ``live``: also words that the PLC or the process writes.
     ``verify``: run both sides through the same battery, in up to ``jobs`` processes; ``progress`` is told the share.
     """
-    from pidcfg.output.differences import DiffOptions, compare_sides, with_verdict
-    from pidcfg.output.sources import checked_of, side_of
+    from pidcfg.output.differences import DiffOptions, compare_sides, side_of, with_verdict
+    from pidcfg.validate.engine import checked_of
 
     refuse_below(1, jobs=jobs)
     family = None if vendor is None else vendor_named(vendor)
@@ -485,11 +489,10 @@ def simulate(
     this run is accepted as; ``accepted`` of the result is its text, unless the run has failed. Nothing is saved.
     """
     from pidcfg.output.runs import Columns, SimulateResult
-    from pidcfg.output.sources import document_of
     from pidcfg.sim.engine.choice import EngineName
     from pidcfg.sim.engine.run import Settings
     from pidcfg.study.outcome import simulate_document
-    from pidcfg.validate.engine import is_configuration
+    from pidcfg.validate.engine import document_of, is_configuration
 
     refuse_unknown("engine", engine, get_args(EngineName))
     refuse_below(1, every=every, runs=runs)
@@ -539,10 +542,10 @@ def certify(
     then, and ``state`` continues there; one of another batch is an `ArgumentError`. ``progress``: the share done.
     """
     from pidcfg.output.runs import CertifyResult
-    from pidcfg.output.sources import document_of
     from pidcfg.study.certification.certify import Plan, certify_document
     from pidcfg.study.certification.cluster import is_address
     from pidcfg.study.certification.tally import MOST_WORST, StateError
+    from pidcfg.validate.engine import document_of
 
     refuse_below(1, samples=samples, jobs=jobs)
     refuse_below(0, keep_worst=keep_worst)
@@ -603,7 +606,7 @@ def report(
     from pidcfg.about import VERSION
     from pidcfg.output.report.content import Title
     from pidcfg.output.reporting import report_sources
-    from pidcfg.output.sources import document_of
+    from pidcfg.validate.engine import document_of
 
     block = Title(title, project, customer, plant, document, revision, author, date, VERSION)
     documents = [document_of(source, None, files, limits) for source in sources]

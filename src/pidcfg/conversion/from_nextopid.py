@@ -27,7 +27,7 @@ from pidcfg.encoders.nextopid.image import Placed, bumpless_moves, encode
 from pidcfg.schemas import expressions as ops
 from pidcfg.schemas.expressions import CONDITIONAL, Expression
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, LowFilter, Move, NextopidFile, PidaReal, Pwm
+from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, LowFilter, Move, NextopidFile, Pida, Pwm
 from pidcfg.schemas.numbers import EXACT_CONTEXT
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -189,7 +189,7 @@ class Network:
     @cached_property
     def linked_blocks(self) -> dict[int, LinkedBlocks]:
         """What the neutral form has of each PID loop's surroundings."""
-        linked_blocks = {i: LinkedBlocks() for i in self.loops if isinstance(self.items[i].item, PidaReal)}
+        linked_blocks = {i: LinkedBlocks() for i in self.loops if isinstance(self.items[i].item, Pida)}
         for i, blocks in linked_blocks.items():
             blocks.low_filter = self._filter_of(i)
             self._link_master(linked_blocks, i)
@@ -417,7 +417,7 @@ def report_moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
             builder.loop.beside[f"moves.{found.holds_mv}"] = OUTPUT_STAYS
         if found.follows_pv is not None:
             path = f"moves.{found.follows_pv}"
-            builder.put(path, _text(network, found.follows_pv), "setpoint.follows_pv", True)  # noqa: FBT003
+            builder.put(path, _text(network, found.follows_pv), "setpoint.follows_pv", became=True)
         known |= {number for number in found if number is not None}
     for number, move in enumerate(network.config.moves):
         if number not in known:
@@ -482,7 +482,7 @@ def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
     network = Network(config)
     builders = [ParameterBuilder(i - network.first_loop, network=network, number=i) for i in network.loops]
     for b in builders:
-        if not isinstance(b.item, PidaReal) or not _is_complete(b):
+        if not isinstance(b.item, Pida) or not _is_complete(b):
             _refuse(b)
         else:
             apply_table(b, b.item, b.item, FIELDS)
@@ -501,7 +501,7 @@ def _is_complete(b: ParameterBuilder) -> bool:
 
 def _refuse(b: ParameterBuilder) -> None:
     name = b.item.name
-    if not isinstance(b.item, PidaReal):
+    if not isinstance(b.item, Pida):
         b.require(
             "type", f"{name} switches on and off, which is no PID: move it from loops to blocks, and it is left out"
         )
@@ -514,16 +514,16 @@ def _refuse(b: ParameterBuilder) -> None:
         b.require("MaxPV", f"{name}: write MinPV below MaxPV, and MinMV below MaxMV")
 
 
-def _sample_time(b: ParameterBuilder, item: PidaReal) -> None:
+def _sample_time(b: ParameterBuilder, item: Pida) -> None:
     where = "plc.sample_time" if item.sample_time is None else "sample_time"
     b.put(where, b.sample_time, "sample_time", b.sample_time)
 
 
-def _direction(b: ParameterBuilder, _: PidaReal) -> None:
+def _direction(b: ParameterBuilder, _: Pida) -> None:
     b.put_parameter("Direct", "output_raises_pv", not b.is_on("Direct"))
 
 
-def _equation(b: ParameterBuilder, _: PidaReal) -> None:
+def _equation(b: ParameterBuilder, _: Pida) -> None:
     indep, acts = b.is_on("Indep"), not b.is_on("DisableP")
     gain, integral, derivative = (max(b.value(key).value, ZERO) for key in ("Kp", "Ti_Ki", "Td_Kd"))
     note = ""
@@ -548,13 +548,13 @@ def _equation(b: ParameterBuilder, _: PidaReal) -> None:
         b.put_number("Tfd", "tuning.derivative_filter", "filter the derivative in the program")
 
 
-def _pv_range(b: ParameterBuilder, _: PidaReal) -> None:
+def _pv_range(b: ParameterBuilder, _: Pida) -> None:
     b.set("pv.range", [b.value("MinPV").value, b.value("MaxPV").value])
     b.mark_parameter("MinPV", "pv.range.0")
     b.mark_parameter("MaxPV", "pv.range.1")
 
 
-def _pv_filter(b: ParameterBuilder, _: PidaReal) -> None:
+def _pv_filter(b: ParameterBuilder, _: Pida) -> None:
     network, number = b.network, b.linked_blocks.low_filter
     if number is not None:
         time, block = network.value(number, "Tc"), f"blocks.{network.items[number].item.name}"
@@ -571,7 +571,7 @@ def _is_plain(network: Network, source: str) -> bool:
     return source in network.config.signals or source.endswith(".PV")
 
 
-def _mode(b: ParameterBuilder, _: PidaReal) -> None:
+def _mode(b: ParameterBuilder, _: Pida) -> None:
     linked, manual = b.linked_blocks.master is not None, b.is_on("Manual") or b.is_on("TRK_IN")
     b.set("mode", "manual" if manual else "cascade" if b.is_on("CASC") and linked else "auto")
     b.set("setpoint", {})  # a neutral file shows the section even if nothing is known of it
@@ -579,7 +579,7 @@ def _mode(b: ParameterBuilder, _: PidaReal) -> None:
     b.mark_switch("CASC", "mode" if linked else "setpoint.value", "manual comes first" if manual else "")
 
 
-def _setpoint(b: ParameterBuilder, _: PidaReal) -> None:
+def _setpoint(b: ParameterBuilder, _: Pida) -> None:
     casc = b.is_on("CASC")
     if b.linked_blocks.master is not None:
         master = b.network.items[b.linked_blocks.master].item.name
@@ -603,7 +603,7 @@ def _is_number(b: ParameterBuilder, key: str) -> bool:
     return not b.value(key).wire or b.network.source(b.number, key) in b.network.config.signals
 
 
-def _output(b: ParameterBuilder, item: PidaReal) -> None:
+def _output(b: ParameterBuilder, item: Pida) -> None:
     low, high = b.value("MinMV").value, b.value("MaxMV").value
     b.set("output.limits", [low, high])
     b.mark_parameter("MinMV", "output.limits.0")
@@ -618,7 +618,7 @@ def _output(b: ParameterBuilder, item: PidaReal) -> None:
         b.put("output.range", span, "output.range", scale, note, assumed=True)
 
 
-def _pulses(b: ParameterBuilder, _: PidaReal) -> None:
+def _pulses(b: ParameterBuilder, _: Pida) -> None:
     network, number = b.network, b.linked_blocks.pwm
     if number is not None:
         period = network.value(number, "Period")
@@ -627,7 +627,7 @@ def _pulses(b: ParameterBuilder, _: PidaReal) -> None:
         b.put(path, period.in_file, "output.pulse.period", time, assumed=bool(period.wire))
 
 
-def _terms(b: ParameterBuilder, _: PidaReal) -> None:
+def _terms(b: ParameterBuilder, _: Pida) -> None:
     """What else makes the output."""
     if b.value("BIAS").wire and b.network.wires[b.number, "BIAS"].signals:
         b.drop_parameter("BIAS", "a feed-forward: add it to the output in the program")
@@ -647,12 +647,12 @@ def _terms(b: ParameterBuilder, _: PidaReal) -> None:
         b.put_number("MaxVarMV", "output.max_rate", instead, per_second, "per cycle here")
 
 
-def _deadband(b: ParameterBuilder, _: PidaReal) -> None:
+def _deadband(b: ParameterBuilder, _: Pida) -> None:
     if b.is_set("DeadBand"):
         b.put_number("DeadBand", "deadband", "hold MV in the program while the error is small", note=MV_HELD_IN_BAND)
 
 
-def _connections(b: ParameterBuilder, item: PidaReal) -> None:
+def _connections(b: ParameterBuilder, item: Pida) -> None:
     """Connections of cascades and overrides, and the auto-tuning."""
     slaves = {b.network.items[j].item.name for j in b.linked_blocks.slaves}
     cascade = {f"{name}.{key}" for name in slaves for key in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")}
@@ -672,7 +672,7 @@ def _connections(b: ParameterBuilder, item: PidaReal) -> None:
         )
 
 
-FIELDS: Table[ParameterBuilder, PidaReal] = (
+FIELDS: Table[ParameterBuilder, Pida] = (
     *same_fields("name", "description"),
     _sample_time,
     _direction,

@@ -7,17 +7,29 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
-from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.codecs import Bcd, DecodeError, typed_digits
 from pidcfg.encoders.contract import encoder_of, formats_of
-from pidcfg.encoders.image import Decoded, Encoding, Image, NoValueError, RefusedError, read_settings
-from pidcfg.encoders.listing import HEADERS, FileKind, Listing, ListingError, columns, few, first_line, kind_of
+from pidcfg.encoders.image import Cell, Decoded, Encoding, Image, NoValueError, RefusedError, read_settings
+from pidcfg.encoders.listing import (
+    HEADERS,
+    PLC,
+    FileKind,
+    Listing,
+    ListingError,
+    columns,
+    few,
+    first_line,
+    kind_of,
+    write_text,
+)
 from pidcfg.encoders.parameters import AnyEncoding, AnyImage, Elsewhere
 from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, dotted, has_key, put, steps, value_at
 from pidcfg.text.reader import DEFAULT, Limits
+from pidcfg.text.references import Decision
 from pidcfg.text.signs import binary_file
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -198,8 +210,6 @@ def decode_listing(
 
 def _doubts(listing: Listing, encoding: AnyEncoding) -> tuple[tuple[str, ...], str]:
     """Notes on words that seem typed in decimal, and the listing without them; empty: none does."""
-    from pidcfg.encoders.doubts import beside, suggested, suspects
-
     if not isinstance(encoding, Encoding):
         return (), ""
     found = suspects(listing.words, encoding)
@@ -440,3 +450,95 @@ def _setting_path(path: Sequence[str | int]) -> Path:
     whole = steps(dotted(path))
     end = next((i for i, step in enumerate(whole) if isinstance(step, int)), len(whole))
     return whole[:end]
+
+
+# --- BCD words that somebody seems to have typed in decimal: both readings, and a listing that suggests BCD -----------
+
+D950 = Decision(
+    950,
+    "a BCD word that seems typed in decimal is told and never changed",
+    "A word with a digit above 9 counts as 0 (D50), and the number that it is in decimal is told with the digits that "
+    "would mean it: 00FA is 250, 0250 would be 2.50. Beside such a word the other BCD words of its loop are told with "
+    "both readings. `decode --suggest FILE` writes the listing with digits in place of the words that are no BCD; "
+    "words that are BCD keep their content, and have both readings beside them.",
+    "A memory view takes words in decimal, too, and the manual's loop table has binary and BCD words side by side. "
+    "Of a word that is BCD nobody can know which reading was meant.",
+)
+
+
+class Suspect(NamedTuple):
+    """A BCD word that was perhaps typed in decimal, and what it means either way."""
+
+    address: str
+    number: int
+    loop: str | None
+    raw: int
+    word: int
+    """The four BCD digits of the number that it is in decimal."""
+    as_bcd: str
+    """What it means as it stands; empty: it is no BCD."""
+    as_decimal: str
+
+    @property
+    def readings(self) -> str:
+        """Both readings."""
+        if not self.as_bcd:
+            return f"{self.raw:04X} is no BCD; {self.as_decimal} if {self.raw} was typed in decimal"
+        return f"{self.raw:04X} is {self.as_bcd}, or {self.as_decimal} if {self.raw} was typed in decimal"
+
+
+def suspects(words: Mapping[int, int], encoding: Encoding) -> tuple[Suspect, ...]:
+    """Words that are no BCD but would be a number typed in decimal, and the other BCD words of the same loops."""
+    found = {suspect.number: suspect for suspect in _bcd_words(words, encoding)}
+    loops = {suspect.loop for suspect in found.values() if not suspect.as_bcd}
+    return tuple(found[number] for number in sorted(found) if found[number].loop in loops)
+
+
+def _bcd_words(words: Mapping[int, int], encoding: Encoding) -> Iterator[Suspect]:
+    """The BCD words of all loops that mean something else typed in decimal; where blocks overlap the later wins."""
+    for block in encoding.blocks:
+        for row in block.table.words:
+            number, codec = block.start + row.offset, getattr(row.codec, "bcd", row.codec)
+            raw = words.get(number, 0)
+            typed = typed_digits(raw)
+            if isinstance(codec, Bcd) and typed is not None and typed != raw:
+                as_bcd = codec.shown(raw) if f"{raw:04X}".isdecimal() else ""
+                name = encoding.space.name(number)
+                yield Suspect(name, number, block.loop, raw, typed, as_bcd, codec.shown(typed))
+
+
+def beside(found: tuple[Suspect, ...]) -> Iterator[str]:
+    """A note a loop on BCD words that stand beside one that is none."""
+    for loop in dict.fromkeys(suspect.loop for suspect in found):
+        own = [suspect for suspect in found if suspect.loop == loop]
+        first = ", ".join(suspect.address for suspect in own if not suspect.as_bcd)
+        others = [f"{suspect.address} {suspect.readings}" for suspect in own if suspect.as_bcd]
+        if others:
+            yield f"{loop}: beside {first} these may be typed in decimal, too: {'; '.join(others)}"
+
+
+def suggested(listing: Listing, encoding: Encoding, found: tuple[Suspect, ...]) -> str:
+    """The listing as text with BCD in place of the words that are none, and all readings beside them."""
+    by_number = {suspect.number: suspect for suspect in found}
+    known = {cell.number: cell for cell in encoding.image.cells}
+    cells = []
+    for number, held in sorted(listing.words.items()):
+        suspect, cell = by_number.get(number), known.get(number)
+        raw = suspect.word if suspect is not None and not suspect.as_bcd else held
+        field, loop = ("-", None) if cell is None else (cell.field, cell.loop)
+        cells.append(Cell(encoding.space.name(number), number, raw, field, loop, encoding.space.kind(number)))
+    text = write_text(Image(encoding.vendor, tuple(cells), listing.settings, listing.plc))
+    return "".join(f"{_with_readings(line, found)}\n" for line in _described(text, listing))
+
+
+def _described(text: str, listing: Listing) -> Iterator[str]:
+    """The lines, with what was done above them; a listing that says nothing beside its words still says nothing."""
+    first, *others = text.splitlines()
+    yield first
+    yield "# suggested: the words marked 'no BCD' have digits instead; compare every marked word with the PID dialog"
+    yield from (line for line in others if listing.described or not line.startswith(PLC))
+
+
+def _with_readings(line: str, found: tuple[Suspect, ...]) -> str:
+    suspect = next((suspect for suspect in found if line.startswith(f"{suspect.address} ")), None)
+    return line if suspect is None else f"{line}  # {suspect.readings}"

@@ -198,9 +198,10 @@ def _row(cells: list[tuple[str, int]], header: tuple[str, ...], line: int) -> Ro
     if table not in TABLES:
         wanted = f"write {', '.join(TABLES)}, or {NONE} where no register has {row.symbol}"
         raise row.error_in("table", f"{texts.get('table', '')!r} is no table; {wanted}")
-    row = row._replace(table=next(name for name in TABLES if name == table))
+    known = next(name for name in TABLES if name == table)
+    row = row._replace(table=known)
     row = row._replace(type=_type(row, texts.get("type", "")))
-    row = _with_register(row, texts.get("register", ""))
+    row = _with_register(row, known, texts.get("register", ""))
     return row._replace(high_first=_order(row, texts.get("order", "")))
 
 
@@ -215,15 +216,15 @@ def _type(row: Row, text: str) -> str:
     return kind
 
 
-def _with_register(row: Row, text: str) -> Row:
+def _with_register(row: Row, table: Table, text: str) -> Row:
     if not text:
-        first = f"{row.table} 0 is what references call {reference(cast('Table', row.table), 0)}"
+        first = f"{table} 0 is what references call {reference(table, 0)}"
         raise row.error_in("register", f"the register of {row.symbol} is missing; write its number from 0 on: {first}")
     match = REGISTER.fullmatch(text)
     if match is None:
         raise row.error_in("register", f"{text!r} is no register; write 0 to {WORD_MAX}, of a bit such as 100.3")
     number = int(match["number"], 16 if match["number"][:2].lower() == "0x" else 10)
-    _refuse_reference(row, match["number"], number)
+    _refuse_reference(row, table, match["number"], number)
     if number + WIDTHS[row.type] - 1 > WORD_MAX:
         raise row.error_in("register", f"{row.symbol} would end at {number + WIDTHS[row.type] - 1}, beyond {WORD_MAX}")
     bit = None if match["bit"] is None else int(match["bit"])
@@ -237,9 +238,8 @@ def _with_register(row: Row, text: str) -> Row:
     return row._replace(register=number, bit=bit)
 
 
-def _refuse_reference(row: Row, text: str, number: int) -> None:
+def _refuse_reference(row: Row, table: Table, text: str, number: int) -> None:
     """Refuses what two people read differently (D890)."""
-    table = cast("Table", row.table)
     short, long = FIRST_REFERENCE[table]
     if len(text) > 1 and text[0] == "0" and text[1] not in "xX":
         raise row.error_in("register", f"{text} may be a number or a reference; write {number} or {max(number - 1, 0)}")

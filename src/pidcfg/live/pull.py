@@ -26,7 +26,6 @@ from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents
 from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_unknown, vendor_named, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
 from pidcfg.output.findings import errors_in, findings_data, short_repr
-from pidcfg.output.sources import Source, checked_of, stated_map
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
@@ -35,8 +34,8 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Data, steps, value_at
 from pidcfg.text.paths import Path as KeyPath
 from pidcfg.text.reader import DEFAULT, Files, Limits
-from pidcfg.validate.engine import Checked
-from pidcfg.validate.map_files import MapFile, numbering_of
+from pidcfg.validate.engine import Checked, Source, checked_of
+from pidcfg.validate.map_files import MapFile, numbering_of, stated_map
 from pidcfg.vendors import VENDORS, Vendor, format_of
 
 # --- What a PLC holds, as a configuration or a memory listing: the result of `pidcfg.pull` ----------------------------

@@ -29,7 +29,6 @@ from pidcfg.live.link import (
 )
 from pidcfg.output.arguments import ArgumentError, check_arguments
 from pidcfg.output.findings import errors_in, findings_data, short_repr
-from pidcfg.output.sources import document_of, stated_map
 from pidcfg.sim.controllers.settings import NO_REGISTER, RegisterError
 from pidcfg.sim.engine.run import Settings, UnusableError, begin_run
 from pidcfg.sim.judgement.report import Note, ten_digits
@@ -37,7 +36,8 @@ from pidcfg.study.outcome import Outcome
 from pidcfg.study.scenario import load
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DEFAULT, Limits, reader_of
-from pidcfg.validate.map_files import named_map, numbering_of
+from pidcfg.validate.engine import document_of
+from pidcfg.validate.map_files import named_map, numbering_of, stated_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from pymodbus.datastore import ModbusServerContext
 
     from pidcfg.encoders.listing import Places
-    from pidcfg.output.sources import Source
     from pidcfg.sim.controllers.settings import Done, Registers
     from pidcfg.sim.judgement.report import Report
     from pidcfg.study.scenario import Loaded
@@ -55,6 +54,7 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Files, Reader
+    from pidcfg.validate.engine import Source
     from pidcfg.validate.map_files import MapFile
 
 # --- The virtual PLC of a scenario behind its vendor's register map: read, written to, and moved on in time -----------

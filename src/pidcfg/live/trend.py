@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from pidcfg.live.link import Patience
     from pidcfg.live.pull import Plc
     from pidcfg.live.reading import Registers
-    from pidcfg.output.sources import Source
     from pidcfg.schemas.iec import IecType
     from pidcfg.sim.engine.run import Sink
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Files
+    from pidcfg.validate.engine import Source
     from pidcfg.vendors import Vendor
 
 D874 = Decision(

@@ -11,7 +11,7 @@ from pathlib import Path
 from reprlib import repr as short
 from typing import TYPE_CHECKING, ParamSpec, TypeGuard, TypeVar
 
-from pidcfg.text.reader import Limits
+from pidcfg.text.reader import Files, Limits, source_data
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -260,6 +260,25 @@ def refuse_types(call: Callable[..., object], args: tuple[object, ...], kwargs: 
         for one in value if parameter.kind is parameter.VAR_POSITIONAL else (value,):
             if not is_kind(one):
                 raise ArgumentTypeError(f"`{name}` is {short(one)}; give {wanted}", name)
+
+
+# --- Several files of a call ------------------------------------------------------------------------------------------
+
+
+def files_of(
+    source: Path | str | bytes | Sequence[Path | str | bytes],
+    name: str | Sequence[str] | None,
+    files: Files,
+    limits: Limits,
+) -> list[tuple[bytes, str]]:
+    """One or several files, each its bytes and its name; raises `ArgumentError` where names and files do not agree."""
+    source = bytes(source) if isinstance(source, bytearray | memoryview) else source
+    sources = source if isinstance(source, Sequence) and not isinstance(source, str | bytes) else [source]
+    names = [name] * len(sources) if name is None or isinstance(name, str) else list(name)
+    if not sources or len(names) != len(sources):
+        raise ArgumentError("`source` and `name` are lists of the same length, and not empty", "source", "name")
+    most = limits.listing_bytes + 1
+    return [source_data(one, label, files, most) for one, label in zip(sources, names, strict=True)]
 
 
 # --- What every public call does first: it refuses arguments of other types, and sets decimals as it needs them -------

@@ -32,7 +32,9 @@ from pidcfg.output.words import listing_fault
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
-from pidcfg.text.reader import SUFFIXES
+from pidcfg.text.reader import SUFFIXES, source_data
+from pidcfg.text.source import read_document
+from pidcfg.validate.engine import check_document, checked_of
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -42,8 +44,8 @@ if TYPE_CHECKING:
     from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.study.verification.verify import Verified
     from pidcfg.text.paths import Data
-    from pidcfg.text.reader import Limits
-    from pidcfg.validate.engine import Checked
+    from pidcfg.text.reader import Files, Limits
+    from pidcfg.validate.engine import Checked, Source
     from pidcfg.vendors import Vendor
 
 # --- Both sides of a comparison in the battery of `pidcfg.study.verification` -----------------------------------------
@@ -316,6 +318,16 @@ WORD_BY_WORD = (
 def is_listing(name: str) -> bool:
     """Whether a text of this name is a memory listing; a text without a file's name is a configuration."""
     return not name.startswith("<") and PurePath(name).suffix.lower() not in SUFFIXES
+
+
+def side_of(source: Source, name: str | None, files: Files, limits: Limits) -> tuple[Checked | tuple[bytes, str], str]:
+    """A side of a comparison, a checked configuration or the bytes and name of a listing; and what it is called."""
+    if isinstance(source, Document):
+        return checked_of(source, name, files, limits), name or source.file
+    data, label = source_data(source, name, files, limits.listing_bytes + 1)
+    if is_listing(label):
+        return (data, label), label
+    return check_document(read_document(data, label, limits)), label
 
 
 def compare_sides(

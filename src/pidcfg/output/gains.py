@@ -27,17 +27,16 @@ from pidcfg.tuning.transfer import transfer_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.output.forecast import Around, Forecast, Recorded
     from pidcfg.output.process import GainsFile, Target, VendorGains
-    from pidcfg.output.retune import Written
+    from pidcfg.output.retune import Around, Forecast, Recorded, Written
     from pidcfg.output.robust import RobustGains, Searched
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
+    from pidcfg.tuning import Form
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.margins import Judgement
     from pidcfg.tuning.response import Record, Request
-    from pidcfg.tuning.tables import Form
     from pidcfg.tuning.transfer import Transfer
 
 IDENTIFIED = ("gain", "time_constant", "dead_time")
@@ -237,7 +236,7 @@ def _of_record(
 
 def _recorded(result: TuneResult, name: str) -> Recorded | None:
     """What of a record has to be in the units of the loop; None: there is no record."""
-    from pidcfg.output.forecast import Recorded
+    from pidcfg.output.retune import Recorded
 
     fit, record = result.identified, result.record
     if fit is None or record is None:
@@ -252,8 +251,7 @@ def _into_loop(
 
     ``recorded``: the name of the record, if it is of one.
     """
-    from pidcfg.output.forecast import forecast_words
-    from pidcfg.output.retune import retune_loop
+    from pidcfg.output.retune import forecast_words, retune_loop
 
     written, values = retune_loop(result.gains, target, into, limits, heating=result.heating)
     plant = result.plant
@@ -274,8 +272,7 @@ def _into_loop(
 
 def _in_loop(known: KnownProcess, target: Target, into: GainsFile, limits: Limits) -> tuple[KnownProcess, Around]:
     """What is known, with the sample time and the PV filter of the loop that is to have the gains."""
-    from pidcfg.output.forecast import Around
-    from pidcfg.output.retune import loop_tuning
+    from pidcfg.output.retune import Around, loop_tuning
 
     around = Around.of(loop_tuning(target, into, limits)[1])
     if around.sample_time is None or known.wish is not None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import field, replace
 from decimal import Decimal
 from math import inf, isfinite
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
@@ -32,6 +32,9 @@ from pidcfg.tuning.rules import Gains, is_usable
 from pidcfg.tuning.transfer import Transfer
 from pidcfg.validate.engine import Checked, check_document, is_scenario
 from pidcfg.validate.fixes import PlacingError, with_values
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 # --- The three numbers of each loop as the PLC holds them, and how robust they are ------------------------------------
 
@@ -163,10 +166,13 @@ def _loops(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGains, .
     if loaded is not None and loaded.image is not None:
         axes = axes_of(loaded.plc(), loaded.image.settings)
     config: Any = checked.config
+    model = checked.vendor.model
     found = []
     for i, loop in enumerate(config.loops):
         tuning = encoder_of(checked.vendor).tuning_of(config, loop)
-        numbers = () if tuning.now == (None, None, None) and tuning.wrong else _numbers(checked, i, tuning)
+        numbers = (
+            () if tuning.now == (None, None, None) and tuning.wrong else _numbers(checked.document, model, i, tuning)
+        )
         robust: Margins | None = None
         why = "" if loaded is None or loaded.scenario is None else tuning.wrong
         if not why and loaded is not None and loaded.scenario is not None:
@@ -175,14 +181,13 @@ def _loops(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGains, .
     return tuple(found)
 
 
-def _numbers(checked: Checked, i: int, tuning: LoopTuning) -> tuple[HeldNumber, ...]:
+def _numbers(document: Document, model: type[BaseModel], i: int, tuning: LoopTuning) -> tuple[HeldNumber, ...]:
     """The three numbers of a loop."""
-    model = checked.vendor.model  # type: ignore[union-attr]  # a configuration that was encoded has one
     out = []
     for part, name, unit, now in zip(PARTS, tuning.words.names, tuning.units(), tuning.now, strict=True):
         key, limits = tuning.words.key(name), tuning.words.limits(model, name)
         path = ("loops", i, *steps(key))
-        text = value_at(checked.document.data, path)
+        text = value_at(document.data, path)
         ends = (None, None) if limits is None else (limits.low, limits.high)
         low, high = (None if end is None else number_of(end) for end in ends)
         step, written = tuning.words.step(name), None if text is None else str(text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from decimal import Decimal
 from math import inf
-from typing import TYPE_CHECKING, TypedDict, get_args
+from typing import TYPE_CHECKING, Any, TypedDict, get_args
 
 from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Reader
+    from pidcfg.tuning import Form
     from pidcfg.tuning.robust import Fitted
     from pidcfg.tuning.rules import Gains, Method, Model
-    from pidcfg.tuning.tables import Form
     from pidcfg.vendors import Vendor
 
 # --- What is said of a process: its numbers, kind or transfer function, and what a rule still needs of them -----------
@@ -205,9 +205,9 @@ def refuse_missing(method: Method, numbers: Mapping[str, float], model: Model) -
 
 def process_of(numbers: Mapping[str, float], model: Model) -> Process:
     """The numbers as a process of this kind, its gain without a sign."""
-    given = {field.name: abs(numbers[field.name]) for field in fields(Process) if field.name in numbers}
-    integrating = {"time_constant": 1.0, "integrating": True} if model == "integrating" else {}
-    return Process(**{"gain": 0.0, "time_constant": 0.0, "dead_time": 0.0, **given, **integrating})  # type: ignore[arg-type]
+    sizes: dict[str, Any] = {field.name: abs(numbers.get(field.name, 0.0)) for field in fields(Process)}
+    integrating = {"time_constant": 1.0} if model == "integrating" else {}
+    return Process(**{**sizes, **integrating, "integrating": bool(integrating)})
 
 
 # --- Where the gains of a rule go: the terms of a PLC, or a loop of a configuration -----------------------------------

@@ -14,8 +14,7 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.output.findings import findings_data, short_repr
-from pidcfg.output.report.content import SourceFile, Units
-from pidcfg.output.report.runs import Run, run_sheet
+from pidcfg.output.report.content import Run, SourceFile, Units, run_sheet
 from pidcfg.output.report.sheets import compose, plc_sheet, rename_files
 from pidcfg.text.diagnostics import sort_findings
 from pidcfg.text.document import Document, Node

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from pidcfg.output.process import KnownProcess, Robustness, Target
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
+    from pidcfg.tuning import Form
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.rules import Method, Model, Process
-    from pidcfg.tuning.tables import Form
     from pidcfg.vendors import Vendor
 
 # ----------------------------------------------------------------------------------------------------------------------

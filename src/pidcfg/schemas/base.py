@@ -330,12 +330,16 @@ class LoopNameSettings(Model):
 # --- Rates of change of a PV, for the alarms of every vendor ----------------------------------------------------------
 
 
+Per = Literal["sample", "s", "min"]
+"""What a rate is counted in."""
+
+
 class Rate(NamedTuple):
     """A rate of change of the PV: per sample, or per a unit of time (``"15 /min"``)."""
 
     value: Decimal
     counts: bool = False
-    per: Literal["sample", "s", "min"] = "sample"
+    per: Per = "sample"
 
     def per_sample(self, sample_rate: Decimal) -> Quantity:
         """The change in one sample of ``sample_rate`` seconds (manual: rate / 60 x counts per unit x sample rate)."""
@@ -356,11 +360,11 @@ def parse_rate(value: object) -> Rate:
         return value
     if isinstance(value, str) and "/" in value:
         amount, _, unit = value.partition("/")
-        amount, per = amount.strip(), {"min": "min", "s": "s", "sample": "sample"}.get(unit.strip())
+        amount, per = amount.strip(), next((per for per in get_args(Per) if per == unit.strip()), None)
         number = amount.removesuffix("counts").strip()
         if per is None or not NUMBER.fullmatch(number):
             refuse("duration_form", f"{value!r} is not a rate", help="write 0.5 (per sample), 15 /min or 0.25 /s")
-        return Rate(number_text(number), number != amount, per)  # type: ignore[arg-type]  # one of the Literal's words
+        return Rate(number_text(number), number != amount, per)
     quantity = parse_quantity(value)
     return Rate(quantity.value, quantity.counts)
 

@@ -213,7 +213,7 @@ def _literal(text: str, kind: str, body: str) -> Decimal | bool:
     return Whole(number) if kind == "INT" else number
 
 
-def signal_type(value: Decimal | bool) -> IecType:  # noqa: FBT001 - a value of any type
+def signal_type(value: Signal) -> IecType:
     """The type that the value of a signal says."""
     if isinstance(value, bool):
         return BOOL

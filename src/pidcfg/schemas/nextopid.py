@@ -110,10 +110,10 @@ class Controller(Item):
     """Scale and unit of the output."""
 
 
-class PidaReal(Controller):
-    """PID controller with REAL parameters."""
+class Pida(Controller):
+    """What the PID controllers have in common."""
 
-    type: Literal["PIDA_REAL"]
+    type: str
     """The function block."""
     SP: RealIn
     """Set point."""
@@ -169,11 +169,16 @@ class PidaReal(Controller):
     """TRUE: MV rises with PV (cooling); FALSE: MV falls when PV rises (heating)."""
 
 
-class PidaInt(PidaReal):
-    """PID controller with INT parameters, in field units."""
+class PidaReal(Pida):
+    """PID controller with REAL parameters."""
 
-    type: Literal["PIDA_INT"]  # type: ignore[assignment]  # another block with the same parameters
+    type: Literal["PIDA_REAL"]
     """The function block."""
+
+
+class IntPida(Pida):
+    """The same with INT parameters, in field units."""
+
     SP: IntIn
     """Set point."""
     SP_CASC: IntIn = Decimal(0)
@@ -200,6 +205,13 @@ class PidaInt(PidaReal):
     """Lower limit of PV, SP and SP_CASC inside the block."""
 
 
+class PidaInt(IntPida):
+    """PID controller with INT parameters, in field units."""
+
+    type: Literal["PIDA_INT"]
+    """The function block."""
+
+
 class TuneParam(Model):
     """What the auto-tuning does."""
 
@@ -215,10 +227,10 @@ class TuneParam(Model):
     """The controller that is tuned."""
 
 
-class PidaTuneReal(PidaReal):
+class PidaTuneReal(Pida):
     """PID controller with REAL parameters and auto-tuning."""
 
-    type: Literal["PIDA_TUNE_REAL"]  # type: ignore[assignment]  # as above
+    type: Literal["PIDA_TUNE_REAL"]
     """The function block."""
     AutoTune: BoolIn = False
     """Its rising edge starts the auto-tuning, which holds MV while it is TRUE."""
@@ -226,10 +238,10 @@ class PidaTuneReal(PidaReal):
     """Parameters of the auto-tuning."""
 
 
-class PidaTuneInt(PidaInt):
+class PidaTuneInt(IntPida):
     """PID controller with INT parameters and auto-tuning."""
 
-    type: Literal["PIDA_TUNE_INT"]  # type: ignore[assignment]  # as above
+    type: Literal["PIDA_TUNE_INT"]
     """The function block."""
     AutoTune: BoolIn = False
     """Its rising edge starts the auto-tuning, which holds MV while it is TRUE."""

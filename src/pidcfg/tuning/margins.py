@@ -17,8 +17,8 @@ from pidcfg.tuning.transfer import transfer_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from pidcfg.tuning import Form
     from pidcfg.tuning.rules import Cycle, Gains, Method
-    from pidcfg.tuning.tables import Form
     from pidcfg.tuning.transfer import Transfer
 
     OpenLoop = Callable[[float], complex]

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from pidcfg.encoders.regmap import Tuned
+    from pidcfg.tuning import Form
     from pidcfg.tuning.margins import Margins
     from pidcfg.tuning.rules import Process, Spread
     from pidcfg.tuning.sampled import Sampling
-    from pidcfg.tuning.tables import Form
     from pidcfg.vendors import Vendor
 
 # --- Gains as a vendor's registers hold them: in its own terms, rounded, with the error that this makes ---------------

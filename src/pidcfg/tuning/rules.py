@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import inf, isfinite
-from typing import Literal, NoReturn
+from typing import Any, Literal, NoReturn
 
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import NEXTOPID, Basis, Decision
-from pidcfg.tuning.tables import (
+from pidcfg.tuning import (
     GENTLE_CLOSED,
     NEXTOPID_CLOSED,
     TYREUS_LUYBEN,
@@ -25,7 +25,7 @@ from pidcfg.tuning.tables import (
 # ----------------------------------------------------------------------------------------------------------------------
 # The manuals' tuning rules as tables and formulas; results are in the dependent form, in engineering units and s.
 # A process is a lag with dead time, with a second lag, or an integrator. Coefficients of the ultimate cycle and of the
-# reaction curve stand in `pidcfg.tuning.tables`.
+# reaction curve stand in `pidcfg.tuning`.
 
 Model = Literal["first-order", "second-order", "integrating"]
 
@@ -464,8 +464,8 @@ def plants_of(process: Process, spreads: Sequence[Spread], samples: int = SAMPLE
         for _ in range(samples if spreads else 0)
     ]
     names = [spread.name for spread in spreads]
-    plants = (replace(process, **dict(zip(names, row, strict=True))) for row in rows)  # type: ignore[arg-type]  # floats
-    return list(dict.fromkeys([process, *plants]))
+    changes: list[dict[str, Any]] = [dict(zip(names, row, strict=True)) for row in rows]
+    return list(dict.fromkeys([process, *(replace(process, **change) for change in changes)]))
 
 
 # --- The tuning rules by name: what each takes, the controllers and processes that it is for, and where it holds ------

@@ -6,15 +6,18 @@ import re
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import cached_property
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
 from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
-from pidcfg.text.document import Plain
+from pidcfg.text.document import Document, Plain
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import Files, Limits, source_data
 from pidcfg.text.signs import QUOTES, code_point, in_curly_quotes, same_word, to_ascii
+from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import is_to_check, lines
 from pidcfg.validate.rule import D720, D931, LOOPS, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
@@ -27,7 +30,6 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from pidcfg.encoders.parameters import AnyEncoding
-    from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.text.references import Decision
     from pidcfg.validate.rule import Finding, Rule
@@ -341,6 +343,22 @@ def check_document(doc: Document) -> Checked:
     findings += odd_texts(doc)
     to_check = tuple(sort_findings([d for d in of_rules if is_to_check(d)]))
     return Checked(doc, tuple(sort_findings(findings)), vendor, config, encoding, to_check)
+
+
+Source = FilePath | str | bytes | Document
+"""A file by its path, a text, or the ``document`` of another result, which is not read again."""
+
+
+def document_of(source: Source, name: str | None, files: Files, limits: Limits) -> Document:
+    """A source as a document; raises `OSError` for a file that is not there."""
+    if isinstance(source, Document):
+        return source if source.limits == limits else replace(source, limits=limits)
+    return read_document(*source_data(source, name, files, limits.listing_bytes + 1), limits)
+
+
+def checked_of(source: Source, name: str | None, files: Files, limits: Limits) -> Checked:
+    """A source as a checked configuration."""
+    return check_document(document_of(source, name, files, limits))
 
 
 def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tuple[Document, Any, list[Diagnostic]]:

@@ -16,14 +16,16 @@ from pidcfg.encoders.modbus_map import (
     read_symbol_map,
 )
 from pidcfg.text.diagnostics import Diagnostic, Severity
-from pidcfg.text.reader import may_be_quoted, read_other, refusal
+from pidcfg.text.reader import UNNAMED, may_be_quoted, read_other, reader_of, refusal, source_data
 from pidcfg.vendors import format_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from pidcfg.encoders.listing import Numbering
     from pidcfg.encoders.parameters import AnyImage
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits, Reader
+    from pidcfg.text.reader import Files, Limits, Reader
     from pidcfg.vendors import Vendor
 
 CODE = "PID067"
@@ -66,6 +68,16 @@ def named_map(document: Document | None, reader: Reader) -> MapFile | None:
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
         raise UnusableMapError(f"{refusal(name, error)}: {cure}", document.file, span.line, span.column) from None
     return map_of_data(data, name, document.limits)._replace(quoted=may_be_quoted(reader, document.file, name))
+
+
+def stated_map(
+    source: Path | str | bytes | None, document: Document | None, files: Files, limits: Limits
+) -> MapFile | None:
+    """A Modbus map, else the one of the configuration's ``plc.map``; raises `UnusableMapError`, `OSError`."""
+    if source is None:
+        return named_map(document, reader_of(files))
+    data, label = source_data(source, None, files, limits.listing_bytes + 1)
+    return map_of_data(data, "map" if label == UNNAMED else label, limits)
 
 
 def numbering_of(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from pidcfg.output.retune import Written
     from pidcfg.text.reader import Limits
-    from pidcfg.tuning.tables import Form
+    from pidcfg.tuning import Form
 
 EPILOG = options.examples(
     "pidcfg tune --method zn-open --gain 2 --time-constant 10 --dead-time 1 --for click",

@@ -15,9 +15,8 @@ from pidcfg.pictures import Chart, Line, Locus, Panel
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.output.forecast import Around, Forecast
     from pidcfg.output.gains import TuneResult
-    from pidcfg.output.retune import Written
+    from pidcfg.output.retune import Around, Forecast, Written
     from pidcfg.output.robust import Confirmation, RobustGains
     from pidcfg.text.paths import Data
     from pidcfg.tuning.identify import Identified

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pidcfg.encoders.options import Option, listed
+from pidcfg.encoders import Option, listed
 
 # --- What CLICK listings do not say of a loop, and where the blocks of converted loops begin --------------------------
 

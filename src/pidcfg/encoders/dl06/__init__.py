@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pidcfg.encoders.options import Option
+from pidcfg.encoders import Option
 
 # --- What a DL06 listing may lack, and where the loops of a converted file go -----------------------------------------
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pidcfg.encoders.options import Option, listed
+from pidcfg.encoders import Option, listed
 
 # --- What a listing of operands may not say, and where converted instructions have their registers --------------------
 

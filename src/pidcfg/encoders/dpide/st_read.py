@@ -7,6 +7,16 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from pidcfg.encoders.dpide.st_scope import (
+    ALWAYS,
+    EN,
+    ENABLE_INTERRUPTS,
+    IN_OUT,
+    INSTANCE,
+    INSTRUCTION,
+    OPERANDS,
+    PULSES,
+    TIMER,
+    WITHOUT_NUMBER,
     Binding,
     Guard,
     Scope,
@@ -20,18 +30,6 @@ from pidcfg.encoders.dpide.st_scope import (
     join_tokens,
     units_of,
     value_in,
-)
-from pidcfg.encoders.dpide.st_write import (
-    ALWAYS,
-    EN,
-    ENABLE_INTERRUPTS,
-    IN_OUT,
-    INSTANCE,
-    INSTRUCTION,
-    OPERANDS,
-    PULSES,
-    TIMER,
-    WITHOUT_NUMBER,
 )
 from pidcfg.encoders.dpide.symbols import BREAK, SUFFIXES, Row
 from pidcfg.encoders.image import Data, default_name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pidcfg.encoders.options import Option, listed, one_of
+from pidcfg.encoders import Option, listed, one_of
 
 # --- What EZLogix listings do not say of a loop, and where blocks and tags of converted loops go ----------------------
 

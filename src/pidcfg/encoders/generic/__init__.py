@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.encoders.options import Option
+    from pidcfg.encoders import Option
 
 # --- A listing of neutral parameters says everything, and there are no places to choose -------------------------------
 

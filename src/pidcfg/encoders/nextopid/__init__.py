@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.options import Option
+from pidcfg.encoders import Option
 
 if TYPE_CHECKING:
     from decimal import Decimal

@@ -19,8 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.output.report.content import contents_of, measurement_text, text
-from pidcfg.output.report.runs import METRIC_TITLES, metric_unit
+from pidcfg.output.report.content import METRIC_TITLES, contents_of, measurement_text, metric_unit, text
 from pidcfg.output.report.sheets import FIRST
 from pidcfg.text.diagnostics import Severity, words_of
 from pidcfg.text.frozen import frozen

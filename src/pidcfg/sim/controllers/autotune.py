@@ -6,7 +6,7 @@ from math import sqrt
 
 from pidcfg.sim.controllers.kernels import CurveState, RelayState
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.tuning.tables import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
+from pidcfg.tuning import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
 
 # --- The answer of a process to a step of its input, recorded in little memory: steepest slope and dead time ----------
 #

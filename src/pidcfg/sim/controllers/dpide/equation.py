@@ -23,7 +23,7 @@ from pidcfg.sim.controllers.autotune import (
 )
 from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, add_notice, clamp, finite, register, single
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.tuning.tables import TYREUS_LUYBEN
+from pidcfg.tuning import TYREUS_LUYBEN
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Records of a DPIDE instruction: `Config` (operands that it reads) and `State` (operands and memory that it writes).

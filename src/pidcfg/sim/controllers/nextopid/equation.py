@@ -72,7 +72,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     write_warnings,
 )
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.tuning.tables import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
+from pidcfg.tuning import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
 
 # --- How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `nextopid.PID` --------------------
 
