@@ -10,8 +10,7 @@ import pytest
 from click_rig import image_of, poked
 from compile_rig import advance
 from pidcfg.sim.controllers.click import equation as bits
-from pidcfg.sim.controllers.click.operate import SIGNALS
-from pidcfg.sim.controllers.click.scan import INLINED, load, scan
+from pidcfg.sim.controllers.click.scan import INLINED, SIGNALS, load, scan
 from pidcfg.sim.engine.compile import compile_functions
 
 PLCS = 200

@@ -12,8 +12,7 @@ from click_rig import Rig, image_of, poked
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.sim.controllers.click.equation import ALARMS
-from pidcfg.sim.controllers.click.operate import ALARM_BITS, FLAG_BITS
-from pidcfg.sim.controllers.click.scan import Click
+from pidcfg.sim.controllers.click.scan import ALARM_BITS, FLAG_BITS, Click
 from pidcfg.sim.controllers.kernels import add_notice
 from rig_plants import Fixed
 

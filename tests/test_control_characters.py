@@ -21,7 +21,7 @@ from ruamel.yaml import YAML
 import pidcfg as api
 from pidcfg.cli import terminal as glyphs
 from pidcfg.cli.formats import FORMATS, Kind, formats_of, load
-from pidcfg.cli.formats.reports import cell
+from pidcfg.cli.formats.findings import cell
 from pidcfg.cli.main import main
 from pidcfg.text.signs import UNPRINTABLE, pad_left, pad_right, printable, width_of
 from pidcfg.text.writer import json_line, json_text

@@ -10,7 +10,7 @@ import pytest
 import pidcfg as pidcfg_package
 from command import run_text
 from pidcfg.cli.formats.conversion import render_differences
-from pidcfg.cli.formats.reports import cell
+from pidcfg.cli.formats.findings import cell
 from pidcfg.conversion.differences import RUNNING, TROUBLES
 from pidcfg.encoders.maps import click, ezlogix, nextopid
 

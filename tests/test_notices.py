@@ -23,8 +23,8 @@ from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.schemas.expressions import parse
 from pidcfg.sim.controllers.click import equation as click_autotune
 from pidcfg.sim.controllers.click import equation as click_state
-from pidcfg.sim.controllers.click import operate as click_operate
-from pidcfg.sim.controllers.click import operate as click_report
+from pidcfg.sim.controllers.click import scan as click_operate
+from pidcfg.sim.controllers.click import scan as click_report
 from pidcfg.sim.controllers.click.equation import BIAS_ERROR, row_of
 from pidcfg.sim.controllers.click.equation import State as ClickState
 from pidcfg.sim.controllers.dl06 import autotune as dl06_autotune

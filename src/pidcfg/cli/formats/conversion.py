@@ -10,8 +10,7 @@ from itertools import zip_longest
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.formats.findings import names_of, said_once
-from pidcfg.cli.formats.reports import cell
+from pidcfg.cli.formats.findings import cell, names_of, said_once
 from pidcfg.cli.plots import chart_text
 from pidcfg.conversion.ledger import KINDS_BY_HARM, LOSSES, text_of
 from pidcfg.conversion.operation import PREFIX

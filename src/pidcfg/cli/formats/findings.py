@@ -36,6 +36,13 @@ VOLATILE = re.compile(r"\bline \d+|\b[A-Z]{1,3}\d+\b|; measured: .*", re.DOTALL)
 above, what was measured."""
 CHARACTERS = 32
 """Of a fingerprint, in hexadecimal: 128 bits."""
+MARKS = re.compile(r"[\\|]|(?<=\])\(")
+"""What would end a cell of Markdown, and the sign that makes a link of a text in brackets."""
+
+
+def cell(text: str) -> str:
+    """Text that stays in its cell of a Markdown table, and is no picture or link there."""
+    return MARKS.sub(r"\\\g<0>", one_line(text)).replace("&", "&amp;").replace("<", "&lt;")
 
 
 @frozen

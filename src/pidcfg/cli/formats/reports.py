@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.about import VERSION
 from pidcfg.cli.formats import Format, Kind
 from pidcfg.cli.formats import findings as findings_format
-from pidcfg.cli.formats.findings import STDIN, Findings, details, display_name, fingerprints, sentence, summary, uri
+from pidcfg.cli.formats.findings import (
+    STDIN,
+    Findings,
+    cell,
+    details,
+    display_name,
+    fingerprints,
+    sentence,
+    summary,
+    uri,
+)
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
-from pidcfg.text.signs import one_line, printable
+from pidcfg.text.signs import printable
 from pidcfg.text.writer import json_text
 from pidcfg.validate import page
 from pidcfg.validate.catalog import rule_of, text_of, url_of
@@ -75,15 +84,8 @@ JSON = Format("programs; the layout is [published](#json) and stays", "json", Ki
 
 # --- Format ``markdown``: tables for comments of pull requests and for the summary of a job ---------------------------
 
-MARKS = re.compile(r"[\\|]|(?<=\])\(")
-"""What would end a cell, and the sign that makes a link of a text in brackets."""
 MAX_FINDINGS = 500
 """Rows of a table: GitHub drops a summary of more than a megabyte."""
-
-
-def cell(text: str) -> str:
-    """Text that stays in its cell of a Markdown table, and is no picture or link there."""
-    return MARKS.sub(r"\\\g<0>", one_line(text)).replace("&", "&amp;").replace("<", "&lt;")
 
 
 def findings_markdown(findings: Findings) -> str:

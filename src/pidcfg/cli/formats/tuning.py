@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli.formats.batches import figure
 from pidcfg.cli.plots import chart_text
 from pidcfg.pictures import Chart, Line, Locus, Panel
 
@@ -116,6 +115,8 @@ def _words(data: Data) -> Iterator[str]:
 
 def _certified(done: Confirmation) -> str:
     """What the samples show."""
+    from pidcfg.cli.formats.batches import figure
+
     kept = f"{done.held} of {done.samples} samples on a virtual {done.plc} keep the IAE"
     sure = f"so at least {figure(done.bound)} % of the plants between these ends, at 95 % confidence"
     return f"{'' if done.passed else 'NOT CONFIRMED: '}{kept}, {sure}"
