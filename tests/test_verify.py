@@ -19,7 +19,6 @@ from pidcfg.study.verification.comparison import (
     CountSizes,
     Tolerance,
     differences,
-    loops_of,
 )
 from pidcfg.study.verification.stages import (
     ALL,
@@ -35,6 +34,7 @@ from pidcfg.study.verification.stages import (
 from pidcfg.study.verification.trial import (
     Trial,
     finest_counts,
+    loops_of,
     nearest_step,
     new_plc,
     resolution,

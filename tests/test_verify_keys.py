@@ -13,14 +13,14 @@ from pidcfg.conversion.pipeline import convert
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange
 from pidcfg.study.verification.comparison import SignalDifference as Difference
-from pidcfg.study.verification.comparison import differing, loops_of, running_means
+from pidcfg.study.verification.comparison import differing, running_means
 from pidcfg.study.verification.stages import Act, Stage
 from pidcfg.study.verification.trial import _alarm as alarm_of
 from pidcfg.study.verification.trial import _at as sample_at
 from pidcfg.study.verification.trial import _modes as modes_of
 from pidcfg.study.verification.trial import _others_events as other_events
 from pidcfg.study.verification.trial import _root as root_of
-from pidcfg.study.verification.trial import companions, master_of, names_of, scenario_data, slaves_of
+from pidcfg.study.verification.trial import companions, loops_of, master_of, names_of, scenario_data, slaves_of
 from pidcfg.study.verification.twin import field_of, key_of
 from pidcfg.study.verification.verify import make_side
 from pidcfg.vendors import VENDORS

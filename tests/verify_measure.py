@@ -23,8 +23,7 @@ from pidcfg.conversion.pipeline import convert
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.sim.engine.run import UnusableError
-from pidcfg.study.verification.comparison import loops_of, neutral_of
-from pidcfg.study.verification.trial import root_step
+from pidcfg.study.verification.trial import loops_of, neutral_of, root_step
 from pidcfg.study.verification.verify import (
     Battery,
     _sides,

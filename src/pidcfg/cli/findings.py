@@ -14,6 +14,7 @@ import click
 
 from pidcfg.cli.console import remark
 from pidcfg.cli.inputs import FILES, Input, document, read_inputs
+from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node
@@ -293,3 +294,13 @@ def show_errors(findings: Sequence[Diagnostic], document: Document | None, fmt: 
         echo_json(json_v1(errors_in(findings), documents))
     else:
         note(text(errors_in(findings), documents).rstrip())
+
+
+def exit_code(findings: Sequence[Diagnostic], *, strict: bool = False) -> Exit:
+    """Unusable input outweighs findings: CI must not mistake a file that was not read for one that was checked."""
+    from pidcfg.validate.catalog import unusable
+
+    if any(map(unusable, findings)):
+        return Exit.UNUSABLE
+    worst = max((d.severity for d in findings), default=Severity.INFO)
+    return Exit.FINDINGS if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK

@@ -24,7 +24,7 @@ from pidcfg.study.draft_plan import (
 )
 from pidcfg.study.outcome import Outcome, simulate_loaded
 from pidcfg.study.scenario import Loaded, read_scenario
-from pidcfg.study.verification.comparison import loops_of
+from pidcfg.study.verification.trial import loops_of
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import console, options, plots
-from pidcfg.cli.commands.simulate import files_of, scenarios_of
 from pidcfg.cli.environment import require_extra
 from pidcfg.cli.formats import report_options
-from pidcfg.cli.formats.batches import render_batches
 from pidcfg.cli.inputs import FILES, read_inputs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE, hold_line
@@ -98,6 +96,9 @@ def command(
     Exit codes: 0 every bound reaches its share, 1 one does not, 2 a scenario that cannot run or samples that could not
     show a share.
     """
+    from pidcfg.cli.commands.simulate import files_of, scenarios_of
+    from pidcfg.cli.formats.batches import render_batches
+
     del quiet
     if cluster is not None:
         if jobs is not None:

@@ -120,8 +120,7 @@ def command(
     2 unusable input.
     """
     from pidcfg.api import convert
-    from pidcfg.cli.commands.validate import exit_code
-    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.cli.findings import exit_code, one_configuration, show_errors
     from pidcfg.cli.formats.conversion import render_conversion
 
     if report == "json" and out is None:

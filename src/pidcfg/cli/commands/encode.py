@@ -77,8 +77,7 @@ def command(
 ) -> None:
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.api import encode
-    from pidcfg.cli.commands.validate import exit_code
-    from pidcfg.cli.findings import show_errors
+    from pidcfg.cli.findings import exit_code, show_errors
     from pidcfg.cli.options import map_file
     from pidcfg.encoders.listing import CONFLICT, ListingError, UnwritableError
     from pidcfg.encoders.modbus_map import UnusableMapError

@@ -376,6 +376,7 @@ def why_failed(outcome: Outcome) -> str:
 
 def exit_code(content: ReportInputs, *, strict: bool) -> Exit:
     """As validate and simulate would end; what is unusable outweighs what was found."""
-    from pidcfg.cli.commands import simulate, validate
+    from pidcfg.cli import findings
+    from pidcfg.cli.commands import simulate
 
-    return max(validate.exit_code(content.findings, strict=strict), simulate.exit_code(content.outcomes, strict=strict))
+    return max(findings.exit_code(content.findings, strict=strict), simulate.exit_code(content.outcomes, strict=strict))

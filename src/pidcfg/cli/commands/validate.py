@@ -12,7 +12,6 @@ from pidcfg.cli.formats import findings as findings_format
 from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings, summary
 from pidcfg.cli.inputs import STDIN, excluded_text, exclusion_reasons, gather
-from pidcfg.cli.main import Exit
 from pidcfg.cli.settings import EXCLUDE_REASON
 from pidcfg.cli.terminal import progress
 from pidcfg.text.diagnostics import Diagnostic, Severity
@@ -77,7 +76,7 @@ def command(
     **baseline: Any,
 ) -> None:
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
-    from pidcfg.cli.findings import check_all
+    from pidcfg.cli.findings import check_all, exit_code
     from pidcfg.cli.policy import Rules, count, triage
 
     ctx = click.get_current_context()
@@ -149,13 +148,3 @@ def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *,
         next_step("rule", worst.code, quiet=quiet, fmt=fmt)
     elif len(documents) == 1 and documents[0].file != STDIN:
         next_step("simulate", documents[0].file, quiet=quiet, fmt=fmt)
-
-
-def exit_code(findings: Sequence[Diagnostic], *, strict: bool = False) -> Exit:
-    """Unusable input outweighs findings: CI must not mistake a file that was not read for one that was checked."""
-    from pidcfg.validate.catalog import unusable
-
-    if any(map(unusable, findings)):
-        return Exit.UNUSABLE
-    worst = max((d.severity for d in findings), default=Severity.INFO)
-    return Exit.FINDINGS if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK

@@ -25,7 +25,7 @@ from pidcfg.encoders.listing import (
     listings,
     table_rows,
 )
-from pidcfg.encoders.maps.ezlogix import MAP_SPACE, PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
+from pidcfg.encoders.maps.ezlogix import MAP_SPACE, PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, TAG_NAME, VARIABLES
 from pidcfg.encoders.modbus_map import map_kind, space_rows
 from pidcfg.encoders.regmap import Word
 from pidcfg.schemas.ezlogix import EzlogixFile, PlcSettings, tag_name
@@ -51,7 +51,6 @@ D156 = Decision(
 )
 
 COLUMNS = ("tag", "address", "type", "value", "loop", "field", "comment")
-TAG = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 NUMBER = re.compile(r"[0-9]{1,5}")
 MARK = "\ufeff"
 TABLES = {"R": R_BLOCK, "S": S_BLOCK}
@@ -93,7 +92,7 @@ def tags(image: Image) -> list[Tag]:
 def _tag(cell: Cell, template: str, number: int) -> Tag:
     loop = str(cell.loop)
     name = tag_name(template, number, loop, VARIABLES[cell.field])
-    if not TAG.fullmatch(name):
+    if not TAG_NAME.fullmatch(name):
         raise UnwritableError(
             f"loop {loop}: {name!r} is not usable as a tag; rename the loop with letters, digits and _, or use "
             "{loop} in `plc.tag_names`"

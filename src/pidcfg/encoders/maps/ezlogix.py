@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from decimal import Decimal
 from functools import cache
 
@@ -94,6 +95,8 @@ S_BLOCK = RegisterMap(
     ),
 ).filled(BASE)
 
+TAG_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+"""What a tag may be called."""
 VARIABLES = {
     "sample_rate": "SampleRate", "setpoint": "Setpoint", "proportional_gain": "PGain", "integral_time": "ITime",
     "derivative_time": "DTime", "deadband": "Deadband", "setpoint_low": "SPLowLimit", "setpoint_high": "SPHighLimit",

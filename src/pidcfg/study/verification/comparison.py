@@ -8,21 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.conversion.builder import flatten, rescale_output, round_computed
 from pidcfg.conversion.comparison import same_value
-from pidcfg.conversion.operation import source_of
-from pidcfg.conversion.pipeline import generic_file
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.schemas.generic import Loop
     from pidcfg.study.verification.stages import Bench, Stage
     from pidcfg.study.verification.trial import Trial
-    from pidcfg.vendors import Vendor
 
-# --- The loops of a configuration in the neutral form, as far as they have one ----------------------------------------
+# --- Fields of neutral loops, and their values on one scale -----------------------------------------------------------
 
 FOLLOWS, NO_FOLLOWING = "setpoint.follows_pv", False
 """A PLC that knows nothing of it lets the set point stay."""
@@ -31,21 +27,6 @@ ACTION = "output_raises_pv"
 """No line excuses another action."""
 FIRST = ("sample_time", "tuning.gain")
 """Fields on which the meaning of others depends."""
-
-
-def neutral_of(config: Any, vendor: Vendor) -> tuple[tuple[Loop | None, ...], list[NeutralLoop]]:
-    """The loops of a file, None for one without a neutral form, and what became of their fields."""
-    neutral: list[NeutralLoop] = source_of(vendor).to_neutral(config)
-    whole = [loop for loop in neutral if not loop.missing]
-    models = iter(generic_file(config, whole).loops if whole else ())
-    return tuple(None if loop.missing else next(models) for loop in neutral), neutral
-
-
-def loops_of(config: Any, vendor: Vendor) -> tuple[Loop | None, ...]:
-    """The loops of a file, None for one without a neutral form."""
-    return neutral_of(config, vendor)[0]
-
-
 GAIN, INTEGRAL_TIME, DERIVATIVE_TIME = "tuning.gain", "tuning.integral_time", "tuning.derivative_time"
 
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic_core import PydanticCustomError
 
+from pidcfg.conversion.operation import source_of
+from pidcfg.conversion.pipeline import generic_file
 from pidcfg.sim.controllers.kernels import NEVER
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, CountsPlc
 from pidcfg.sim.engine.recording import Recording
@@ -19,11 +21,28 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
+    from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.schemas.generic import Loop
     from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.judgement.report import LoopReport
     from pidcfg.study.verification.stages import Act, Bench, Stage
     from pidcfg.vendors import Vendor
+
+# --- The loops of a configuration in the neutral form, as far as they have one ----------------------------------------
+
+
+def neutral_of(config: Any, vendor: Vendor) -> tuple[tuple[Loop | None, ...], list[NeutralLoop]]:
+    """The loops of a file, None for one without a neutral form, and what became of their fields."""
+    neutral: list[NeutralLoop] = source_of(vendor).to_neutral(config)
+    whole = [loop for loop in neutral if not loop.missing]
+    models = iter(generic_file(config, whole).loops if whole else ())
+    return tuple(None if loop.missing else next(models) for loop in neutral), neutral
+
+
+def loops_of(config: Any, vendor: Vendor) -> tuple[Loop | None, ...]:
+    """The loops of a file, None for one without a neutral form."""
+    return neutral_of(config, vendor)[0]
+
 
 # --- What a loop's signals are called on one side, and the loops of its cascade that run with it ----------------------
 #

@@ -26,10 +26,9 @@ from pidcfg.study.verification.comparison import (
     INTEGRAL_TIME,
     LABELS,
     differing,
-    loops_of,
-    neutral_of,
     neutral_values,
 )
+from pidcfg.study.verification.trial import loops_of, neutral_of
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, steps, value_at
 from pidcfg.vendors import Vendor

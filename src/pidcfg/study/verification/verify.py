@@ -32,7 +32,6 @@ from pidcfg.study.verification.comparison import (
     Tolerance,
     differences,
     differing,
-    loops_of,
     neutral_values,
     refused_mode,
 )
@@ -43,6 +42,7 @@ from pidcfg.study.verification.trial import (
     Trial,
     companions,
     finest_counts,
+    loops_of,
     nearest_step,
     new_plc,
     resolution,

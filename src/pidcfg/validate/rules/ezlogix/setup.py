@@ -12,10 +12,9 @@ from functools import cached_property
 from itertools import permutations
 
 from pidcfg.encoders.codecs import Scale
-from pidcfg.encoders.ezlogix.files import TAG
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import Block, Encoding
-from pidcfg.encoders.maps.ezlogix import BLOCKS, LOOPS, R_BLOCK, SPACE, VARIABLES
+from pidcfg.encoders.maps.ezlogix import BLOCKS, LOOPS, R_BLOCK, SPACE, TAG_NAME, VARIABLES
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.ezlogix import D152, REGISTERS, EzlogixFile, Loop, tag_name
 from pidcfg.text.diagnostics import Severity
@@ -257,7 +256,7 @@ def name_not_usable_in_tags(context: EzlogixContext) -> Findings:
     variable = next(iter(VARIABLES.values()))
     for view in context.loops:
         tag = tag_name(context.config.plc.tag_names, view.index + 1, view.name, variable)
-        if not TAG.fullmatch(tag):
+        if not TAG_NAME.fullmatch(tag):
             yield view.at("name", tag=tag)
 
 
