@@ -20,9 +20,9 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.image import Data
     from pidcfg.schemas.base import BankRange
     from pidcfg.schemas.generic import GenericFile, Loop
+    from pidcfg.text.paths import Data
 
 # --- What adapters calculate with: exact decimals between the terms of vendors ----------------------------------------
 

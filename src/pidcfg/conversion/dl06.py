@@ -49,8 +49,9 @@ if TYPE_CHECKING:
     from pidcfg.conversion.ledger import TargetFile
     from pidcfg.conversion.operation import Operation
     from pidcfg.encoders.codecs import Scale
-    from pidcfg.encoders.image import Data, Settings
+    from pidcfg.encoders.image import Settings
     from pidcfg.schemas.generic import GenericFile, Loop
+    from pidcfg.text.paths import Data
 
 __all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
 """What a vendor gives; the way to the neutral form has a module of its own."""

@@ -38,13 +38,14 @@ from pidcfg.conversion.operation import (
 )
 from pidcfg.encoders.codecs import Scale, is_raw
 from pidcfg.encoders.dl06.image import OUTPUT_OFFSET, deviation_alarms_on, loop_start, pv_alarms_on, reset_value, scales
-from pidcfg.encoders.image import Data, switched_on
+from pidcfg.encoders.image import switched_on
 from pidcfg.encoders.maps.dl06 import RESET
 from pidcfg.schemas.base import SECONDS, Quantity, v_name
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoak
 from pidcfg.schemas.dl06 import Transfer as Dl06Transfer
 from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
 
 # ----------------------------------------------------------------------------------------------------------------------

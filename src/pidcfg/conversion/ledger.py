@@ -15,8 +15,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.image import Data
-    from pidcfg.text.paths import Path
+    from pidcfg.text.paths import Data, Path
 
 # --- What became of every field: the two halves of a conversion, and the report that they make together ---------------
 #

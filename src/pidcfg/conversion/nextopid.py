@@ -50,11 +50,12 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.builder import Span, Table
     from pidcfg.conversion.ledger import TargetFile
-    from pidcfg.encoders.image import Data, Settings
+    from pidcfg.encoders.image import Settings
     from pidcfg.encoders.nextopid.image import NextopidEncoding
     from pidcfg.schemas.generic import GenericFile, Loop
     from pidcfg.schemas.nextopid import Loop as SourceLoop
     from pidcfg.schemas.nextopid import NextopidFile
+    from pidcfg.text.paths import Data
 
 __all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
 """What a vendor gives; the way to the neutral form has a module of its own."""

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.ledger import Kind, NeutralLoop, TargetFile
     from pidcfg.encoders.contract import Parts
-    from pidcfg.encoders.image import Data, Settings
+    from pidcfg.encoders.image import Settings
     from pidcfg.schemas.generic import GenericFile, Loop
+    from pidcfg.text.paths import Data
 
 # --- Decisions on what a conversion says of a loop that is switched, limited or stopped -------------------------------
 

@@ -46,11 +46,10 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.ledger import MaxLoss, Stored
     from pidcfg.conversion.operation import Operation, VendorSettings
-    from pidcfg.encoders.image import Data
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.schemas.base import ConfigurationFile
     from pidcfg.text.document import Document
-    from pidcfg.text.paths import Path
+    from pidcfg.text.paths import Data, Path
     from pidcfg.vendors import Vendor
 
 # ----------------------------------------------------------------------------------------------------------------------

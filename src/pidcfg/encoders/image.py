@@ -32,7 +32,7 @@ from pidcfg.encoders.regmap import (
 from pidcfg.schemas.base import Model, Quantity
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, dotted, given_fields, has_key, put, steps, value_at
+from pidcfg.text.paths import Data, Path, dotted, given_fields, has_key, put, steps, value_at
 
 # --- What is downloaded to a PLC: its words in address order, and beside them what no register holds ------------------
 
@@ -239,8 +239,6 @@ class Area(NamedTuple):
 
 # --- Values as the plain data of a configuration file has them --------------------------------------------------------
 
-Data = dict[str, Any]
-"""A part of a configuration file as plain data."""
 Settings = Mapping[str, Any]
 """What stands beside words as plain data: of a loop, of the PLC, or what options of a command say."""
 

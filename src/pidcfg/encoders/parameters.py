@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 from pidcfg.encoders.codecs import WORD_MAX, DecodeError, EncodeError, Single, single_bits, single_value
 from pidcfg.encoders.image import (
     NOTHING,
-    Data,
     Decoded,
     Encoding,
     Image,
@@ -48,7 +47,7 @@ from pidcfg.schemas.iec import (
     time_text,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, beginnings, put, steps, value_at
+from pidcfg.text.paths import Data, Path, beginnings, put, steps, value_at
 from pidcfg.text.references import Basis, Decision
 from pidcfg.text.signs import closest_name
 

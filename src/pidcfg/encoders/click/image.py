@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pidcfg.encoders.image import (
     Area,
     Block,
-    Data,
     Decoded,
     Encoding,
     Image,
@@ -30,6 +29,7 @@ from pidcfg.encoders.maps.click import BANKS, BLOCKS, MODE_BITS, SPACE, TABLES, 
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.click import BITS, FLOATS, INTEGERS, ClickFile, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.paths import Data
 
 # --- A CLICK configuration to its C, DS and DF registers --------------------------------------------------------------
 

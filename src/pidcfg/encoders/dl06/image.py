@@ -16,7 +16,6 @@ from pidcfg.encoders.image import (
     Area,
     AreaError,
     Block,
-    Data,
     Decoded,
     Encoding,
     Image,
@@ -63,7 +62,7 @@ from pidcfg.schemas.dl06 import (
     Transfer,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path
+from pidcfg.text.paths import Data, Path
 
 # --- The checks that the DL06 itself makes of its set-up words and pointers, as pure functions of 16-bit words --------
 #

@@ -32,7 +32,7 @@ from pidcfg.encoders.dpide.st_scope import (
     value_in,
 )
 from pidcfg.encoders.dpide.symbols import BREAK, SUFFIXES, Row
-from pidcfg.encoders.image import Data, default_name
+from pidcfg.encoders.image import default_name
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.maps.dpide import LOOPS, ROWS
 from pidcfg.encoders.parameter_files import ParameterListing
@@ -41,6 +41,7 @@ from pidcfg.encoders.structured_text import END, NAME, Comment, Cursor, Token, s
 from pidcfg.schemas.dpide import parse_timer
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import Data
 from pidcfg.text.signs import closest_name
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from pidcfg.encoders.dpide.symbols import SUFFIXES, Row, Table, parse, registers_of, units_in_comments
-from pidcfg.encoders.image import Data
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import ParameterListing
@@ -33,6 +32,7 @@ from pidcfg.encoders.structured_text import (
 )
 from pidcfg.schemas.dpide import BLOCK, parse_flag_device, parse_register
 from pidcfg.schemas.iec import BOOL, REAL, IecType, Timed
+from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
 
 # --- DPIDE in program text: what its writer and its reader share ------------------------------------------------------

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from pidcfg.encoders.image import Data, Settings
+from pidcfg.encoders.image import Settings
 from pidcfg.encoders.listing import (
     CONFLICT,
     Listing,
@@ -26,6 +26,7 @@ from pidcfg.schemas.dpide import parse_flag_device, parse_register, place_of
 from pidcfg.schemas.iec import BOOL
 from pidcfg.schemas.numbers import NUMBER
 from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import printable
 

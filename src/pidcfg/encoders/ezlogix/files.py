@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from pidcfg.encoders.codecs import Choice, Distance, Implied, Position
-from pidcfg.encoders.image import Cell, Data, Image
+from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import (
     CONFLICT,
     LOOP,
@@ -29,6 +29,7 @@ from pidcfg.encoders.maps.ezlogix import MAP_SPACE, PULSE_REGISTERS, R_BLOCK, S_
 from pidcfg.encoders.modbus_map import map_kind, space_rows
 from pidcfg.encoders.regmap import Word
 from pidcfg.schemas.ezlogix import EzlogixFile, PlcSettings, tag_name
+from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ from pidcfg.encoders.codecs import DecodeError, Position, Scale
 from pidcfg.encoders.image import (
     Area,
     Block,
-    Data,
     Decoded,
     Encoding,
     Image,
@@ -43,6 +42,7 @@ from pidcfg.schemas.ezlogix import (
 from pidcfg.schemas.ezlogix import Output as OutputSection
 from pidcfg.schemas.ezlogix import Pv as PvSection
 from pidcfg.schemas.numbers import EXACT_CONTEXT
+from pidcfg.text.paths import Data
 
 # --- An EZLogix configuration to its registers and discretes ----------------------------------------------------------
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from pydantic import ConfigDict
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
-from pidcfg.encoders.image import Data, Decoded, RefusedError, Settings, file_data, plain, present, read_settings
+from pidcfg.encoders.image import Decoded, RefusedError, Settings, file_data, plain, present, read_settings
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, TUNED, BlockType
 from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
 from pidcfg.encoders.parameters import (
@@ -34,7 +34,7 @@ from pidcfg.schemas.iec import BOOL, REAL, Identifier, IecType, Wire, signal_typ
 from pidcfg.schemas.nextopid import Block, Controller, Item, Loop, Move, NextopidFile, OutputText, PidaReal, Plc, PvText
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, put, steps, value_at
+from pidcfg.text.paths import Data, Path, put, steps, value_at
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.text.signs import closest_name
 

@@ -10,7 +10,6 @@ from itertools import groupby
 from operator import itemgetter
 from typing import NamedTuple
 
-from pidcfg.encoders.image import Data
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_calls import MOST_GUARDS, Calls, Guard, Guarded, Label
 from pidcfg.encoders.nextopid.st_scope import LONGER, SIGNAL_TYPES, Item, Scope, Wiring
@@ -18,6 +17,7 @@ from pidcfg.encoders.nextopid.st_write import wire_text
 from pidcfg.encoders.structured_text import Token, content_of
 from pidcfg.schemas.expressions import AND, AT_LEAST, AT_MOST, CONSTANT, EQUAL, MAX_LENGTH, NEGATE, NOT, OR, SIGNAL
 from pidcfg.schemas.iec import BOOL, REAL, IecType
+from pidcfg.text.paths import Data
 
 # --- The conditions of an assignment in Structured Text as one expression of a configuration --------------------------
 

@@ -10,7 +10,6 @@ from typing import get_args
 
 from pydantic_core import PydanticCustomError
 
-from pidcfg.encoders.image import Data
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, BlockType
 from pidcfg.encoders.nextopid.st_write import DEEPEST, EQUALITY, OPERATORS, PRODUCT, SUM
@@ -51,6 +50,7 @@ from pidcfg.schemas.expressions import (
     TRUTH,
 )
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, IecType, Timed, Wire, parse_identifier
+from pidcfg.text.paths import Data
 from pidcfg.text.signs import closest_name
 
 # --- A text as one program: its declarations, statements and comments, and what stands beside it ----------------------
