@@ -180,6 +180,7 @@ COMMANDS = (
     ("decode dl06/flow.yaml --vendor dl06", "dl06/flow.yaml", "listing"),
     ("decode dl06/golden/flow.json", "--vendor"),
     ("diff dl06/flow.yaml", "AFTER"),
+    ("diff - -", "read only once", "BEFORE"),
     ("simulate dl06/flow.scenario.yaml --every 0", "0", "1"),
     ("certify dl06/flow.yaml", "flow.yaml", "init --scenario"),
     ("tune --method ziegler", "ziegler", "zn-open"),

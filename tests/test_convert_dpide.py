@@ -264,6 +264,16 @@ def test_a_device_that_no_mv_stands_in_links_nothing():
     assert outer.data["output"]["range"] == (0, 150)
 
 
+def test_a_set_point_that_loops_share_is_lost_by_all_but_the_first():
+    first, second = to_neutral(dpide({**OUTER, "devices": {"SV": "D300"}}, {"devices": {"SV": "D300"}}))
+    shared = [[field for field in loop.fields if field.path == "devices.SV"] for loop in (first, second)]
+    assert shared[0] == []
+    (line,) = shared[1]
+    assert (line.to, line.value) == ((), "D300")
+    assert line.note == "SV of OUT is there, too: whoever writes one of the two set points must write both"
+    assert (second.data["setpoint"], second.data["mode"]) == ({"value": 50}, "auto")
+
+
 def test_every_operand_is_spoken_of():
     config = dpide(FULL)
     spoken = {field.path for field in to_neutral(config)[0].fields} | set(NOTHING_LOST)

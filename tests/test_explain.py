@@ -145,6 +145,15 @@ def test_all_tables_of_all_vendors_are_in_their_books():
                 assert table in book.tables.values(), (key, table.title)
 
 
+@pytest.mark.parametrize(
+    ("asked", "title"), [("TIC_101_SP", "Setpoint (SP)"), ("SEL_DirectReverse", "Forward (direct) or reverse action")]
+)
+def test_a_tag_is_explained_with_the_name_of_its_loop_or_without_the_underscore(asked, title):
+    assert [(page.vendor, page.title) for page in pages(asked)] == [("click", title)]
+    with pytest.raises(QuestionError, match="nothing is known"):
+        pages("TIC_101_nothing")
+
+
 @pytest.mark.parametrize("vendor", ALL)
 def test_every_name_that_is_offered_is_explained_in_both_spellings(vendor):
     book = VENDORS[vendor].load("explainer")

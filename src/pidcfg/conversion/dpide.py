@@ -49,7 +49,8 @@ D1090 = Decision(
     "a set point in the device of another loop's MV is a cascade",
     "The other loop becomes the source of the set point, its output range that of the PV, and the mode cascade; a "
     "source becomes one device for MV and SV, where the loop is in cascade or in manual and both scales are the same. "
-    "A BIAS or MOUT in the device of an MV is dropped, with what to program instead.",
+    "A BIAS or MOUT in the device of an MV is dropped, with what to program instead. Loops that have one device for "
+    "their SV, and no MV in it, get a set point each, and all but the first lose the device that they share.",
     "Both are one register, in the units of the PV (D258, D266), and there is no switch between two set points.",
 )
 BACK_CALCULATED = 2
@@ -91,6 +92,7 @@ def to_neutral(config: DpideFile) -> list[NeutralLoop]:
     """The neutral loops of a configuration."""
     loops = []
     drivers = {loop.devices.MV: loop for loop in config.loops if loop.devices.MV is not None}
+    set_points: dict[str, SourceLoop] = {}
     for i, loop in enumerate(config.loops):
         b = NeutralBuilder(i)
         if loop.pv.range is None:
@@ -101,7 +103,8 @@ def to_neutral(config: DpideFile) -> list[NeutralLoop]:
         if not b.loop.missing:
             driven = {key: drivers[place] for key, place in loop.devices.given().items() if place in drivers}
             others = {key: other for key, other in driven.items() if key != "MV" and other is not loop}
-            apply_table(b, loop, Instruction(loop, config.plc.interrupt_task, others), NEUTRAL_FIELDS)
+            first = set_points.setdefault(loop.devices.SV, loop) if loop.devices.SV is not None else loop
+            apply_table(b, loop, Instruction(loop, config.plc.interrupt_task, others, first), NEUTRAL_FIELDS)
         loops.append(b.loop)
     return masters_on_inner_scales(loops)
 
@@ -129,6 +132,8 @@ class Instruction(NamedTuple):
     """Of the interrupt task, in ms; None: it is called in every scan."""
     driven: Mapping[str, SourceLoop]
     """Operands in the device of another loop's MV, with that loop."""
+    first: SourceLoop
+    """The first loop whose SV is in the same device, or this one."""
 
 
 def _neutral_setpoint(b: NeutralBuilder, d: Instruction) -> None:
@@ -137,6 +142,9 @@ def _neutral_setpoint(b: NeutralBuilder, d: Instruction) -> None:
     if outer is not None:
         note = f"MV of {outer.name} stands there: a cascade"
         b.put("devices.SV", d.loop.devices.SV, "setpoint.source", outer.name, note)
+    elif d.first is not d.loop:
+        note = f"SV of {d.first.name} is there, too: whoever writes one of the two set points must write both"
+        b.drop("devices.SV", d.loop.devices.SV, note)
 
 
 def _mode(b: NeutralBuilder, d: Instruction) -> None:

@@ -83,8 +83,10 @@ def command(
     """
     from pidcfg.api import diff
     from pidcfg.cli.formats.conversion import render_differences
-    from pidcfg.cli.inputs import Input
+    from pidcfg.cli.inputs import STDIN, Input
 
+    if before == after == STDIN:
+        raise click.UsageError("standard input can be read only once: name a file for BEFORE or for AFTER")
     report_options.refuse_outputs((*plot, *(report.path for report in reports)), (before, after))
     plots.check_options(fmt, plot)
     sources = [_source(name, limits) for name in (before, after)]
