@@ -338,10 +338,15 @@ def _pairs(words: Sequence[int], *formats: Any) -> Sequence[tuple[Values, list[N
     return [decode_block(RAMP_SOAK_PAIR, words[at : at + size], scales, at) for at in starts]
 
 
-def profile(words: Sequence[int], v: Values) -> list[float]:
+def profile(words: Sequence[int], v: Values) -> Sequence[float]:
     """A ramp/soak table as the kernels want it: target, slope a second, seconds to soak, deviation for each pair."""
+    return _profile(tuple(words), *(v[path] for path in OF_SCALES))
+
+
+@lru_cache(maxsize=KEPT_TABLES)
+def _profile(words: Sequence[int], *formats: Any) -> Sequence[float]:
     table: list[float] = []
-    for pair, _ in decode_profile(words, v):
+    for pair, _ in _pairs(words, *formats):
         table += [counts(pair["ramp_to"]), counts(pair["slope"]), float(pair["soak"] * 60), counts(pair["deviation"])]
     return table
 
