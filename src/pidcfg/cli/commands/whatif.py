@@ -74,15 +74,12 @@ def command(
     from pidcfg.output.browser.page import RuntimeFileError, read_runtime, usual_place, whatif_page
     from pidcfg.output.browser.session import Session, UnusableError
 
-    try:
-        python = read_runtime(Path(runtime) if runtime is not None else usual_place())
-    except (RuntimeFileError, OSError) as error:
-        raise click.ClickException(str(error)) from None
     name, files = texts_of(scenario, against, limits)
     other = None if against is None else relative(against, scenario)
     try:
-        page = whatif_page(Session(name, files, other), python)
-    except UnusableError as error:
+        session = Session(name, files, other)
+        page = whatif_page(session, read_runtime(Path(runtime) if runtime is not None else usual_place()))
+    except (UnusableError, RuntimeFileError, OSError) as error:
         raise click.ClickException(str(error)) from None
     write_files({out: page}, force=force)
     if not quiet:
