@@ -20,8 +20,7 @@ from pidcfg.encoders.decoding import decode_listing
 from pidcfg.encoders.dpide import DECODE_OPTIONS
 from pidcfg.encoders.dpide import symbols as symbol_table
 from pidcfg.encoders.dpide.files import FORMATS, checklist
-from pidcfg.encoders.dpide.image import decode, encode
-from pidcfg.encoders.dpide.symbols import LONGEST_LOOP
+from pidcfg.encoders.dpide.image import LONGEST_LOOP, decode, encode
 from pidcfg.encoders.dpide.symbols import OPERAND_COLUMNS as COLUMNS
 from pidcfg.encoders.listing import ListingError, UnwritableError, kind_of
 from pidcfg.encoders.maps.dpide import ROWS

@@ -1,17 +1,19 @@
-"""A Delta AS configuration to the operands of its DPIDE instructions and back, where they may stand, and its gains."""
+"""A Delta AS configuration to the operands of its DPIDE instructions and back, its gains, and the operands' symbols."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Decoded, Settings
-from pidcfg.encoders.maps.dpide import LOOPS, NEEDED, TUNED
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, NEEDED, TUNED
 from pidcfg.encoders.parameters import Content, Elsewhere
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.schemas.iec import Wire
+from pidcfg.text.references import Decision
 
 # --- A configuration to the operands of DPIDE instructions ------------------------------------------------------------
 
@@ -65,3 +67,52 @@ def tuning_of(config: DpideFile, loop: Loop) -> LoopTuning:
         sample_time=seconds,
         derivative_share=seconds / (float(loop.Tf) + seconds),
     )
+
+
+# --- What ISPSoft calls the operands of a loop: its name and a short suffix -------------------------------------------
+
+D256 = Decision(
+    256,
+    "symbols are the loop's name and a short suffix",
+    "Identifiers have at most 34 characters; suffixes have up to 5, so that loops may have names of 28. Blanks and "
+    "signs in a name become underscores. A name that is too long, begins with a digit, or gives an identifier that "
+    "another loop has, is refused rather than cut.",
+    "A cut name could be that of another loop. An export of ISPSoft with 1,317 symbols has names of up to 34 "
+    "characters, 1,088 of them of more than 16; none is known with a longer one.",
+)
+LONGEST = 34
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+BREAK = re.compile(r"[ .\-/#]+")
+SUFFIXES = {
+    "PID_RUN": "RUN",
+    "PID_MODE": "MODE",
+    "PID_MAN": "MAN",
+    "MOUT_AUTO": "AUTO",
+    "Kc_Kp": "KP",
+    "Ti_Ki": "KI",
+    "Td_Kd": "KD",
+    "Tf": "TF",
+    "PID_EQ": "EQ",
+    "PID_DE": "DE",
+    "PID_DIR": "DIR",
+    "ERR_DBW": "DBW",
+    "MV_MAX": "MAX",
+    "MV_MIN": "MIN",
+    "I_MV": "IMV",
+}
+"""Ends of identifiers; the others are the operand's name."""
+LONGEST_LOOP = LONGEST - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
+
+
+def symbol_name(loop: str, operand: str) -> str:
+    """The symbol of an operand of a loop whose name gives one."""
+    return f"{BREAK.sub('_', loop)}_{SUFFIXES.get(operand, operand)}"
+
+
+def unusable(loop: str) -> str | None:
+    """Why a loop's name gives no symbols; None: it does."""
+    if not IDENTIFIER.fullmatch(BREAK.sub("_", loop)):
+        return "it must begin with a letter; letters, digits and signs may follow"
+    if len(loop) > LONGEST_LOOP:
+        return f"it has {len(loop)} characters; at most {LONGEST_LOOP} leave room for the suffix"
+    return None

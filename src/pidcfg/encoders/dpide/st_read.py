@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from pidcfg.encoders.dpide.image import BREAK, SUFFIXES
 from pidcfg.encoders.dpide.st_scope import (
     ALWAYS,
     EN,
@@ -31,7 +32,7 @@ from pidcfg.encoders.dpide.st_scope import (
     units_of,
     value_in,
 )
-from pidcfg.encoders.dpide.symbols import BREAK, SUFFIXES, Row
+from pidcfg.encoders.dpide.symbols import Row
 from pidcfg.encoders.image import default_name
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.maps.dpide import LOOPS, ROWS

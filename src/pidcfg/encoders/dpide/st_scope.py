@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from pidcfg.encoders.dpide.symbols import SUFFIXES, Row, Table, parse, registers_of, units_in_comments
+from pidcfg.encoders.dpide.image import SUFFIXES
+from pidcfg.encoders.dpide.symbols import Row, Table, parse, registers_of, units_in_comments
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import ParameterListing

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from pidcfg.encoders.dpide.image import symbol_name, unusable
 from pidcfg.encoders.image import Settings
 from pidcfg.encoders.listing import (
     CONFLICT,
@@ -166,15 +167,6 @@ def _take_column(listing: Listing, rows: Iterator[tuple[str, object, int]]) -> N
 
 # --- The symbol table of ISPSoft: a CSV file in GBK with a symbol for each operand ------------------------------------
 
-D256 = Decision(
-    256,
-    "symbols are the loop's name and a short suffix",
-    "Identifiers have at most 34 characters; suffixes have up to 5, so that loops may have names of 28. Blanks and "
-    "signs in a name become underscores. A name that is too long, begins with a digit, or gives an identifier that "
-    "another loop has, is refused rather than cut.",
-    "A cut name could be that of another loop. An export of ISPSoft with 1,317 symbols has names of up to 34 "
-    "characters, 1,088 of them of more than 16; none is known with a longer one.",
-)
 D257 = Decision(
     257,
     "initial values other than 0 of rows of REAL are not confirmed",
@@ -185,30 +177,8 @@ D257 = Decision(
 
 COLUMNS = ("Class", "Identifiers", "Address", "Type", "Initial Value", "Comment")
 ENCODING = "gbk"
-LONGEST = 34
 ZERO = "0"
 """How exports of ISPSoft write the initial value of a REAL that is 0 (D257)."""
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-BREAK = re.compile(r"[ .\-/#]+")
-SUFFIXES = {
-    "PID_RUN": "RUN",
-    "PID_MODE": "MODE",
-    "PID_MAN": "MAN",
-    "MOUT_AUTO": "AUTO",
-    "Kc_Kp": "KP",
-    "Ti_Ki": "KI",
-    "Td_Kd": "KD",
-    "Tf": "TF",
-    "PID_EQ": "EQ",
-    "PID_DE": "DE",
-    "PID_DIR": "DIR",
-    "ERR_DBW": "DBW",
-    "MV_MAX": "MAX",
-    "MV_MIN": "MIN",
-    "I_MV": "IMV",
-}
-"""Ends of identifiers; the others are the operand's name."""
-LONGEST_LOOP = LONGEST - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
 
 
 class Symbol(NamedTuple):
@@ -259,20 +229,11 @@ def _registers(operand: str, device: str) -> range:
 
 
 def identifier(loop: str, operand: str) -> str:
-    """The symbol of an operand."""
+    """The symbol of an operand; raises `UnwritableError` for a name that gives none."""
     reason = unusable(loop)
     if reason is not None:
         raise UnwritableError(f"loop {loop}: no symbols can be made of the name: {reason}")
-    return f"{BREAK.sub('_', loop)}_{SUFFIXES.get(operand, operand)}"
-
-
-def unusable(loop: str) -> str | None:
-    """Why a loop's name gives no symbols; None: it does."""
-    if not IDENTIFIER.fullmatch(BREAK.sub("_", loop)):
-        return "it must begin with a letter; letters, digits and signs may follow"
-    if len(loop) > LONGEST_LOOP:
-        return f"it has {len(loop)} characters; at most {LONGEST_LOOP} leave room for the suffix"
-    return None
+    return symbol_name(loop, operand)
 
 
 def _comment(row: Parameter, settings: Settings, *, dependent: bool) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.dpide.symbols import D256, identifier, unusable
+from pidcfg.encoders.dpide.image import D256, symbol_name, unusable
 from pidcfg.encoders.maps.dpide import REMARKS, ROWS, TABLE, WRITTEN_BY_AUTOTUNE
 from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE, Place, place_of
 from pidcfg.schemas.numbers import decimal_text
@@ -298,10 +298,10 @@ def symbols_collide(context: DpideContext) -> Findings:
     Fix: rename one of them, if the symbol table is wanted.
     """
     usable = [view for view in context.loops if unusable(view.name) is None]
-    for _, view, names in find_shared_keys((identifier(view.name, "SV").casefold(), view) for view in usable):
+    for _, view, names in find_shared_keys((symbol_name(view.name, "SV").casefold(), view) for view in usable):
         others = [name for name in names if name != view.name]
         if others:
-            finding = view.at("name", others=list_names(others), symbol=identifier(view.name, "SV"))
+            finding = view.at("name", others=list_names(others), symbol=symbol_name(view.name, "SV"))
             yield finding.shared_with(*others)
 
 
