@@ -21,9 +21,9 @@ from pidcfg.encoders.nextopid.image import decode, encode
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_scope import Scope, Wiring
 from pidcfg.encoders.nextopid.st_write import ST, cycles_of, depth, print_expression, wire_text, write_st
-from pidcfg.encoders.structured_text import Token, number_of, st_real, tokens_of
+from pidcfg.encoders.structured_text import Token, number_of, tokens_of
 from pidcfg.schemas.expressions import parse
-from pidcfg.schemas.iec import REAL, Wire
+from pidcfg.schemas.iec import REAL, Wire, real_text
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.sim.engine.expressions import evaluate
 from pidcfg.vendors import VENDORS
@@ -116,7 +116,7 @@ def test_how_an_expression_is_printed(text, wanted):
 
 
 def test_numbers():
-    assert [st_real(x) for x in (2.0, 0.1, -0.0, 1e-6, 1e16, 123456.5, -3.4e38)] == [
+    assert [real_text(x) for x in (2.0, 0.1, -0.0, 1e-6, 1e16, 123456.5, -3.4e38)] == [
         "2.0",
         "0.1",
         "0.0",

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from pidcfg.encoders.listing import Listing, ListingError, load_json
 from pidcfg.encoders.parameters import Content, read_content, store
-from pidcfg.schemas.iec import TYPED, IecType, Timed, time_seconds
+from pidcfg.schemas.iec import TYPED, IecType, Timed, real_text, time_seconds
 from pidcfg.schemas.numbers import MAX_DIGITS
 from pidcfg.text.signs import CONTROL
 from pidcfg.text.writer import json_line
@@ -414,14 +414,7 @@ def literal(kind: IecType, content: Content) -> str:
         return f"{kind.name}.{content}"
     if kind.kind == "time":
         return str(content)
-    return st_real(float(content)) if kind.kind == "real" else str(int(content))
-
-
-def st_real(value: float) -> str:
-    """A REAL literal: always with a point, so that no division is one of whole numbers."""
-    mantissa, _, exponent = repr(value + 0.0).partition("e")
-    whole = mantissa if "." in mantissa else f"{mantissa}.0"
-    return f"{whole}E{int(exponent)}" if exponent else whole
+    return real_text(float(content)) if kind.kind == "real" else str(int(content))
 
 
 def wrap_call(start: str, parts: list[str]) -> list[str]:

@@ -100,6 +100,13 @@ TIME_PARTS = re.compile(r"(\d+(?:\.\d+)?)(ms|d|h|m|s)", re.IGNORECASE | re.ASCII
 MILLISECONDS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1000, "ms": 1}
 
 
+def real_text(value: float) -> str:
+    """A REAL literal: always with a point, so that no division is one of whole numbers."""
+    mantissa, _, exponent = repr(value + 0.0).partition("e")
+    whole = mantissa if "." in mantissa else f"{mantissa}.0"
+    return f"{whole}E{int(exponent)}" if exponent else whole
+
+
 def time_text(milliseconds: int) -> str:
     """A TIME as it is stored in listings and programs: ``T#1500ms``."""
     return f"T#{milliseconds}ms"

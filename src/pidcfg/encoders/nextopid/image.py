@@ -26,11 +26,10 @@ from pidcfg.encoders.parameters import (
     store_value,
 )
 from pidcfg.encoders.regmap import LoopTuning, Misfit, Rounded
-from pidcfg.encoders.structured_text import st_real
 from pidcfg.schemas.base import Integer, MapFile, Model, Seconds, SectionSettings, Text
 from pidcfg.schemas.expressions import NOT, Expression, ExpressionError
 from pidcfg.schemas.expressions import SIGNAL as SIGNAL_CODE
-from pidcfg.schemas.iec import BOOL, REAL, Identifier, IecType, Wire, signal_type
+from pidcfg.schemas.iec import BOOL, REAL, Identifier, IecType, Wire, real_text, signal_type
 from pidcfg.schemas.nextopid import Block, Controller, Item, Loop, Move, NextopidFile, OutputText, PidaReal, Plc, PvText
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
@@ -109,7 +108,7 @@ def _stored(move: Move, kind: IecType) -> Content:
 
 def _text(content: Content | None) -> str:
     """A content as an expression."""
-    return str(content).upper() if isinstance(content, bool) else st_real(float(content or 0))
+    return str(content).upper() if isinstance(content, bool) else real_text(float(content or 0))
 
 
 def _when_text(move: Move) -> str:

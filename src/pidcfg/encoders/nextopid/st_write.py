@@ -15,7 +15,7 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, BlockType
 from pidcfg.encoders.nextopid.image import Copy, MoveError, read_moves
 from pidcfg.encoders.nextopid.wiring import Instance, Layout, Wires
 from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
-from pidcfg.encoders.structured_text import comment_text, literal, settings_text, st_real, wrap_call
+from pidcfg.encoders.structured_text import comment_text, literal, settings_text, wrap_call
 from pidcfg.schemas.base import LOOKS_BOOLEAN
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
@@ -40,7 +40,7 @@ from pidcfg.schemas.expressions import (
     Expression,
     ExpressionError,
 )
-from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, IecType, Wire, is_numeric
+from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, IecType, Wire, is_numeric, real_text
 from pidcfg.schemas.nextopid import Move, Plc
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
@@ -90,7 +90,7 @@ def plain_real(value: float) -> str:
 
 
 WORDS = {op: name for name, (op, _, _) in FUNCTIONS.items()}
-ST = Dialect(st_real, {op: name.upper() for op, name in WORDS.items()}, {MINIMUM: 2, MAXIMUM: 2})
+ST = Dialect(real_text, {op: name.upper() for op, name in WORDS.items()}, {MINIMUM: 2, MAXIMUM: 2})
 PLAIN = Dialect(plain_real, WORDS, {FUNCTIONS[name][0]: FUNCTIONS[name][2] for name in ("min", "max")})
 COMPACT = Dialect(PLAIN.number, PLAIN.functions, PLAIN.most_arguments, "")
 """As configuration files have it, for an expression that would be too long with blanks."""
