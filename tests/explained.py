@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidcfg import api
-from pidcfg.output.explanation.answer import as_text
+from pidcfg.output.explanation import as_text
 from pidcfg.output.explanation.book import book_of
 from pidcfg.vendors import VENDORS
 

@@ -30,5 +30,5 @@ def remembering() -> Iterator[None]:
     def found(record: Record, rest: float | None = None) -> Identified:
         return once(tuple(record.time), tuple(record.output), tuple(record.pv), record.units, rest)
 
-    with patch("pidcfg.tuning.record.identify", found):
+    with patch("pidcfg.tuning.identify.identify", found):
         yield

@@ -14,8 +14,8 @@ import neutral_strategies
 from click_strategies import configurations
 from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
+from pidcfg.conversion import ConvertError
 from pidcfg.conversion.click import NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settle_values
 from pidcfg.encoders.click.image import encode

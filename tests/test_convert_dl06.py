@@ -13,9 +13,9 @@ import neutral_strategies
 import pidcfg
 from dl06_strategies import EVERYTHING, FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
+from pidcfg.conversion import ConvertError
 from pidcfg.conversion.dl06 import from_neutral
 from pidcfg.conversion.from_dl06 import NOTHING_LOST, round_to_ten_digits, to_neutral
-from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settle_values
 from pidcfg.encoders.dl06 import CONVERT_OPTIONS

@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dpide_strategies import configurations
+from pidcfg.conversion import ConvertError
 from pidcfg.conversion.builder import dependent, independent
 from pidcfg.conversion.dpide import CALL_KEYS, DEAD_BAND, NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.encoders.dpide import CONVERT_OPTIONS
 from pidcfg.encoders.dpide.image import encode

@@ -17,8 +17,8 @@ from ezlogix_strategies import configurations
 from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg import api
+from pidcfg.conversion import ConvertError
 from pidcfg.conversion.ezlogix import NOTHING_LOST, from_neutral, stopped_section, to_neutral
-from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.operation import Stopped
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settle_values

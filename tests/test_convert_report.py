@@ -24,7 +24,7 @@ from neutral_strategies import EVERYTHING
 from pidcfg import api
 from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
-from pidcfg.conversion.ledger import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
+from pidcfg.conversion import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
 from pidcfg.conversion.operation import Operation, Windup, differing_rules
 from pidcfg.conversion.pipeline import UNKNOWN, convert, items_beside_loops, unreported_fields
 from pidcfg.conversion.settle import correct_lines

@@ -17,10 +17,7 @@ from generic_rig import configurations, file_of
 from neutral_strategies import neutral_files
 from pidcfg import api
 from pidcfg.api import check_text
-from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, apply_table
-from pidcfg.conversion.dl06 import _derivative_filter
-from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
-from pidcfg.conversion.ledger import (
+from pidcfg.conversion import (
     DEFAULT_MAX_LOSS,
     Change,
     ConvertError,
@@ -30,6 +27,9 @@ from pidcfg.conversion.ledger import (
     changes,
     parse_max_loss,
 )
+from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, apply_table
+from pidcfg.conversion.dl06 import _derivative_filter
+from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.conversion.settle import _within, read_back
 from pidcfg.encoders.codecs import EncodeError

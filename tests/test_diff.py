@@ -14,8 +14,8 @@ import pidcfg as pidcfg_package
 from command import run_text
 from pidcfg.api import check_file, check_text
 from pidcfg.cli.commands import diff
+from pidcfg.conversion import ConvertError
 from pidcfg.conversion.differences import RISKS, judge_difference
-from pidcfg.conversion.ledger import ConvertError
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")

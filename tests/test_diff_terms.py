@@ -11,7 +11,7 @@ import pidcfg
 from pidcfg.cli.formats.conversion import differences_markdown as as_markdown
 from pidcfg.cli.formats.conversion import differences_text as as_text
 from pidcfg.cli.main import main
-from pidcfg.conversion.ledger import text_of
+from pidcfg.conversion import text_of
 from pidcfg.conversion.terms import move_content
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.parameters import ParameterTable

@@ -25,8 +25,8 @@ from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import Meaning, RegisterMap
-from pidcfg.output.explanation.answer import QuestionError, as_text
-from pidcfg.output.explanation.answer import explanation_data as as_data
+from pidcfg.output.explanation import QuestionError, as_text
+from pidcfg.output.explanation import explanation_data as as_data
 from pidcfg.output.explanation.lookup import all_decisions, explain, explain_things
 from pidcfg.output.explanation.page import Question
 from pidcfg.schemas.base import unit_text, units_of

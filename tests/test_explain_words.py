@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 from pidcfg import api
 from pidcfg.cli.commands.explain import command
 from pidcfg.encoders.listing import reference
-from pidcfg.output.explanation import wording
-from pidcfg.output.explanation.answer import QuestionError
+from pidcfg.output.explanation import QuestionError, wording
 from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.page import Question
 from pidcfg.validate.catalog import rules

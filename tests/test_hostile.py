@@ -30,7 +30,8 @@ from pidcfg.cli.outputs import difference
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.dl06.files import read_ihex
 from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.nextopid.st_read import read_plcopen, read_st
+from pidcfg.encoders.nextopid.files import read_plcopen
+from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.text import reader
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.signs import break_ci_commands

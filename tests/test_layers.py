@@ -373,6 +373,28 @@ def test_no_modules_import_each_other_in_a_circle():
     assert not breaches, report(breaches)
 
 
+def test_a_room_calls_nothing_as_one_of_its_modules():
+    breaches = []
+    for room, tree in trees().items():
+        modules = {name.removeprefix(f"{room}.") for name in trees() if name.startswith(f"{room}.")}
+        breaches += [
+            f"{room}: to import {room}.{name} replaces its own {name}"
+            for node in tree.body
+            if not (isinstance(node, ast.ImportFrom) and node.module == f"pidcfg.{room}")
+            for name in (names_of(node) & modules if modules else ())
+        ]
+    assert not breaches, report(breaches)
+
+
+def names_of(statement):
+    """The names that a statement of a module gives to something."""
+    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
+        return {statement.name}
+    if isinstance(statement, (ast.Import, ast.ImportFrom)):
+        return {one.asname or one.name for one in statement.names}
+    return {node.id for node in ast.walk(statement) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+
+
 def test_a_circle_is_seen_however_long_it_is():
     graph = {"a": {"b"}, "b": {"c"}, "c": {"a", "d"}, "d": {"e"}, "e": {"d"}, "f": {"a", "d"}}
     assert set(circles(graph)) == {frozenset("abc"), frozenset("de")}

@@ -19,9 +19,9 @@ from pidcfg.encoders.decoding import decode_listing
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid import DECODE_OPTIONS
-from pidcfg.encoders.nextopid.files import FORMATS, checklist
+from pidcfg.encoders.nextopid.files import FORMATS, checklist, parse_xml, read_plcopen
 from pidcfg.encoders.nextopid.image import decode, encode
-from pidcfg.encoders.nextopid.st_read import parse_xml, read_plcopen, read_st, with_zeros
+from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import NextopidFile

@@ -18,7 +18,7 @@ from pidcfg.cli import settings as settings_file
 from pidcfg.cli.commands import rule
 from pidcfg.cli.console import echo_xml
 from pidcfg.cli.main import COMMANDS, Exit, cli, load
-from pidcfg.output.report.content import text
+from pidcfg.output.report import text
 from pidcfg.output.report.formats import Table, csv_text
 from pidcfg.output.report.formats import number as on_page
 from pidcfg.output.reporting import shortener

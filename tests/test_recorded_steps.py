@@ -13,10 +13,9 @@ from itertools import pairwise
 import pytest
 
 from pidcfg.text.reader import DEFAULT
-from pidcfg.tuning.identify import identify
-from pidcfg.tuning.record import UnreadableRecordError, identify_record
+from pidcfg.tuning.identify import identify, identify_record
 from pidcfg.tuning.response import Record, RecordError, Request, Segment, response
-from pidcfg.tuning.sheet import seconds_of
+from pidcfg.tuning.sheet import UnreadableRecordError, seconds_of
 from record_rig import remembering
 
 GAIN, CONSTANT, DEAD = 1.5, 20.0, 4.0
@@ -358,6 +357,11 @@ BAD = {
         table(SECOND_ROWS, time=stamp("%Y-%m-%d %H:%M:%S")).replace("2026-03-09 08:00:30", "2026-02-30 08:00:30"),
         {},
         r"step.csv:32:1: '2026-02-30 08:00:30' is not a time",
+    ),
+    "day and month change places": (
+        table(SECOND_ROWS, time=stamp("19/%m/%Y %H:%M:%S")).replace("19/03/2026 08:00:30", "03/19/2026 08:00:30"),
+        {},
+        r"step.csv:32:1: there is no such date",
     ),
     "two outputs": (
         table(STEP_ROWS, header="time,TIC1.OUT,TIC2.OUT,TIC1.PV", time=lambda t: f"{t:g},30"),

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 
 import golden
 from pidcfg.cli.main import cli
-from pidcfg.output.report.content import Title
+from pidcfg.output.report import Title
 from pidcfg.output.report.formats import Table, css_string, csv_files, page, safe, tables_of, workbook
 from pidcfg.output.report.sheets import compose, plc_sheet
 from pidcfg.text.source import read_document

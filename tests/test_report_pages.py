@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 from browser import BEYOND, IN_CI, NARROW, WIDE, opened, width_of
 from pidcfg.cli.main import cli
-from pidcfg.output.report.content import (
+from pidcfg.output.report import (
     Expectation,
     Run,
     RunSheet,

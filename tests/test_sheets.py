@@ -18,7 +18,7 @@ from click.testing import CliRunner
 
 import pidcfg
 from pidcfg.cli.main import cli
-from pidcfg.output.report.content import Title
+from pidcfg.output.report import Title
 from pidcfg.output.report.formats import workbook
 from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet, word_of
 from pidcfg.output.sheets import as_csv, as_workbook, key_of, number_or_text, plain_text

@@ -11,8 +11,8 @@ import pytest
 
 from pidcfg.api import check_text, convert
 from pidcfg.cli.formats.conversion import verdict_text
+from pidcfg.conversion import Change, Terms
 from pidcfg.conversion import operation as rules
-from pidcfg.conversion.ledger import Change, Terms
 from pidcfg.conversion.operation import (
     Deadband,
     Hand,

@@ -20,7 +20,7 @@ from command import run_text
 from pidcfg.cli.formats.tuning import as_text
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.text.reader import DEFAULT
-from pidcfg.tuning.record import identify_record
+from pidcfg.tuning.identify import identify_record
 from pidcfg.vendors import VENDORS
 from record_rig import remembering
 from scenario_rig import rows

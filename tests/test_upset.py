@@ -7,8 +7,8 @@ import pytest
 
 import pidcfg
 from pidcfg.tuning.identify import Record, RecordError, identify
-from pidcfg.tuning.record import ColumnsError
 from pidcfg.tuning.response import Segment, lags, response
+from pidcfg.tuning.sheet import ColumnsError
 from test_tuning import run
 
 STEP = [Segment(60.0, 10.0)]

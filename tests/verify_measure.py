@@ -16,8 +16,8 @@ from decimal import Decimal
 from itertools import count, permutations
 from pathlib import Path
 
+from pidcfg.conversion import ConvertError, overlap
 from pidcfg.conversion.builder import flatten
-from pidcfg.conversion.ledger import ConvertError, overlap
 from pidcfg.conversion.operation import Windup, WithoutIntegral, has_narrow_limits
 from pidcfg.conversion.pipeline import convert
 from pidcfg.encoders.codecs import DecodeError, EncodeError

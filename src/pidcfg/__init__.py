@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from pidcfg.output.conversion import ConvertResult as ConvertResult
     from pidcfg.output.differences import DiffResult as DiffResult
     from pidcfg.output.drawing import PlotResult as PlotResult
-    from pidcfg.output.explanation.answer import ExplainResult as ExplainResult
-    from pidcfg.output.explanation.answer import QuestionError as QuestionError
+    from pidcfg.output.explanation import ExplainResult as ExplainResult
+    from pidcfg.output.explanation import QuestionError as QuestionError
     from pidcfg.output.findings import CheckResult as CheckResult
     from pidcfg.output.findings import FixResult as FixResult
     from pidcfg.output.findings import LoadResult as LoadResult
@@ -86,7 +86,7 @@ NAMES = {
     "output.arguments": ("ArgumentError",),
     "output.conversion": ("ConvertResult",),
     "output.differences": ("DiffResult",),
-    "output.explanation.answer": ("ExplainResult", "QuestionError"),
+    "output.explanation": ("ExplainResult", "QuestionError"),
     "output.json_schemas": ("schema",),
     "output.findings": ("CheckResult", "FixResult", "LoadResult"),
     "output.gains": ("TuneResult",),

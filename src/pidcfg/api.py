@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pidcfg.output.conversion import ConvertResult
     from pidcfg.output.differences import DiffResult
     from pidcfg.output.drawing import PictureFormat, PlotResult, Result
-    from pidcfg.output.explanation.answer import ExplainResult
+    from pidcfg.output.explanation import ExplainResult
     from pidcfg.output.findings import CheckResult, FixResult, LoadResult
     from pidcfg.output.gains import TuneResult
     from pidcfg.output.handles import ChangeResult, GainsResult
@@ -173,7 +173,7 @@ def explain(
     ``config``: a configuration, for the loop and the line that set a register. Raises `QuestionError`, a `ValueError`,
     for an unknown thing.
     """
-    from pidcfg.output.explanation.answer import ExplainResult, rule_pages
+    from pidcfg.output.explanation import ExplainResult, rule_pages
 
     family = None if vendor is None else vendor_named(vendor).key
     if config is None and not blocks and (pages := rule_pages(things)):
@@ -604,7 +604,7 @@ def report(
     texts are those of the title block. Nothing is saved.
     """
     from pidcfg.about import VERSION
-    from pidcfg.output.report.content import Title
+    from pidcfg.output.report import Title
     from pidcfg.output.reporting import report_sources
     from pidcfg.validate.engine import document_of
 

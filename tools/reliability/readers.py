@@ -127,14 +127,16 @@ def _workbook() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 def _record() -> tuple[Reader, tuple[type[Exception], ...]]:
     from pidcfg.text.reader import DEFAULT
-    from pidcfg.tuning.record import UnreadableRecordError, read_record
+    from pidcfg.tuning.identify import read_record
+    from pidcfg.tuning.sheet import UnreadableRecordError
 
     return lambda data: read_record(data, "m.csv", DEFAULT), (UnreadableRecordError,)
 
 
 def _step() -> tuple[Reader, tuple[type[Exception], ...]]:
     from pidcfg.text.reader import DEFAULT
-    from pidcfg.tuning.record import UnreadableRecordError, identify_record
+    from pidcfg.tuning.identify import identify_record
+    from pidcfg.tuning.sheet import UnreadableRecordError
 
     return lambda data: identify_record(data, "m.csv", DEFAULT), (UnreadableRecordError,)
 

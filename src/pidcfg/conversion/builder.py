@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeAlias, TypeVar
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import ConvertError, Missing, NeutralLoop, SourceField, TargetField, TargetFile
+from pidcfg.conversion import ConvertError, Missing, NeutralLoop, SourceField, TargetField, TargetFile
 from pidcfg.encoders.image import present
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import EXACT_CONTEXT, plain_number

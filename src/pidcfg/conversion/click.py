@@ -53,8 +53,8 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
+    from pidcfg.conversion import NeutralLoop, TargetFile
     from pidcfg.conversion.builder import Table
-    from pidcfg.conversion.ledger import NeutralLoop, TargetFile
     from pidcfg.encoders.image import Settings
     from pidcfg.schemas.click import ClickFile
     from pidcfg.schemas.click import Loop as SourceLoop

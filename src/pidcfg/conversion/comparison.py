@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
+from pidcfg.conversion import ConvertError, NeutralLoop, number_of, overlap
 from pidcfg.conversion.builder import flatten, rescale_output, without_unused_terms
 from pidcfg.conversion.differences import (
     Compared,
@@ -18,7 +19,6 @@ from pidcfg.conversion.differences import (
     rank_by_risk,
     sort_by_risk,
 )
-from pidcfg.conversion.ledger import ConvertError, NeutralLoop, number_of, overlap
 from pidcfg.conversion.operation import source_of
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.conversion.terms import SIGNALS, Item, Owner, Terms, Wired

@@ -7,7 +7,7 @@ from dataclasses import replace
 from decimal import Decimal
 from typing import Any, Literal, NamedTuple
 
-from pidcfg.conversion.ledger import json_value, number_of
+from pidcfg.conversion import json_value, number_of
 from pidcfg.conversion.terms import CALCULATED, Subject
 from pidcfg.conversion.vendor_terms import outputs_of
 from pidcfg.encoders.contract import tables_of

@@ -6,6 +6,7 @@ from decimal import Decimal
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from pidcfg.conversion import ConvertError, Missing
 from pidcfg.conversion.builder import (
     ZERO,
     Same,
@@ -31,7 +32,6 @@ from pidcfg.conversion.from_dl06 import (
     square_of_flow,
     to_neutral,
 )
-from pidcfg.conversion.ledger import ConvertError, Missing
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.dl06.image import scales
 from pidcfg.encoders.image import quantity
@@ -45,8 +45,8 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pidcfg.conversion import TargetFile
     from pidcfg.conversion.builder import Table
-    from pidcfg.conversion.ledger import TargetFile
     from pidcfg.conversion.operation import Operation
     from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.image import Settings

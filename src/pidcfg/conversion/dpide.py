@@ -30,8 +30,8 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from pidcfg.conversion import NeutralLoop, TargetFile
     from pidcfg.conversion.builder import Table
-    from pidcfg.conversion.ledger import NeutralLoop, TargetFile
     from pidcfg.encoders.image import Settings
     from pidcfg.schemas.dpide import DpideFile
     from pidcfg.schemas.generic import GenericFile, Loop

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING
 
+from pidcfg.conversion import ConvertError, Missing
 from pidcfg.conversion.builder import (
     HUNDRED,
     ONE,
@@ -27,7 +28,6 @@ from pidcfg.conversion.builder import (
     target_file,
     width,
 )
-from pidcfg.conversion.ledger import ConvertError, Missing
 from pidcfg.conversion.operation import (
     ADDED_ANTI_WINDUP,
     Hand,
@@ -50,8 +50,8 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pidcfg.conversion import NeutralLoop, TargetFile
     from pidcfg.conversion.builder import Table
-    from pidcfg.conversion.ledger import NeutralLoop, TargetFile
     from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.image import Settings
     from pidcfg.schemas.base import Quantity

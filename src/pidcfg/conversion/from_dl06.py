@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 from typing import Any
 
+from pidcfg.conversion import NeutralLoop
 from pidcfg.conversion.builder import (
     HUNDRED,
     ONE,
@@ -22,7 +23,6 @@ from pidcfg.conversion.builder import (
     same_fields,
     width,
 )
-from pidcfg.conversion.ledger import NeutralLoop
 from pidcfg.conversion.operation import (
     Hand,
     Interlock,

@@ -9,6 +9,7 @@ from decimal import Decimal
 from functools import cached_property
 from typing import Any
 
+from pidcfg.conversion import NeutralLoop
 from pidcfg.conversion.builder import (
     ZERO,
     NeutralBuilder,
@@ -22,7 +23,6 @@ from pidcfg.conversion.builder import (
     round_computed,
     same_fields,
 )
-from pidcfg.conversion.ledger import NeutralLoop
 from pidcfg.encoders.nextopid.image import Placed, bumpless_moves, encode
 from pidcfg.schemas import expressions as ops
 from pidcfg.schemas.expressions import CONDITIONAL, Expression

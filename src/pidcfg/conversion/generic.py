@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import COMMON, NeutralLoop, SourceField, TargetField, TargetFile
+from pidcfg.conversion import COMMON, NeutralLoop, SourceField, TargetField, TargetFile
 from pidcfg.conversion.operation import (
     ADDED_ANTI_WINDUP,
     Master,

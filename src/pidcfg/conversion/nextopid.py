@@ -48,8 +48,8 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pidcfg.conversion import TargetFile
     from pidcfg.conversion.builder import Span, Table
-    from pidcfg.conversion.ledger import TargetFile
     from pidcfg.encoders.image import Settings
     from pidcfg.encoders.nextopid.image import NextopidEncoding
     from pidcfg.schemas.generic import GenericFile, Loop

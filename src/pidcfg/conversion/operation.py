@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pidcfg.conversion import Change
 from pidcfg.conversion.builder import ZERO, filter_decay, filter_share, filter_time, quotient, round_computed
-from pidcfg.conversion.ledger import Change
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from decimal import Decimal
 
-    from pidcfg.conversion.ledger import Kind, NeutralLoop, TargetFile
+    from pidcfg.conversion import Kind, NeutralLoop, TargetFile
     from pidcfg.encoders.contract import Parts
     from pidcfg.encoders.image import Settings
     from pidcfg.schemas.generic import GenericFile, Loop

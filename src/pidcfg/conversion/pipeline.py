@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless
-from pidcfg.conversion.ledger import (
+from pidcfg.conversion import (
     COMMON,
     DEFAULT_MAX_LOSS,
     Change,
@@ -24,6 +23,7 @@ from pidcfg.conversion.ledger import (
     judge_change,
     overlap,
 )
+from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless
 from pidcfg.conversion.operation import differing_rules, first_output, source_of, target_of
 from pidcfg.conversion.settle import (
     correct_lines,
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
     from decimal import Decimal
 
-    from pidcfg.conversion.ledger import MaxLoss, Stored
+    from pidcfg.conversion import MaxLoss, Stored
     from pidcfg.conversion.operation import Operation, VendorSettings
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.schemas.base import ConfigurationFile
@@ -54,13 +54,6 @@ if TYPE_CHECKING:
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a conversion within one vendor keeps: places and choices of the PLC, which the neutral form does not know.
-
-
-def add_own_scales(
-    config: ConfigurationFile, vendor: Vendor, places: Sequence[int], options: Mapping[str, object]
-) -> dict[str, object]:
-    """Options with what the gains and times of a file depend on, unless they say it themselves."""
-    return {**source_of(vendor).OWN_SETTINGS.scales(config, places), **options}
 
 
 def own_setting_lines(
@@ -390,10 +383,12 @@ class _Conversion:
         first = self._first_outputs(generic.loops, before)
         begun = [_with_output(loop, first.get(j)) for j, loop in enumerate(generic.loops)]
         generic = generic.model_copy(update={"loops": tuple(begun)})
-        is_own = self.source is self.target
-        own = own_setting_lines(self.config, self.source, self.source_places, options) if is_own else {}
-        scaled = add_own_scales(self.config, self.source, self.source_places, options) if is_own else options
-        file: TargetFile = target_of(self.target).from_neutral(generic, scaled, before)
+        own: dict[int, list[Change]] = {}
+        if self.source is self.target:
+            own = own_setting_lines(self.config, self.source, self.source_places, options)
+            scales = source_of(self.source).OWN_SETTINGS.scales(self.config, self.source_places)
+            options = {**scales, **options}  # what gains and times depend on, unless the options say it
+        file: TargetFile = target_of(self.target).from_neutral(generic, options, before)
         write_own_settings(file.data, own)
         stored = settle_values(file, self.target)
         model = validate_data(self.target, file.data) if file.model is None else file.model

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from pidcfg.conversion import QUANTITY_OF_FIELD, ConvertError, Missing, Stored, Terms, number_of
 from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless, make_comparable, quotient
-from pidcfg.conversion.ledger import QUANTITY_OF_FIELD, ConvertError, Missing, Stored, Terms, number_of
 from pidcfg.encoders.codecs import Distance, Position
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.base import Quantity, limits_at
@@ -22,8 +22,8 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from pidcfg.conversion import Change, TargetFile
     from pidcfg.conversion.builder import Flat
-    from pidcfg.conversion.ledger import Change, TargetFile
     from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.encoders.regmap import Word

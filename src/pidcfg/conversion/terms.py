@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import json_value
+from pidcfg.conversion import json_value
 from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.encoders.decoding import Reading, name_in
 from pidcfg.encoders.image import Settings

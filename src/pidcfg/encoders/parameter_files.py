@@ -119,11 +119,12 @@ def csv_row(cell: Entry) -> tuple[object, ...]:
 
 def _content_cells(cell: Entry) -> tuple[str, str]:
     """The value of a parameter and its expression, of which it has one."""
-    return ("", _harmless(cell.raw.text)) if isinstance(cell.raw, Wire) else (content_text(cell.type, cell.raw), "")
+    return ("", safe_cell(cell.raw.text)) if isinstance(cell.raw, Wire) else (content_text(cell.type, cell.raw), "")
 
 
-def _harmless(expression: str) -> str:
-    return f"({expression})" if expression.startswith(RISKY) else expression
+def safe_cell(text: str) -> str:
+    """A text that no spreadsheet calculates: in brackets where it begins like a formula."""
+    return f"({text})" if text.startswith(RISKY) else text
 
 
 def read_csv(text: str) -> Listing:

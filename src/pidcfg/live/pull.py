@@ -12,8 +12,8 @@ from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
+from pidcfg.conversion import text_of
 from pidcfg.conversion.differences import Compared, Difference
-from pidcfg.conversion.ledger import text_of
 from pidcfg.conversion.terms import CONFIGURATION
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of, formats_of, tables_of

@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.ledger import DEFAULT_MAX_LOSS, ConvertError, MaxLossError, json_value, parse_max_loss
+from pidcfg.conversion import DEFAULT_MAX_LOSS, ConvertError, MaxLossError, json_value, parse_max_loss
 from pidcfg.conversion.pipeline import comments, convert, insert_comments
 from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import errors_in, finding_data, findings_data, short_repr
@@ -22,7 +22,7 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from pidcfg.conversion.ledger import Change, MaxLoss, Missing, Terms
+    from pidcfg.conversion import Change, MaxLoss, Missing, Terms
     from pidcfg.conversion.pipeline import Converted, LoopReport
     from pidcfg.study.verification.comparison import SignalDifference
     from pidcfg.study.verification.verify import Verified

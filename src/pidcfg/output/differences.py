@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, get_args
 
+from pidcfg.conversion import ConvertError
 from pidcfg.conversion.comparison import (
     Comparison,
     NeutralSide,
@@ -19,7 +20,6 @@ from pidcfg.conversion.comparison import (
     neutral_side,
 )
 from pidcfg.conversion.differences import RISKS, Compared, Status, states_of
-from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.terms import Subject
 from pidcfg.conversion.vendor_terms import raw_terms, terms_of
 from pidcfg.encoders.codecs import DecodeError

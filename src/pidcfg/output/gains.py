@@ -214,7 +214,7 @@ def _of_record(
     method: str, known: KnownProcess, step: tuple[bytes, str, Request], limits: Limits
 ) -> tuple[KnownProcess, Identified, Record]:
     """What is known, with the numbers that a recorded step tells."""
-    from pidcfg.tuning.record import identify_record
+    from pidcfg.tuning.identify import identify_record
 
     data, name, said = step
     fit, record = identify_record(data, name, limits, said)

@@ -419,7 +419,7 @@ def conversion_schema() -> Schema:
 
 def change() -> Schema:
     """What became of a field."""
-    from pidcfg.conversion.ledger import KINDS_BY_HARM
+    from pidcfg.conversion import KINDS_BY_HARM
 
     return record(
         "What became of a field.",

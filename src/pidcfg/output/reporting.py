@@ -14,7 +14,7 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.output.findings import findings_data, short_repr
-from pidcfg.output.report.content import Run, SourceFile, Units, run_sheet
+from pidcfg.output.report import Run, SourceFile, Units, run_sheet
 from pidcfg.output.report.sheets import compose, plc_sheet, rename_files
 from pidcfg.text.diagnostics import sort_findings
 from pidcfg.text.document import Document, Node
@@ -24,7 +24,7 @@ from pidcfg.validate.engine import Checked, check_document, is_scenario
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from pidcfg.output.report.content import Content, PlcSheet, RunSheet, Title
+    from pidcfg.output.report import Content, PlcSheet, RunSheet, Title
     from pidcfg.sim.controllers.plc import Axes
     from pidcfg.sim.engine.run import Settings
     from pidcfg.study.outcome import Outcome

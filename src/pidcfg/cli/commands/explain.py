@@ -14,7 +14,7 @@ from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from pidcfg.output.explanation.answer import ExplainResult
+    from pidcfg.output.explanation import ExplainResult
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
@@ -80,7 +80,7 @@ def command(
     Without a THING, lists what can be asked for.
     """
     from pidcfg.api import explain
-    from pidcfg.output.explanation.answer import QuestionError, as_text, forms_text
+    from pidcfg.output.explanation import QuestionError, as_text, forms_text
 
     configuration = None if config is None else _configuration(config, limits)
     try:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from pidcfg.cli.inputs import Input
     from pidcfg.cli.main import Exit
-    from pidcfg.output.report.content import Content
+    from pidcfg.output.report import Content
     from pidcfg.study.outcome import Outcome
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.document import Document
@@ -251,7 +251,7 @@ def command(
 
     Exit codes: 0 no error and no failed expectation, 1 some (they are in the report), 2 unusable input.
     """
-    from pidcfg.output.report.content import Title
+    from pidcfg.output.report import Title
 
     if out is None and csv is None and xlsx is None:
         out = PAGE

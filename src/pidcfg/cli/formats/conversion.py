@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.findings import cell, names_of, said_once
 from pidcfg.cli.plots import chart_text
-from pidcfg.conversion.ledger import KINDS_BY_HARM, LOSSES, text_of
+from pidcfg.conversion import KINDS_BY_HARM, LOSSES, text_of
 from pidcfg.conversion.operation import PREFIX
 from pidcfg.output.conversion import SEVERAL
 from pidcfg.text.signs import one_line
@@ -21,8 +21,8 @@ from pidcfg.text.writer import json_text
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from pidcfg.conversion import Change
     from pidcfg.conversion.differences import Compared, Difference, State
-    from pidcfg.conversion.ledger import Change
     from pidcfg.conversion.pipeline import LoopReport
     from pidcfg.output.conversion import ConvertResult
     from pidcfg.output.differences import DiffResult

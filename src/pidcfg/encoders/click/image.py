@@ -147,7 +147,7 @@ def mode_of(manual: int, auto: int) -> str:
     return {(1, 0): "manual (unconfirmed)", (0, 1): "auto (unconfirmed)"}.get((manual, auto), "")
 
 
-def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, object]) -> list[Area]:  # noqa: ARG001 - they say nothing of places
+def areas(_words: Mapping[int, int], like: Image | None, options: Mapping[str, object]) -> list[Area]:
     """The blocks of all loops; raises `DecodeError` naming the option that is missing."""
     entries = with_options(() if like is None else like.settings, options, PLACES, default_name)
     return [

@@ -255,7 +255,7 @@ CONSTANT = re.compile(r"([KF])([-+]?[0-9.]+(?:E[-+]?[0-9]+)?)", re.IGNORECASE)
 """A number with its sign of ISPSoft before it: K whole, F real."""
 SAME_TYPE = {"DINT": frozenset(("DINT", "DWORD"))}
 """Types of a variable that an operand takes; the manual's table has both of these."""
-WHOLE, REAL_FORM = re.compile(r"[-+]?[0-9]+"), re.compile(r"[-+]?[0-9]*\.[0-9]+(?:E[-+]?[0-9]+)?", re.IGNORECASE)
+WHOLE = re.compile(r"[-+]?[0-9]+")
 
 
 class Symbol(NamedTuple):

@@ -20,7 +20,7 @@ from pidcfg.encoders.listing import (
     table_rows,
 )
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
-from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
+from pidcfg.encoders.parameter_files import content_of, read_csv, read_json, safe_cell
 from pidcfg.encoders.parameters import Entry, Parameter, Program, content_text
 from pidcfg.schemas.base import parse_name
 from pidcfg.schemas.dpide import parse_flag_device, parse_register, place_of
@@ -70,8 +70,7 @@ def unit_of(row: Parameter, settings: Settings, *, dependent: bool) -> str:
     if row.name == "Ti_Ki":
         return "s" if dependent else "1/s"
     unit = settings.get(row.unit, {}).get("unit") or "" if row.unit in {"pv", "output"} else row.unit
-    text = printable(" ".join(str(unit).split()))
-    return f"({text})" if text.startswith(RISKY) else text
+    return safe_cell(printable(" ".join(str(unit).split())))
 
 
 def read_operands(text: str) -> Listing:

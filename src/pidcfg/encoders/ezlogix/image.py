@@ -194,7 +194,7 @@ def mode_of(raw: int) -> str:
     return "auto" if raw else "manual"
 
 
-def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, object]) -> list[Area]:  # noqa: ARG001 - they say nothing of places
+def areas(_words: Mapping[int, int], like: Image | None, options: Mapping[str, object]) -> list[Area]:
     """The blocks of all loops; raises `DecodeError` naming the option that is missing."""
     entries = with_options(() if like is None else like.settings, options, PLACES)
     return [

@@ -1,24 +1,321 @@
-"""The files that a NextoPID program is written to and read from."""
+"""The files that a NextoPID program is written to and read from, PLCopen XML among them."""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from itertools import compress
+from xml.parsers import expat
 
 from pidcfg.encoders.image import Settings
-from pidcfg.encoders.listing import FileKind
+from pidcfg.encoders.listing import FileKind, Listing, ListingError, few
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, SIGNAL, WRITTEN
 from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_rows
-from pidcfg.encoders.nextopid.st_read import read_plcopen, read_st, with_zeros
+from pidcfg.encoders.nextopid.st_read import read_source, read_st, with_zeros
+from pidcfg.encoders.nextopid.st_scope import (
+    LIBRARY,
+    Source,
+    drop_list_names,
+    parse_body,
+)
 from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
 from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.regmap import writer_of
-from pidcfg.encoders.structured_text import opening
-from pidcfg.schemas.iec import Wire
+from pidcfg.encoders.structured_text import (
+    END,
+    NAME,
+    Comment,
+    Declaration,
+    Initial,
+    Member,
+    Token,
+    opening,
+    tokens_of,
+)
+from pidcfg.schemas.iec import Wire, time_seconds
 from pidcfg.schemas.nextopid import NextopidFile, Plc
 from pidcfg.schemas.numbers import decimal_text
+
+# --- PLCopen XML to a listing: the declarations and the calls of the one program that has blocks of the library -------
+#
+# A whole project of CODESYS has its programs beside the task, in additional data of the resource, and its global
+# variables in lists of the resource; both are read, and the interval of the task. The document is read by the
+# standard library's parser. Document types and entities are refused, depth and size are bounded, and every fault has
+# its line.
+
+NAMESPACES = ("http://www.plcopen.org/xml/tc6_0201", "http://www.plcopen.org/xml/tc6_0200")
+CONFIGURATION = ("instances", "configurations", "configuration")
+WORD = re.compile(r"[^\W\d]\w*")
+ISO_TIME = re.compile(r"PT(\d+(?:\.\d+)?)S", re.IGNORECASE)
+"""As CODESYS writes the interval of a task."""
+DEEPEST = 64
+SEPARATOR = " "
+"""Between the namespace and the name of an element."""
+
+
+@dataclass(slots=True)
+class Node:
+    """An element: its name without its namespace, its attributes, what is inside, and where it stands."""
+
+    name: str
+    attributes: dict[str, str]
+    line: int
+    column: int
+    children: list[Node] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+    text_line: int = 0
+
+    def error(self, message: str) -> ListingError:
+        """A fault at this place."""
+        return ListingError(message, self.line, self.column)
+
+    def child(self, name: str) -> Node | None:
+        """The first element of this name inside."""
+        return next((node for node in self.children if node.name == name), None)
+
+    def all(self, *path: str) -> Iterator[Node]:
+        """All elements along a path; ``*`` is any."""
+        if not path:
+            yield self
+            return
+        for node in self.children:
+            if path[0] in {"*", node.name}:
+                yield from node.all(*path[1:])
+
+    @property
+    def words(self) -> str:
+        """The text of this element and all inside."""
+        return "".join(self.text) + "".join(child.words for child in self.children)
+
+
+class _Tree:
+    """Builds nodes from what the parser reports."""
+
+    def __init__(self) -> None:
+        self.parser = expat.ParserCreate("utf-8", SEPARATOR)
+        self.stack: list[Node] = []
+        self.root: Node | None = None
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.CharacterDataHandler = self.data
+        self.parser.StartDoctypeDeclHandler = self.refuse
+        self.parser.EntityDeclHandler = self.refuse
+
+    def refuse(self, *_: object) -> None:
+        """Document types, which is where entities are made."""
+        place = self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
+        raise ListingError("a document type stands here; a PLCopen file has none", *place)
+
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        """An element begins."""
+        node = Node(
+            name.rpartition(SEPARATOR)[2],
+            attributes,
+            self.parser.CurrentLineNumber,
+            self.parser.CurrentColumnNumber + 1,
+        )
+        if len(self.stack) >= DEEPEST:
+            raise node.error(f"more than {DEEPEST} elements in each other")
+        if not self.stack:
+            self.root = node
+            if node.name != "project" or name.rpartition(SEPARATOR)[0] not in NAMESPACES:
+                raise node.error(f"<{node.name}> is no project of PLCopen XML 2.0")
+        else:
+            self.stack[-1].children.append(node)
+        self.stack.append(node)
+
+    def end(self, _: str) -> None:
+        """An element ends."""
+        self.stack.pop()
+
+    def data(self, text: str) -> None:
+        """Text inside an element."""
+        node = self.stack[-1]
+        node.text_line = node.text_line or self.parser.CurrentLineNumber
+        node.text.append(text)
+
+
+def parse_xml(text: str) -> Node:
+    """The document; raises `ListingError`."""
+    tree = _Tree()
+    try:
+        tree.parser.Parse(text.lstrip("\ufeff").encode("utf-8", "surrogatepass"), True)  # noqa: FBT003
+    except expat.ExpatError as error:
+        raise ListingError(f"not XML: {expat.ErrorString(error.code)}", error.lineno, error.offset + 1) from None
+    if tree.root is None:
+        raise ListingError("the document is empty")
+    return tree.root
+
+
+def read_plcopen(text: str, name: str = "") -> Listing:
+    """The parameters and wires of the program in a document; ``name``: which one, where several are there."""
+    root = parse_xml(text)
+    resources = [*root.all(*CONFIGURATION, "resource"), *root.all("addData", "data", "resource")]
+    lists = [*root.all(*CONFIGURATION, "globalVars"), *(one for at in resources for one in at.all("globalVars"))]
+    pou = _pou(root, resources, lists, name)
+    source = Source()
+    source.program = _token(pou, "name")
+    for variables in pou.all("interface", "*"):
+        source.declarations += (_declaration(node) for node in variables.all("variable"))
+    owners = _globals(source, lists)
+    for node in pou.all("documentation", "*"):
+        source.comments += _lines(node)
+    left = []
+    for body in pou.all("body", "*"):
+        if body.name == "ST":
+            inner = body.children[0] if body.children else body
+            parse_body(inner.words, inner.text_line or inner.line, source)
+        elif body.name not in {"addData", "documentation"}:
+            left.append(body)
+    source.statements = [drop_list_names(statement, owners) for statement in source.statements]
+    listing = read_source(source, _interval(resources, source.program))
+    notes = (f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in left)
+    listing.notes = (*listing.notes, *notes)
+    return listing
+
+
+def _pou(root: Node, resources: list[Node], lists: list[Node], name: str) -> Node:
+    """The program with blocks of the library: that declares them, or whose text has those of a global list."""
+    pous = [*root.all("types", "pous", "pou"), *(pou for at in resources for pou in at.all("addData", "data", "pou"))]
+    instances = {
+        node.attributes.get("name", "").upper()
+        for node in _variables(lists)
+        if any(_of_library(node, "type", "derived"))
+    }
+    declares = [any(_of_library(pou, "interface", "*", "variable", "type", "derived")) for pou in pous]
+    fitting = [*compress(pous, declares)]
+    fitting += [pou for pou, own in zip(pous, declares, strict=True) if not own and instances & _words(pou)]
+    with_blocks = _names(fitting)
+    fitting = fitting or [pou for pou in pous if pou.attributes.get("pouType") == "program"]
+    if not fitting:
+        raise root.error("the project has no program")
+    if name:
+        fitting = _called(name, root, pous, with_blocks)
+    elif len(fitting) > 1 and with_blocks:
+        raise fitting[1].error(f"several POUs have blocks of the library ({with_blocks}); give one of them with --pou")
+    elif len(fitting) > 1:
+        raise root.error(f"no program of the project has a block of the NextoPID library ({_names(fitting)})")
+    if fitting[0].attributes.get("pouType") != "program":
+        raise fitting[0].error("blocks of the library stand in a POU that is no program")
+    return fitting[0]
+
+
+def _names(pous: list[Node]) -> str:
+    return few([pou.attributes.get("name", "?") for pou in pous])
+
+
+def _called(name: str, root: Node, pous: list[Node], with_blocks: str) -> list[Node]:
+    """The POU of that name, whatever its letters, as IEC 61131-3 has it."""
+    found = [pou for pou in pous if pou.attributes.get("name", "").casefold() == name.casefold()]
+    if len(found) == 1:
+        return found
+    if found:
+        raise found[1].error(f"the project has the POU {name[:40]!r} more than once")
+    have = f"those with blocks of the library are {with_blocks}" if with_blocks else f"it has {_names(pous)}"
+    raise root.error(f"the project has no POU {name[:40]!r}; {have}")
+
+
+def _variables(lists: list[Node]) -> Iterator[Node]:
+    return (node for variables in lists for node in variables.all("variable"))
+
+
+def _of_library(node: Node, *path: str) -> Iterator[bool]:
+    return (inner.attributes.get("name", "").upper() in LIBRARY for inner in node.all(*path))
+
+
+def _words(pou: Node) -> set[str]:
+    """The words of a program's text, in capitals."""
+    return {word.upper() for body in pou.all("body", "ST") for word in WORD.findall(body.words)}
+
+
+def _globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
+    """Declares the variables of global lists that stand for one thing; returns the names of each list."""
+    local = {declaration.name.upper for declaration in source.declarations}
+    found = [
+        (one.attributes.get("name", "").upper(), _declaration(node)) for one in lists for node in _variables([one])
+    ]
+    times = Counter(declaration.name.upper for _, declaration in found)
+    owners: dict[str, set[str]] = {}
+    kept: list[Declaration] = []
+    for name, declaration in found:
+        if times[declaration.name.upper] == 1 and declaration.name.upper not in local:
+            kept.append(declaration)
+            owners.setdefault(name, set()).add(declaration.name.upper)
+    source.declarations = [*kept, *source.declarations]
+    return owners
+
+
+def _interval(resources: list[Node], program: Token) -> tuple[Decimal, Token] | None:
+    """The interval of the one task that calls the program, in s, and where it stands."""
+    found = []
+    for task in (task for resource in resources for task in resource.all("task")):
+        called = (
+            node.attributes.get("typeName") or node.attributes.get("name", "") for node in task.all("pouInstance")
+        )
+        if program.upper in {name.upper() for name in called} and "interval" in task.attributes:
+            found.append(_token(task, "interval"))
+    if len(found) != 1:
+        return None
+    text = found[0].text
+    match = ISO_TIME.fullmatch(text)
+    seconds = time_seconds(text) if "#" in text else Decimal(match.group(1)) if match else None
+    return None if not seconds else (seconds, found[0])
+
+
+def _lines(node: Node) -> Iterator[Comment]:
+    """The lines of a documentation, as comments."""
+    for number, line in enumerate(node.words.split("\n"), start=node.text_line or node.line):
+        yield Comment(line.strip(), number, 1)
+
+
+def _token(node: Node, attribute: str) -> Token:
+    """A name that an attribute gives."""
+    text = node.attributes.get(attribute, "")
+    if not text:
+        raise node.error(f"<{node.name}> has no {attribute}")
+    return Token(NAME, text, node.line, node.column)
+
+
+def _declaration(node: Node) -> Declaration:
+    """A variable."""
+    kind, initial = node.child("type"), node.child("initialValue")
+    if kind is None or not kind.children:
+        raise node.error("the variable has no type")
+    words = [Token(NAME, one.attributes.get("name", one.name), one.line, one.column) for one in _all_types(kind)]
+    documentation = node.child("documentation")
+    note = documentation.words.strip() if documentation else ""
+    return Declaration(_token(node, "name"), tuple(words), _initial(initial) if initial else None, note)
+
+
+def _all_types(kind: Node) -> Iterator[Node]:
+    """A type, and what it is made of: one for an elementary or derived type."""
+    for node in kind.children:
+        yield node
+        yield from _all_types(node)
+
+
+def _initial(node: Node) -> Initial:
+    """An initial value."""
+    inner = node.children[0] if node.children else None
+    if inner is not None and inner.name == "structValue":
+        members: dict[str, Member] = {}
+        for value in inner.all("value"):
+            member = _token(value, "member")
+            if member.upper in members:
+                raise value.error(f"{member.text} stands here again")
+            members[member.upper] = Member(member, _initial(value))
+        return members
+    if inner is not None and inner.name == "simpleValue":
+        tokens, _ = tokens_of(inner.attributes.get("value", ""), inner.line)
+        return tuple(token._replace(column=inner.column) for token in tokens if token.kind != END)
+    return (Token("other", "?", node.line, node.column),)
+
+
+# --- The files, and what a person does around the program -------------------------------------------------------------
 
 BEGIN = re.compile(r"(?:PROGRAM|FUNCTION(?:_BLOCK)?|TYPE|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 

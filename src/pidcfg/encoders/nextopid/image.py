@@ -34,7 +34,7 @@ from pidcfg.schemas.nextopid import Block, Controller, Item, Loop, Move, Nextopi
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Data, Path, put, steps, value_at
-from pidcfg.text.references import NEXTOPID, Decision
+from pidcfg.text.references import Decision
 from pidcfg.text.signs import closest_name
 
 # --- What a program copies beside the calls of its blocks: the MOVE instructions of figures 4-6 and 16-1 --------------
@@ -44,7 +44,6 @@ from pidcfg.text.signs import closest_name
 # the `Layout` as wires are. In a listing the moves stand beside the parameters, with the settings of the PLC; in a
 # program they are assignments, most of them inside IF.
 
-FIGURES = NEXTOPID.at("figures 4-6 and 16-1")
 D551 = Decision(
     551,
     "moves are executed before all blocks, or behind all of them",

@@ -1,21 +1,21 @@
-"""Structured Text and PLCopen XML to a listing: what a program declares and calls, and what its comments say."""
+"""Structured Text to a listing: what a program declares and calls, what its comments say, and what it assigns when."""
 
 from __future__ import annotations
 
-import re
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
-from itertools import compress
-from xml.parsers import expat
+from functools import cached_property
+from itertools import groupby
+from operator import itemgetter
+from typing import NamedTuple
 
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.nextopid.st_calls import Assignment, Calls
-from pidcfg.encoders.nextopid.st_moves import Moves
+from pidcfg.encoders.nextopid.st_calls import MOST_GUARDS, Assignment, Calls, Guard, Guarded, Label
 from pidcfg.encoders.nextopid.st_scope import (
-    LIBRARY,
+    LONGER,
     SIGNAL_TYPES,
     Item,
     Scope,
@@ -23,29 +23,35 @@ from pidcfg.encoders.nextopid.st_scope import (
     Wiring,
     can_wire,
     check_name,
-    drop_list_names,
-    parse_body,
     parse_st,
 )
 from pidcfg.encoders.nextopid.st_write import wire_text
 from pidcfg.encoders.nextopid.wiring import Layout, Wires
 from pidcfg.encoders.parameters import Content, Parameter
 from pidcfg.encoders.structured_text import (
-    END,
-    NAME,
-    Comment,
     Declaration,
     Initial,
-    Member,
     Token,
     content_of,
-    tokens_of,
 )
 from pidcfg.schemas.base import parse_seconds
-from pidcfg.schemas.expressions import ExpressionError
-from pidcfg.schemas.iec import REAL, Wire, time_seconds
+from pidcfg.schemas.expressions import (
+    AND,
+    AT_LEAST,
+    AT_MOST,
+    CONSTANT,
+    EQUAL,
+    MAX_LENGTH,
+    NEGATE,
+    NOT,
+    OR,
+    SIGNAL,
+    ExpressionError,
+)
+from pidcfg.schemas.iec import BOOL, REAL, IecType, Wire
 from pidcfg.schemas.nextopid import Plc
 from pidcfg.schemas.numbers import decimal_text, plain_number
+from pidcfg.text.paths import Data
 
 # --- Structured Text to a listing: what the program declares and calls, and what its comments say beside --------------
 
@@ -268,276 +274,310 @@ class _Reader:
         return (layout.owner(number), block.kind.table.rows[number - block.base].name) in wires
 
 
-# --- PLCopen XML to a listing: the declarations and the calls of the one program that has blocks of the library -------
-#
-# A whole project of CODESYS has its programs beside the task, in additional data of the resource, and its global
-# variables in lists of the resource; both are read, and the interval of the task. The document is read by the
-# standard library's parser. Document types and entities are refused, depth and size are bounded, and every fault has
-# its line.
+# --- The conditions of an assignment in Structured Text as one expression of a configuration --------------------------
 
-NAMESPACES = ("http://www.plcopen.org/xml/tc6_0201", "http://www.plcopen.org/xml/tc6_0200")
-CONFIGURATION = ("instances", "configurations", "configuration")
-WORD = re.compile(r"[^\W\d]\w*")
-ISO_TIME = re.compile(r"PT(\d+(?:\.\d+)?)S", re.IGNORECASE)
-"""As CODESYS writes the interval of a task."""
-DEEPEST = 64
-SEPARATOR = " "
-"""Between the namespace and the name of an element."""
+
+@dataclass
+class Condition:
+    """The conditions of an assignment as one: code, constants and names."""
+
+    code: list[int] = field(default_factory=list)
+    constants: list[float] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    text: str = ""
+    """As a configuration has it, once it was written."""
+
+    @cached_property
+    def reads(self) -> frozenset[str]:
+        """The names, each once."""
+        return frozenset(self.names)
+
+    def add(self, part: Wiring | Condition) -> None:
+        """The code of a part, behind what is there."""
+        for op, operand in zip(part.code[::2], part.code[1::2], strict=True):
+            moved = len(self.constants) if op == CONSTANT else len(self.names) if op == SIGNAL else 0
+            self.code += (op, operand + moved)
+        self.constants += part.constants
+        self.names += part.names
+
+    def number(self, value: float) -> None:
+        """A constant; a negative one with its sign behind."""
+        self.code += (CONSTANT, len(self.constants))
+        self.constants.append(abs(value))
+        if value < 0:
+            self.emit(NEGATE)
+
+    def emit(self, op: int) -> None:
+        """An operator."""
+        self.code += (op, 0)
 
 
 @dataclass(slots=True)
-class Node:
-    """An element: its name without its namespace, its attributes, what is inside, and where it stands."""
+class Conditions:
+    """The conditions of assignments, each guard and each row of guards read once."""
+
+    resolve: Callable[[tuple[Token, ...]], tuple[str, IecType]]
+    guards: dict[Guard, Condition | ListingError] = field(default_factory=dict)
+    """Or what is wrong with one."""
+    rows: dict[int, Condition] = field(default_factory=dict)
+    """By the identity of the row: the assignments of a branch share it."""
+
+    def of(self, guarded: Guarded) -> Condition:
+        """All conditions of an assignment, joined by AND; raises `ListingError` where they are too long."""
+        if len(guarded.guards) > MOST_GUARDS:
+            raise too_long(guarded)
+        whole = self.rows.get(id(guarded.guards))
+        if whole is None:
+            whole = Condition()
+            for i, guard in enumerate(guarded.guards):
+                whole.add(self.of_guard(guard))
+                if i:
+                    whole.emit(AND)
+                if len(whole.code) > 2 * MAX_LENGTH:  # each pair of it is a character at least
+                    raise too_long(guarded)
+            self.rows[id(guarded.guards)] = whole
+        return whole
+
+    def of_guard(self, guard: Guard) -> Condition:
+        """One condition, or its beginning where it is too long."""
+        if guard not in self.guards:
+            try:
+                self.guards[guard] = self._read(guard)
+            except ListingError as error:
+                self.guards[guard] = error
+        found = self.guards[guard]
+        if isinstance(found, ListingError):
+            raise found
+        return found
+
+    def _read(self, guard: Guard) -> Condition:
+        part = Condition()
+        if not guard.labels:
+            part.add(Wiring.read(guard.tokens, BOOL, self.resolve))
+        for j, label in enumerate(guard.labels):
+            _compare(part, guard.tokens, label, self.resolve)
+            if j:
+                part.emit(OR)
+            if len(part.code) > 2 * MAX_LENGTH:
+                return part
+        if guard.inverted and part.code[-2] == NOT:
+            del part.code[-2:]
+        elif guard.inverted:
+            part.emit(NOT)
+        return part
+
+
+def too_long(guarded: Guarded) -> ListingError:
+    """Of conditions that are no expression of a configuration."""
+    together = f"with those of the branches before, the condition of this is longer than {MAX_LENGTH} characters"
+    return guarded.target[0].error(f"{together}: assign a BOOL before, and ask for that")
+
+
+def _compare(
+    whole: Condition,
+    tokens: tuple[Token, ...],
+    label: Label,
+    resolve: Callable[[tuple[Token, ...]], tuple[str, IecType]],
+) -> None:
+    whole.add(Wiring.read(tokens, REAL, resolve))
+    whole.number(label.low)
+    if label.high is None:
+        whole.emit(EQUAL)
+        return
+    whole.emit(AT_LEAST)
+    whole.add(Wiring.read(tokens, REAL, resolve))
+    whole.number(label.high)
+    whole.emit(AT_MOST)
+    whole.emit(AND)
+
+
+# --- Assignments of a program as moves of a configuration: which concern the blocks, and where they are executed ------
+#
+# Design. An assignment concerns the blocks when it writes an input of one, or a variable that a wire or such an
+# assignment reads. The others are left out, and named by line. A configuration copies before all blocks or behind all
+# of them; an assignment between two calls goes where nothing reads or writes what it writes or reads on the way, and
+# is refused where there is no such place.
+
+
+class Target(NamedTuple):
+    """What an assignment writes: its name, its type, and the block that it is an input of."""
 
     name: str
-    attributes: dict[str, str]
-    line: int
-    column: int
-    children: list[Node] = field(default_factory=list)
-    text: list[str] = field(default_factory=list)
-    text_line: int = 0
-
-    def error(self, message: str) -> ListingError:
-        """A fault at this place."""
-        return ListingError(message, self.line, self.column)
-
-    def child(self, name: str) -> Node | None:
-        """The first element of this name inside."""
-        return next((node for node in self.children if node.name == name), None)
-
-    def all(self, *path: str) -> Iterator[Node]:
-        """All elements along a path; ``*`` is any."""
-        if not path:
-            yield self
-            return
-        for node in self.children:
-            if path[0] in {"*", node.name}:
-                yield from node.all(*path[1:])
-
-    @property
-    def words(self) -> str:
-        """The text of this element and all inside."""
-        return "".join(self.text) + "".join(child.words for child in self.children)
+    type: IecType
+    item: Item | None = None
 
 
-class _Tree:
-    """Builds nodes from what the parser reports."""
+class Read(NamedTuple):
+    """A move as read: the entry of the listing, what it writes and reads, and the assignment."""
 
-    def __init__(self) -> None:
-        self.parser = expat.ParserCreate("utf-8", SEPARATOR)
-        self.stack: list[Node] = []
-        self.root: Node | None = None
-        self.parser.StartElementHandler = self.start
-        self.parser.EndElementHandler = self.end
-        self.parser.CharacterDataHandler = self.data
-        self.parser.StartDoctypeDeclHandler = self.refuse
-        self.parser.EntityDeclHandler = self.refuse
-
-    def refuse(self, *_: object) -> None:
-        """Document types, which is where entities are made."""
-        place = self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
-        raise ListingError("a document type stands here; a PLCopen file has none", *place)
-
-    def start(self, name: str, attributes: dict[str, str]) -> None:
-        """An element begins."""
-        node = Node(
-            name.rpartition(SEPARATOR)[2],
-            attributes,
-            self.parser.CurrentLineNumber,
-            self.parser.CurrentColumnNumber + 1,
-        )
-        if len(self.stack) >= DEEPEST:
-            raise node.error(f"more than {DEEPEST} elements in each other")
-        if not self.stack:
-            self.root = node
-            if node.name != "project" or name.rpartition(SEPARATOR)[0] not in NAMESPACES:
-                raise node.error(f"<{node.name}> is no project of PLCopen XML 2.0")
-        else:
-            self.stack[-1].children.append(node)
-        self.stack.append(node)
-
-    def end(self, _: str) -> None:
-        """An element ends."""
-        self.stack.pop()
-
-    def data(self, text: str) -> None:
-        """Text inside an element."""
-        node = self.stack[-1]
-        node.text_line = node.text_line or self.parser.CurrentLineNumber
-        node.text.append(text)
+    entry: Data
+    target: Target
+    reads: frozenset[str]
+    source: Guarded
 
 
-def parse_xml(text: str) -> Node:
-    """The document; raises `ListingError`."""
-    tree = _Tree()
-    try:
-        tree.parser.Parse(text.lstrip("\ufeff").encode("utf-8", "surrogatepass"), True)  # noqa: FBT003
-    except expat.ExpatError as error:
-        raise ListingError(f"not XML: {expat.ErrorString(error.code)}", error.lineno, error.offset + 1) from None
-    if tree.root is None:
-        raise ListingError("the document is empty")
-    return tree.root
+@dataclass(slots=True)
+class Needed:
+    """The calls that need a value, by its name."""
+
+    writers: dict[str, int] = field(default_factory=dict)
+    """The call that makes it."""
+    readers: dict[str, tuple[int, int]] = field(default_factory=dict)
+    """The first and the last call that reads it."""
 
 
-def read_plcopen(text: str, name: str = "") -> Listing:
-    """The parameters and wires of the program in a document; ``name``: which one, where several are there."""
-    root = parse_xml(text)
-    resources = [*root.all(*CONFIGURATION, "resource"), *root.all("addData", "data", "resource")]
-    lists = [*root.all(*CONFIGURATION, "globalVars"), *(one for at in resources for one in at.all("globalVars"))]
-    pou = _pou(root, resources, lists, name)
-    source = Source()
-    source.program = _token(pou, "name")
-    for variables in pou.all("interface", "*"):
-        source.declarations += (_declaration(node) for node in variables.all("variable"))
-    owners = _globals(source, lists)
-    for node in pou.all("documentation", "*"):
-        source.comments += _lines(node)
-    left = []
-    for body in pou.all("body", "*"):
-        if body.name == "ST":
-            inner = body.children[0] if body.children else body
-            parse_body(inner.words, inner.text_line or inner.line, source)
-        elif body.name not in {"addData", "documentation"}:
-            left.append(body)
-    source.statements = [drop_list_names(statement, owners) for statement in source.statements]
-    listing = read_source(source, _interval(resources, source.program))
-    notes = (f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in left)
-    listing.notes = (*listing.notes, *notes)
-    return listing
+@dataclass(slots=True)
+class Moves:
+    """The assignments of a program that are moves."""
 
+    scope: Scope
+    calls: Calls
+    everything: bool
+    """Whether all that can be read is a move: the comments say that the program was written from a configuration."""
+    found: list[Read] = field(default_factory=list)
+    conditions: Conditions = field(init=False)
 
-def _pou(root: Node, resources: list[Node], lists: list[Node], name: str) -> Node:
-    """The program with blocks of the library: that declares them, or whose text has those of a global list."""
-    pous = [*root.all("types", "pous", "pou"), *(pou for at in resources for pou in at.all("addData", "data", "pou"))]
-    instances = {
-        node.attributes.get("name", "").upper()
-        for node in _variables(lists)
-        if any(_of_library(node, "type", "derived"))
-    }
-    declares = [any(_of_library(pou, "interface", "*", "variable", "type", "derived")) for pou in pous]
-    fitting = [*compress(pous, declares)]
-    fitting += [pou for pou, own in zip(pous, declares, strict=True) if not own and instances & _words(pou)]
-    with_blocks = _names(fitting)
-    fitting = fitting or [pou for pou in pous if pou.attributes.get("pouType") == "program"]
-    if not fitting:
-        raise root.error("the project has no program")
-    if name:
-        fitting = _called(name, root, pous, with_blocks)
-    elif len(fitting) > 1 and with_blocks:
-        raise fitting[1].error(f"several POUs have blocks of the library ({with_blocks}); give one of them with --pou")
-    elif len(fitting) > 1:
-        raise root.error(f"no program of the project has a block of the NextoPID library ({_names(fitting)})")
-    if fitting[0].attributes.get("pouType") != "program":
-        raise fitting[0].error("blocks of the library stand in a POU that is no program")
-    return fitting[0]
+    def __post_init__(self) -> None:
+        self.conditions = Conditions(self.scope.resolve)
 
+    def read(self) -> list[Data]:
+        """The entries of the listing, in the order of execution."""
+        waiting = self._read_concerned()
+        if self.everything:
+            waiting = [guarded for guarded in waiting if not self._try(guarded)]
+        for guarded in waiting:
+            self.calls.pass_over(guarded)
+        self.found.sort(key=lambda read: read.source.number)
+        by_target: dict[str, list[Read]] = {}
+        for read in self.found:
+            by_target.setdefault(read.target.name, []).append(read)
+        for read in self.found:
+            self._check_conditions(read, by_target)
+        return list(self._placed())
 
-def _names(pous: list[Node]) -> str:
-    return few([pou.attributes.get("name", "?") for pou in pous])
+    def _read_concerned(self) -> list[Guarded]:
+        """Reads what concerns the blocks, from their inputs back; what is left does not concern them."""
+        waiting: dict[str, list[tuple[int, Guarded]]] = {}
+        for place, guarded in enumerate(self.calls.branches.found):
+            waiting.setdefault(guarded.target[0].upper, []).append((place, guarded))
+        names = [name for name in waiting if self.scope.instance(name) is not None or name in self.scope.used]
+        while names:
+            concerned = sorted((one for name in names for one in waiting.pop(name)), key=itemgetter(0))
+            reads = [self._read(guarded) for _, guarded in concerned]
+            self.found += reads
+            names = [*dict.fromkeys(name.upper() for read in reads for name in read.reads if name.upper() in waiting)]
+        return [guarded for _, guarded in sorted((one for row in waiting.values() for one in row), key=itemgetter(0))]
 
+    def _try(self, guarded: Guarded) -> bool:
+        try:
+            self.found.append(self._read(guarded))
+        except ListingError:
+            return False
+        return True
 
-def _called(name: str, root: Node, pous: list[Node], with_blocks: str) -> list[Node]:
-    """The POU of that name, whatever its letters, as IEC 61131-3 has it."""
-    found = [pou for pou in pous if pou.attributes.get("name", "").casefold() == name.casefold()]
-    if len(found) == 1:
+    # --- reading -----------------------------------------------------------------------------------------------------
+
+    def _target(self, parts: tuple[Token, ...]) -> Target:
+        item = self.scope.instance(parts[0].upper)
+        if item is not None:
+            row = self.scope.row(item, parts[1:], "input") if len(parts) > 1 else None
+            if row is None:
+                raise parts[0].error(f"{item.name} is assigned as a whole")
+            return Target(f"{item.name}.{row.name}", row.type, item)
+        declared = self.scope.variables.get(parts[0].upper)
+        kind = None if declared is None or len(parts) > 1 else SIGNAL_TYPES.get(declared.type_name)
+        if declared is None or kind is None or kind.kind == "time":
+            raise parts[0].error(f"{parts[0].text} is assigned here, and is no BOOL, REAL or INT")
+        self.scope.used.add(declared.name.upper)
+        return Target(declared.name.text, kind)
+
+    def _read(self, guarded: Guarded) -> Read:
+        target = self._target(guarded.target)
+        condition = self.conditions.of(guarded)
+        content = content_of(guarded.value, target.type, target.name)
+        names = condition.reads
+        if content is None:
+            wiring = Wiring.read(guarded.value, target.type, self.scope.resolve)
+            names |= {*wiring.names}
+            content = wire_text(wiring.code, wiring.constants, wiring.names.__getitem__)
+            if len(content) > MAX_LENGTH:
+                raise guarded.value[0].error(LONGER)
+        entry: Data = {"move": content, "to": target.name}
+        if guarded.guards:
+            entry["when"] = self._when(guarded, condition)
+        return Read(entry, target, names, guarded)
+
+    def _when(self, guarded: Guarded, condition: Condition) -> str:
+        """The conditions of an assignment as text; those of one branch are written once."""
+        if not condition.text:
+            names = condition.names.__getitem__
+            condition.text = wire_text(condition.code, condition.constants, names)
+        if len(condition.text) > MAX_LENGTH:
+            raise too_long(guarded)
+        return condition.text
+
+    def _check_conditions(self, read: Read, by_target: Mapping[str, Sequence[Read]]) -> None:
+        """Refuses what changes a condition that has been looked at, and is executed once more."""
+        for guard in read.source.guards:
+            changes = []
+            for name in {*self.conditions.of_guard(guard).names}:
+                others = by_target.get(name, ())
+                at = bisect_left(others, float(guard.opened), key=lambda other: other.source.number)
+                changes += [other for other in others[at : at + 1] if other.source.number < read.source.number]
+            if changes:
+                first = min(changes, key=lambda other: other.source.number)
+                message = (
+                    f"{first.target.name} is assigned inside the statement whose condition reads it, before line "
+                    f"{read.source.line}: assign it last"
+                )
+                raise first.source.target[0].error(message)
+
+    # --- order -------------------------------------------------------------------------------------------------------
+
+    def _placed(self) -> Iterator[dict[str, object]]:
+        needed = self._needed()
+        at_start = [self._at_start(read, needed) for read in self.found]
+        written, touched = set[str](), set[str]()  # by those before that are executed at the end
+        for _, beside in groupby(zip(self.found, at_start, strict=True), lambda one: one[0].source.number):
+            same = [*beside]
+            for read, first in same:
+                if first and (read.target.name in touched or read.reads & written):
+                    raise _between(read)
+            for read, first in same:
+                if not first:
+                    written.add(read.target.name)
+                    touched |= {read.target.name, *read.reads}
+        yield from (read.entry | {"at": "start"} for read, first in zip(self.found, at_start, strict=True) if first)
+        yield from (read.entry for read, first in zip(self.found, at_start, strict=True) if not first)
+
+    def _at_start(self, read: Read, needed: Needed) -> bool:
+        total, turn = self.calls.turns, read.source.turn
+        if turn == total and turn:
+            return False
+        calls = [read.target.item.turn] if read.target.item is not None and read.target.item.called else []
+        calls += needed.readers.get(read.target.name, ())
+        calls += (needed.writers[name] for name in read.reads if name in needed.writers)
+        if all(call >= turn for call in calls):
+            return True
+        if any(call >= turn for call in calls):
+            raise _between(read)
+        return False
+
+    def _needed(self) -> Needed:
+        """What calls read and write; it makes a difference on which side of them it is assigned or read."""
+        found = Needed()
+        called = {item.name: item for item in self.scope.items.values() if item.called}
+        for item in called.values():
+            found.writers |= {f"{item.name}.{row.name}": item.turn for row in item.kind.outputs}
+            for name in self.calls.reads.get(item.name, ()):
+                first, last = found.readers.get(name, (item.turn, item.turn))
+                found.readers[name] = (min(first, item.turn), max(last, item.turn))
+        for name, row in self.calls.assignments:
+            if name in called:
+                found.writers[f"{name}.{row}"] = called[name].turn
         return found
-    if found:
-        raise found[1].error(f"the project has the POU {name[:40]!r} more than once")
-    have = f"those with blocks of the library are {with_blocks}" if with_blocks else f"it has {_names(pous)}"
-    raise root.error(f"the project has no POU {name[:40]!r}; {have}")
 
 
-def _variables(lists: list[Node]) -> Iterator[Node]:
-    return (node for variables in lists for node in variables.all("variable"))
-
-
-def _of_library(node: Node, *path: str) -> Iterator[bool]:
-    return (inner.attributes.get("name", "").upper() in LIBRARY for inner in node.all(*path))
-
-
-def _words(pou: Node) -> set[str]:
-    """The words of a program's text, in capitals."""
-    return {word.upper() for body in pou.all("body", "ST") for word in WORD.findall(body.words)}
-
-
-def _globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
-    """Declares the variables of global lists that stand for one thing; returns the names of each list."""
-    local = {declaration.name.upper for declaration in source.declarations}
-    found = [
-        (one.attributes.get("name", "").upper(), _declaration(node)) for one in lists for node in _variables([one])
-    ]
-    times = Counter(declaration.name.upper for _, declaration in found)
-    owners: dict[str, set[str]] = {}
-    kept: list[Declaration] = []
-    for name, declaration in found:
-        if times[declaration.name.upper] == 1 and declaration.name.upper not in local:
-            kept.append(declaration)
-            owners.setdefault(name, set()).add(declaration.name.upper)
-    source.declarations = [*kept, *source.declarations]
-    return owners
-
-
-def _interval(resources: list[Node], program: Token) -> tuple[Decimal, Token] | None:
-    """The interval of the one task that calls the program, in s, and where it stands."""
-    found = []
-    for task in (task for resource in resources for task in resource.all("task")):
-        called = (
-            node.attributes.get("typeName") or node.attributes.get("name", "") for node in task.all("pouInstance")
-        )
-        if program.upper in {name.upper() for name in called} and "interval" in task.attributes:
-            found.append(_token(task, "interval"))
-    if len(found) != 1:
-        return None
-    text = found[0].text
-    match = ISO_TIME.fullmatch(text)
-    seconds = time_seconds(text) if "#" in text else Decimal(match.group(1)) if match else None
-    return None if not seconds else (seconds, found[0])
-
-
-def _lines(node: Node) -> Iterator[Comment]:
-    """The lines of a documentation, as comments."""
-    for number, line in enumerate(node.words.split("\n"), start=node.text_line or node.line):
-        yield Comment(line.strip(), number, 1)
-
-
-def _token(node: Node, attribute: str) -> Token:
-    """A name that an attribute gives."""
-    text = node.attributes.get(attribute, "")
-    if not text:
-        raise node.error(f"<{node.name}> has no {attribute}")
-    return Token(NAME, text, node.line, node.column)
-
-
-def _declaration(node: Node) -> Declaration:
-    """A variable."""
-    kind, initial = node.child("type"), node.child("initialValue")
-    if kind is None or not kind.children:
-        raise node.error("the variable has no type")
-    words = [Token(NAME, one.attributes.get("name", one.name), one.line, one.column) for one in _all_types(kind)]
-    documentation = node.child("documentation")
-    note = documentation.words.strip() if documentation else ""
-    return Declaration(_token(node, "name"), tuple(words), _initial(initial) if initial else None, note)
-
-
-def _all_types(kind: Node) -> Iterator[Node]:
-    """A type, and what it is made of: one for an elementary or derived type."""
-    for node in kind.children:
-        yield node
-        yield from _all_types(node)
-
-
-def _initial(node: Node) -> Initial:
-    """An initial value."""
-    inner = node.children[0] if node.children else None
-    if inner is not None and inner.name == "structValue":
-        members: dict[str, Member] = {}
-        for value in inner.all("value"):
-            member = _token(value, "member")
-            if member.upper in members:
-                raise value.error(f"{member.text} stands here again")
-            members[member.upper] = Member(member, _initial(value))
-        return members
-    if inner is not None and inner.name == "simpleValue":
-        tokens, _ = tokens_of(inner.attributes.get("value", ""), inner.line)
-        return tuple(token._replace(column=inner.column) for token in tokens if token.kind != END)
-    return (Token("other", "?", node.line, node.column),)
+def _between(read: Read) -> ListingError:
+    message = f"{read.target.name} is assigned between two calls, and what stands before and behind needs it there"
+    return read.source.target[0].error(f"{message}; wire the expression itself")

@@ -8,7 +8,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.output.explanation.answer import Page, Point
+from pidcfg.output.explanation import Page, Point
 from pidcfg.output.explanation.page import Placement, choice_text, choices_text, key_text, label
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import pad_left, pad_right, printable, width_of
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.regmap import Bits, Code, Meaning, RegisterMap, Space
-    from pidcfg.output.explanation.answer import Value
+    from pidcfg.output.explanation import Value
     from pidcfg.output.explanation.page import Question, Scaling
     from pidcfg.text.references import Basis
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.explanation.answer import ExplainResult, Page, QuestionError, UnknownError, Value, rule_page
+from pidcfg.output.explanation import ExplainResult, Page, QuestionError, UnknownError, Value, rule_page
 from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.page import ADDRESS, SHOWN, Configured, Question
 from pidcfg.output.explanation.registers import Registers
@@ -36,7 +36,7 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from pidcfg.output.explanation.answer import Origin
+    from pidcfg.output.explanation import Origin
     from pidcfg.output.explanation.book import Book, Direction
     from pidcfg.text.paths import Path
     from pidcfg.validate.engine import Checked

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.codecs import Choice, DecodeError, Position, before_root
 from pidcfg.encoders.image import Block, no_registers
 from pidcfg.encoders.parameters import read_content
-from pidcfg.output.explanation.answer import Origin, Page, QuestionError
+from pidcfg.output.explanation import Origin, Page, QuestionError
 from pidcfg.schemas.base import Limits, Quantity, limits_at, unit_text, units_of
 from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.schemas.numbers import decimal_text

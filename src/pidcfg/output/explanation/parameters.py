@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from pidcfg.encoders.parameters import content_text, read_content
 from pidcfg.encoders.regmap import Bits
-from pidcfg.output.explanation.answer import Page, QuestionError, Value
+from pidcfg.output.explanation import Page, QuestionError, Value
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record
 from pidcfg.output.explanation.page import Question, content_of, first_sentence, key_text, limits_text, whole
 from pidcfg.schemas.base import SIDES, limits_at, unit_text, units_of

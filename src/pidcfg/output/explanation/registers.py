@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.regmap import SINGLE, NoRegisterError, RegisterMap, Word
-from pidcfg.output.explanation.answer import Page, Point, QuestionError, Value
+from pidcfg.output.explanation import Page, Point, QuestionError, Value
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed_word
 from pidcfg.output.explanation.page import (
     ADDRESS,

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from pidcfg.encoders.listing import FIRST_REFERENCE
 from pidcfg.encoders.regmap import Meaning
-from pidcfg.output.explanation.answer import SYMPTOM, Page, Point
+from pidcfg.output.explanation import SYMPTOM, Page, Point
 from pidcfg.output.explanation.book import Book, book_of
 from pidcfg.output.explanation.page import Question
 from pidcfg.output.explanation.registers import Registers

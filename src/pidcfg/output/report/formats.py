@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import datetime as dt
 import io
 import os
@@ -19,7 +18,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.output.report.content import METRIC_TITLES, contents_of, measurement_text, metric_unit, text
+from pidcfg.encoders.listing import csv_lines
+from pidcfg.output.report import METRIC_TITLES, contents_of, measurement_text, metric_unit, text
 from pidcfg.output.report.sheets import FIRST
 from pidcfg.text.diagnostics import Severity, words_of
 from pidcfg.text.frozen import frozen
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
-    from pidcfg.output.report.content import Content, Fact, LoopSheet, RegisterBlock, Setting, Sheet, Title, Value
+    from pidcfg.output.report import Content, Fact, LoopSheet, RegisterBlock, Setting, Sheet, Title, Value
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.paths import Data
 
@@ -504,12 +504,7 @@ def csv_files(tables: Iterable[Table]) -> dict[str, str]:
 
 def csv_text(table: Table) -> str:
     """One table: UTF-8 with the mark by which spreadsheets know it, commas, lines that end in LF."""
-    stream = io.StringIO()
-    stream.write(MARK)
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(table.columns)
-    writer.writerows([safe(value) for value in row] for row in table.rows)
-    return printable(stream.getvalue())
+    return printable(MARK + csv_lines([table.columns, *(map(safe, row) for row in table.rows)]))
 
 
 def safe(value: Value) -> str:

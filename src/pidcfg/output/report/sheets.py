@@ -16,10 +16,10 @@ from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.parameters import content_text as shown_content
 from pidcfg.encoders.regmap import Bits, NoRegisterError
+from pidcfg.output import report
 from pidcfg.output.explanation.lookup import PV_RISES
 from pidcfg.output.explanation.page import texts_of
-from pidcfg.output.report import content
-from pidcfg.output.report.content import (
+from pidcfg.output.report import (
     SIDES,
     Content,
     Fact,
@@ -35,7 +35,7 @@ from pidcfg.output.report.content import (
     with_shares,
     word_before_root,
 )
-from pidcfg.output.report.content import cell as cell_of
+from pidcfg.output.report import cell as cell_of
 from pidcfg.schemas.base import Quantity, Rate, unit_text, units_of
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import path_text, sort_findings
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import AnyEncoding, Entry
     from pidcfg.encoders.regmap import Point, Word
     from pidcfg.output.explanation.parameters import ParameterBook
-    from pidcfg.output.report.content import RunSheet, SourceFile, Title
+    from pidcfg.output.report import RunSheet, SourceFile, Title
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
@@ -284,15 +284,15 @@ class Words:
     writers: Mapping[str, str] = field(default_factory=dict)
     """Who writes a status register that is not the PLC's alone, by its name."""
 
-    def blocks(self, loop: int | None) -> tuple[content.RegisterBlock, ...]:
+    def blocks(self, loop: int | None) -> tuple[report.RegisterBlock, ...]:
         """The blocks of one loop, by its number (None: of the PLC)."""
-        blocks: dict[str, list[content.Register]] = {}
+        blocks: dict[str, list[report.Register]] = {}
         for block in self.encoding.blocks:
             if _belongs(block, loop):
                 blocks.setdefault(block.table.title, []).extend(self._registers(block))
-        return tuple(content.RegisterBlock(title, tuple(rows)) for title, rows in blocks.items() if rows)
+        return tuple(report.RegisterBlock(title, tuple(rows)) for title, rows in blocks.items() if rows)
 
-    def _registers(self, block: Block) -> Iterator[content.Register]:
+    def _registers(self, block: Block) -> Iterator[report.Register]:
         """The registers of a block; reserved ones that hold nothing stand together."""
         cells = {cell.number - block.start: cell for cell in block.cells(self.encoding.space)}
         memory = self.encoding.image.words
@@ -303,11 +303,11 @@ class Words:
                 first, last = (cells[words[i].offset] for i in (0, -1))
                 address = first.address if first is last else f"{first.address} to {last.address}"
                 title = words[0].title
-                yield content.Register(address, "", first.kind.hex(0), 0, None, "", title, "reserved")
+                yield report.Register(address, "", first.kind.hex(0), 0, None, "", title, "reserved")
             else:
                 yield from (self._register(word, block, cells[word.offset], raw) for word, raw in run)
 
-    def _register(self, word: Word, block: Block, cell: Cell, raw: int) -> content.Register:
+    def _register(self, word: Word, block: Block, cell: Cell, raw: int) -> report.Register:
         every = tuple(_bits(row, raw) for row in block.table.bits if row.offset == word.offset)
         value, unit = (None, "") if every or word.access == "status" else self._value(word, block, raw)
         if value is not None and not unit and not isinstance(value, str):
@@ -317,7 +317,7 @@ class Words:
         if before is not None and word.access == "setting":
             value, unit, reached = before.percent, before.unit, before.reached(self.units["pv"])
             meaning += f", {reached}" if reached else ""
-        return content.Register(
+        return report.Register(
             address=cell.address,
             name=cell.field,
             hex=cell.kind.hex(raw),
@@ -331,7 +331,7 @@ class Words:
             counted=not every and is_counted(word),
         )
 
-    def _value(self, word: Word, block: Block, raw: int) -> tuple[content.Value, str]:
+    def _value(self, word: Word, block: Block, raw: int) -> tuple[report.Value, str]:
         """What the PLC reads in a register, in engineering units; counts where there is no range."""
         spelled = getattr(word.codec, "spelled", None)
         if spelled is not None:
@@ -357,15 +357,15 @@ def is_counted(word: Word) -> bool:
     return not notation.startswith(BCD) and not hasattr(word.codec, "spelled")
 
 
-def with_words(facts: Iterable[content.Fact], blocks: Sequence[content.RegisterBlock]) -> Iterator[content.Fact]:
+def with_words(facts: Iterable[report.Fact], blocks: Sequence[report.RegisterBlock]) -> Iterator[report.Fact]:
     """The facts with what stands in their registers, beside the addresses."""
-    shown = content.contents_of(blocks)
+    shown = report.contents_of(blocks)
     for fact in facts:
         places = [f"{place} {shown[place]}" if place in shown else place for place in fact.place.split(", ")]
         yield replace(fact, place="" if fact.place == NOWHERE else ", ".join(places))
 
 
-def _bits(row: Bits, raw: int) -> content.Bit:
+def _bits(row: Bits, raw: int) -> report.Bit:
     """A choice with its state, most significant bit first."""
     state = "".join(str(raw >> bit & 1) for bit in reversed(row.bits))
     try:
@@ -377,7 +377,7 @@ def _bits(row: Bits, raw: int) -> content.Bit:
         if isinstance(value, bool | None)
         else str(value)
     )
-    return content.Bit(bit_numbers(row), state, spelled or "", row.title, row.access)
+    return report.Bit(bit_numbers(row), state, spelled or "", row.title, row.access)
 
 
 def bit_numbers(row: Point) -> str:
@@ -387,7 +387,7 @@ def bit_numbers(row: Point) -> str:
 
 def parameters_of(
     encoding: AnyEncoding, loop: str | None, book: ParameterBook, units: Mapping[str, str] | None = None
-) -> tuple[content.Parameter, ...]:
+) -> tuple[report.Parameter, ...]:
     """The named parameters of one loop (None: of what is no loop); ``units``: the loop's, else those of the table."""
     program = encoding.image
     if not isinstance(program, Program):
@@ -397,7 +397,7 @@ def parameters_of(
 
 def _parameter(
     entry: Entry, program: Program, book: ParameterBook, units: Mapping[str, str] | None
-) -> content.Parameter:
+) -> report.Parameter:
     place = book.row_of(entry.address, program.settings)
     meaning, unit = (book.text(place[1], place[2]), place[2].unit) if place else ("", "")
     if isinstance(entry.raw, Wire):
@@ -406,7 +406,7 @@ def _parameter(
         text = shown_content(entry.type, entry.raw)
         unit = unit_text(unit, SIDES) if units is None else units.get(entry.field, "")
         unit = "" if isinstance(entry.raw, bool) else unit
-    return content.Parameter(entry.address, entry.type.name, text, unit, meaning, entry.device or "")
+    return report.Parameter(entry.address, entry.type.name, text, unit, meaning, entry.device or "")
 
 
 # --- A checked configuration as loop sheets ---------------------------------------------------------------------------

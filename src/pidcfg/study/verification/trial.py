@@ -21,7 +21,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.conversion import NeutralLoop
     from pidcfg.schemas.generic import Loop
     from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.judgement.report import LoopReport

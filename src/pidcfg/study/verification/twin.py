@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
+from pidcfg.conversion import LOSSES, Change, ConvertError, number_of, overlap
 from pidcfg.conversion import operation as rules_of_operation
 from pidcfg.conversion.builder import flatten
-from pidcfg.conversion.ledger import LOSSES, Change, ConvertError, number_of, overlap
 from pidcfg.conversion.operation import PREFIX, Answer, Operation, WithoutIntegral, first_output, source_of, target_of
 from pidcfg.conversion.pipeline import LoopReport
 from pidcfg.encoders.codecs import DecodeError, EncodeError
@@ -36,7 +36,7 @@ from pidcfg.vendors import Vendor
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from pidcfg.conversion.ledger import SourceField
+    from pidcfg.conversion import SourceField
     from pidcfg.study.verification.comparison import SignalDifference
     from pidcfg.study.verification.trial import Side
 

@@ -10,9 +10,9 @@ from math import expm1
 from pathlib import Path
 from typing import Any
 
+from pidcfg.conversion import Change, overlap
 from pidcfg.conversion.builder import flatten, has_alarms
 from pidcfg.conversion.comparison import NeutralSide
-from pidcfg.conversion.ledger import Change, overlap
 from pidcfg.conversion.operation import PREFIX, Operation, differing_rules, source_of
 from pidcfg.conversion.pipeline import LoopReport
 from pidcfg.encoders.contract import encoder_of
