@@ -41,9 +41,9 @@ def pages(*, of_rules: bool = False) -> dict[Path, bytes]:
     return {(generate.DOCS / name).resolve(): text.encode() for name, text in found.items()}
 
 
-def messages() -> dict[Path, bytes]:
+def messages(wanted: Callable[[str], bool] = bool) -> dict[Path, bytes]:
     """What every rule says about its case files."""
-    return {case_messages.GOLDEN: case_messages.messages().encode()}
+    return {case_messages.GOLDEN: case_messages.messages(wanted).encode()}
 
 
 def places() -> dict[Path, bytes]:
@@ -68,13 +68,16 @@ PARTS: dict[str, Callable[[], Mapping[Path, bytes]]] = {
 }
 """Each part by the name that renews it alone, those first that most changes touch."""
 BY_VENDOR: dict[str, Callable[[Callable[[str], bool]], Mapping[Path, bytes]]] = {
+    "messages": messages,
+    "typical": mistakes.golden_files,
+    "reports": golden.report_files,
     "listings": spoiled_listings.golden_files,
     "configurations": spoiled_configurations.golden_files,
     "runs": changed_runs.golden_files,
     "explained": explained.golden_files,
     "examples": golden.example_files,
 }
-"""Parts whose files tell by their names which vendors they are made of."""
+"""Parts of whose files it can be told which vendors they are made of."""
 WHOLE = {"configurations", "examples", "explained", "listings", "reports", "runs"}
 """Parts whose folders hold nothing else, but for the configurations that they are made of."""
 

@@ -131,6 +131,8 @@ def run(example: str) -> dict[str, bytes]:
 
 REPORTS = Path(__file__).parent / "data" / "formats"
 """What the reports of a file with mistakes and of a run that fails look like in each format."""
+REPORTED = "dl06"
+"""The vendor of those files."""
 
 
 def report_name(command: str, fmt: str) -> str:
@@ -156,9 +158,9 @@ def reports() -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.suffix != ".yaml"}
 
 
-def report_files() -> dict[Path, bytes]:
-    """The committed reports by their paths."""
-    return {REPORTS / file: data for file, data in reports().items()}
+def report_files(wanted: Callable[[str], bool] = bool) -> dict[Path, bytes]:
+    """The committed reports by their paths, where the vendor of the files that they are about is wanted."""
+    return {REPORTS / file: data for file, data in reports().items()} if wanted(REPORTED) else {}
 
 
 def example_files(wanted: Callable[[str], bool] = bool) -> dict[Path, bytes]:

@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING, Any
 from ruamel.yaml import YAML
 
 from pidcfg.cli.main import Exit
+from pidcfg.vendors import VENDORS
 from shell import captured, environment, pidcfg
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 FOLDER = Path(__file__).parent / "typical"
 GROUPS = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -102,6 +103,14 @@ def committed(name: str) -> dict[str, str]:
     return {title: f"{body.strip(NEWLINE)}{NEWLINE}" for title, body in zip(parts[::2], parts[1::2], strict=True)}
 
 
-def golden_files() -> Mapping[Path, bytes]:
-    """The answers of every group by path."""
-    return {FOLDER / f"{name}.txt": answers(name).encode() for name in GROUPS}
+def subjects(name: str) -> list[str]:
+    """A group's name, and the vendors that its files and answers speak of."""
+    paths = [FOLDER / f"{name}.yaml", FOLDER / f"{name}.txt"]
+    text = "".join(path.read_text("utf-8") for path in paths if path.exists())
+    return [name, *(key for key, vendor in VENDORS.items() if re.search(rf"\b(?:{key}|{vendor.prefix}\d)", text))]
+
+
+def golden_files(wanted: Callable[[str], bool] = bool) -> Mapping[Path, bytes]:
+    """The answers of every group by path, or of those that speak of a vendor that is wanted."""
+    names = [name for name in GROUPS if any(map(wanted, subjects(name)))]
+    return {FOLDER / f"{name}.txt": answers(name).encode() for name in names}

@@ -222,9 +222,9 @@ def test_a_rule_leaves_alone_what_is_made_of_other_vendors(changed, vendors):
 def test_of_a_vendors_rules_the_files_are_made_that_name_it(monkeypatch):
     names = ["dl06-oven", "click-to-dl06", "dl06/oven", "click-tank", "click/tank", "dl06"]
     monkeypatch.setitem(generated.BY_VENDOR, "examples", lambda wanted: dict.fromkeys(filter(wanted, names), b""))
-    monkeypatch.setitem(generated.PARTS, "messages", lambda: {"messages": b""})
+    monkeypatch.setitem(generated.PARTS, "pictures", lambda: {"pictures": b""})
     assert [*generated.make({"dl06"}, "examples")] == ["dl06-oven", "click-to-dl06", "dl06/oven", "dl06"]
-    assert [*generated.make({"dl06"}, "messages")] == ["messages"]
+    assert [*generated.make({"dl06"}, "pictures")] == ["pictures"]
 
 
 def test_an_unknown_part_is_refused():
