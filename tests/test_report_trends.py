@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 from dataclasses import replace
 from fractions import Fraction
@@ -24,6 +23,7 @@ from pidcfg.sim.engine.run import Settings
 from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, WORDS, flag_words
 from pidcfg.study.outcome import charts_of, level_lines, levels_around, simulate_document
 from pidcfg.text.source import read_document
+from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 HOSTILE = "a<b>&\"c'</svg></script><script>window.pwned=1</script> onload=x\x07"
@@ -166,8 +166,8 @@ def test_a_distance_goes_with_its_centre_and_with_itself():
 
 @pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix", "generic", "nextopid", "dpide"])
 def test_every_alarm_and_flag_has_a_name_in_words(vendor):
-    report = importlib.import_module(f"pidcfg.sim.controllers.{vendor}.operate")
-    names = [name for table in ("ALARM_BITS", "FLAG_BITS", "AUX_BITS") for name in getattr(report, table, ())]
+    plc = VENDORS[vendor].load("controller")
+    names = [*plc.alarm_bits, *plc.flag_bits, *plc.aux_bits]
     assert names
     for name in names:
         assert "_" not in flag_words(name) or "." in name or "SP_CASC" in name
