@@ -202,7 +202,7 @@ RULE = "src/pidcfg/validate/rules/dl06/setup.py"
         ([], set()),
         ([RULE], {"dl06"}),
         ([RULE, "src/pidcfg/validate/rules/generic.py"], {"dl06", "generic"}),
-        ([RULE, "src/pidcfg/validate/rules/common.py"], set()),
+        ([RULE, "src/pidcfg/validate/rules/__init__.py"], set()),
         ([RULE, "src/pidcfg/validate/rule.py"], set()),
         ([RULE, "tests/cases/DL201.yaml", "tests/test_fixes.py", "docs/decisions.md", "CHANGELOG.md"], {"dl06"}),
         ([RULE, "src/pidcfg/validate/rules.json", "docs/rules-dl06.md", "docs/dl06-coverage.md"], {"dl06"}),

@@ -31,7 +31,7 @@ from pidcfg.validate.catalog import (
 )
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rule import READING, SCHEMA, SUPPRESSION, Rule
-from pidcfg.validate.rules import collect, common
+from pidcfg.validate.rules import collect
 from pidcfg.vendors import VENDORS
 from shell import captured
 from shell import pidcfg as command
@@ -277,7 +277,7 @@ def test_every_vendor_has_a_group_and_no_two_groups_share_a_beginning():
 
 @pytest.mark.parametrize("vendor", VENDORS.values(), ids=lambda vendor: vendor.key)
 def test_the_rules_of_a_vendor_have_its_codes(vendor):
-    codes = vendor.load("rules").keys() - collect(common).keys()
+    codes = vendor.load("rules").keys() - collect().keys()
 
     assert codes
     assert {group_of(code) for code in codes} == {vendor.key}
@@ -325,7 +325,7 @@ def test_every_rule_is_found_by_its_code():
 
     assert list(table) == sorted(table, key=number_of)
     assert all(CODE.fullmatch(code) and rule_of(code) is rule for code, rule in table.items())
-    assert len(table) == len(collect(common)) + sum(
+    assert len(table) == len(collect()) + sum(
         len(rules(beginning)) for group, beginning in GROUPS.items() if group != COMMON
     )
 
@@ -365,7 +365,7 @@ print(*sorted({{name.split(".")[3] for name in sys.modules if name.startswith("p
 """
     run = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
 
-    assert set(run.stdout.split()) <= {"common", vendor}
+    assert set(run.stdout.split()) <= {vendor}
 
 
 def test_only_errors_of_a_file_itself_and_names_that_stand_twice_cannot_be_ignored():

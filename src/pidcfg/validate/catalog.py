@@ -87,9 +87,9 @@ def _rules_of(group: str | None) -> Mapping[str, Rule]:
         rules: Mapping[str, Rule] = VENDORS[group].load("rules")
         return rules
     if group == COMMON:
-        from pidcfg.validate.rules import collect, common
+        from pidcfg.validate.rules import collect
 
-        return collect(common)
+        return collect()
     return FILE_RULES if group == FILES else {}
 
 

@@ -16,7 +16,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import closest_name, same_word
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
-from pidcfg.validate.rules import collect, common
+from pidcfg.validate.rules import collect
 from pidcfg.validate.shared_checks import (
     PV_POINTS,
     Context,
@@ -503,4 +503,4 @@ def cascade_scales_differ(context: GenericContext) -> Findings:
             yield from report_at_both(view, at_slave, master, at_master, **values)
 
 
-RULES = collect(common, sys.modules[__name__])
+RULES = collect(sys.modules[__name__])
