@@ -23,9 +23,8 @@ import ezlogix_strategies
 import nextopid_strategies
 from neutral_strategies import neutral_files
 from pidcfg.conversion import ConvertError, overlap
-from pidcfg.conversion.builder import is_harmless, make_comparable
+from pidcfg.conversion.builder import correct_lines, is_harmless, make_comparable
 from pidcfg.conversion.pipeline import convert, neutral_loops
-from pidcfg.conversion.settle import correct_lines
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import Loop

@@ -16,8 +16,7 @@ from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.conversion import ConvertError
 from pidcfg.conversion.click import NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.settle import settle_values
+from pidcfg.conversion.pipeline import convert, settle_values
 from pidcfg.encoders.click.image import encode
 from pidcfg.encoders.maps.click import TABLES
 from pidcfg.schemas.click import ClickFile, Loop

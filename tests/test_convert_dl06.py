@@ -16,8 +16,7 @@ from neutral_strategies import neutral_files, unheard
 from pidcfg.conversion import ConvertError
 from pidcfg.conversion.dl06 import from_neutral
 from pidcfg.conversion.from_dl06 import NOTHING_LOST, round_to_ten_digits, to_neutral
-from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.settle import settle_values
+from pidcfg.conversion.pipeline import convert, settle_values
 from pidcfg.encoders.dl06 import CONVERT_OPTIONS
 from pidcfg.encoders.dl06.image import encode, reset_value, scales_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE

@@ -20,8 +20,7 @@ from pidcfg import api
 from pidcfg.conversion import ConvertError
 from pidcfg.conversion.ezlogix import NOTHING_LOST, from_neutral, stopped_section, to_neutral
 from pidcfg.conversion.operation import Stopped
-from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.settle import settle_values
+from pidcfg.conversion.pipeline import convert, settle_values
 from pidcfg.encoders.ezlogix import CONVERT_OPTIONS
 from pidcfg.encoders.ezlogix.image import encode
 from pidcfg.schemas.ezlogix import EzlogixFile, Loop

@@ -25,9 +25,9 @@ from pidcfg import api
 from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
 from pidcfg.conversion import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
+from pidcfg.conversion.builder import correct_lines
 from pidcfg.conversion.operation import Operation, Windup, differing_rules
 from pidcfg.conversion.pipeline import UNKNOWN, convert, items_beside_loops, unreported_fields
-from pidcfg.conversion.settle import correct_lines
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.paths import leaves, put, steps, value_at
 from pidcfg.text.writer import yaml_text

@@ -27,11 +27,10 @@ from pidcfg.conversion import (
     changes,
     parse_max_loss,
 )
-from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, apply_table
+from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, _within, apply_table
 from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
-from pidcfg.conversion.pipeline import convert, neutral_loops
-from pidcfg.conversion.settle import _within, read_back
+from pidcfg.conversion.pipeline import convert, neutral_loops, read_back
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.generic import CONVERT_OPTIONS
@@ -451,7 +450,7 @@ def checked(data):
 
 def of_vendor(loops, vendor):
     """Neutral loops as a vendor's configuration."""
-    from pidcfg.conversion.settle import settle_values
+    from pidcfg.conversion.pipeline import settle_values
 
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
     made = VENDORS[vendor].load("from_neutral")(file, {})

@@ -1,4 +1,4 @@
-"""How a conversion fills a neutral loop and a target's file: exact arithmetic, equal fields, scales made comparable."""
+"""How a conversion fills a neutral loop and a target's file, exactly, and what its lines may claim of equal fields."""
 
 from __future__ import annotations
 
@@ -9,20 +9,34 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeAlias, TypeVar
 
 from pydantic import BaseModel
 
-from pidcfg.conversion import ConvertError, Missing, NeutralLoop, SourceField, TargetField, TargetFile
+from pidcfg.conversion import (
+    QUANTITY_OF_FIELD,
+    ConvertError,
+    Missing,
+    NeutralLoop,
+    SourceField,
+    TargetField,
+    TargetFile,
+    Terms,
+)
+from pidcfg.encoders.codecs import Distance, Position
 from pidcfg.encoders.image import present
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import EXACT_CONTEXT, plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import put, steps, value_at
+from pidcfg.text.paths import is_given, put, steps, value_at
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.schemas.base import BankRange
+    from pidcfg.conversion import Change
+    from pidcfg.encoders.codecs import Scale
+    from pidcfg.encoders.parameters import AnyEncoding
+    from pidcfg.encoders.regmap import Word
+    from pidcfg.schemas.base import BankRange, ConfigurationFile
     from pidcfg.schemas.generic import GenericFile, Loop
-    from pidcfg.text.paths import Data
+    from pidcfg.text.paths import Data, Path
 
 # --- What adapters calculate with: exact decimals between the terms of vendors ----------------------------------------
 
@@ -465,3 +479,163 @@ def _without_idle_gains(loop: Flat) -> Flat:
     if not acts or not values["tuning.gain"]:
         values |= {"tuning.gain": Decimal(0), "tuning.proportional": False}
     return values
+
+
+# --- Words that are less than a count apart ---------------------------------------------------------------------------
+
+D929 = Decision(
+    929,
+    "a value is exact when both sides have the count that is nearest to it",
+    "A line stays exact where a word in counts lies beside the number of the file and the other side has that number, "
+    "or other counts; it says how many counts of the coarser side the words are apart.",
+    "41 degC on 0 to 200 degC are 839 counts of 4095, which is 40.98 degC: a PLC with REAL numbers that gets 41 is "
+    "0.48 counts apart from it. Each module rounds so, and nobody can write it nearer.",
+)
+SCALED = (Position, Distance)
+"""Registers whose counts are told in engineering units."""
+COUNT_DIGITS = 3
+"""Of a count, to which two words are told apart."""
+
+
+def scaled_words(encoding: AnyEncoding) -> Iterator[tuple[Path, Word, Scale, int]]:
+    """The words of a file on a scale in engineering units: place, word, scale and content."""
+    for block in encoding.blocks:
+        for word in block.table.words:
+            if isinstance(word.codec, SCALED) and word.path is not None:
+                scale = block.scales[word.codec.scale]
+                if scale.range is not None:
+                    yield (*block.place, *steps(word.path)), word, scale, block.encoded.words[word.offset]
+
+
+@frozen
+class Rest:
+    """What rounding to counts leaves of a value, as a share of its scale, and the counts of that."""
+
+    share: Decimal
+    counts: Decimal
+
+
+def rests_of(config: ConfigurationFile, encoding: AnyEncoding) -> dict[Path, Rest]:
+    """What rounding leaves of the values of a file, by their places."""
+    rests = {}
+    for path, word, scale, held in scaled_words(encoding):
+        value = value_at(config, path)
+        if isinstance(value, Quantity) and isinstance(word.codec, SCALED):
+            rests[path] = Rest(quotient(word.codec.rest(value, held, scale), scale.full), scale.full)
+    return rests
+
+
+def counts_apart(one: Rest | None, two: Rest | None) -> float:
+    """How far two words for the same number are apart, in counts of the coarser one; 0: neither rounds it."""
+    rests = [rest for rest in (one, two) if rest is not None]
+    if not rests:
+        return 0.0
+    shares = [Decimal(0) if rest is None else rest.share for rest in (one, two)]
+    apart = abs(shares[0] - shares[1]) * min(rest.counts for rest in rests)
+    return round(float(apart), COUNT_DIGITS)
+
+
+# --- Lines of a report held against what the target's file says in neutral terms, so that no line claims too much -----
+#
+# Design. The target's file, as its registers round it, is brought to neutral terms like any source. Each line knows
+# its neutral fields; their values before and after decide: an ``exact`` line whose numbers differ is rounded, and one
+# whose choice differs is dropped. Gains, times and filters get the error of what acts (a time constant, not the share
+# in a register), and every number that differs is told in one unit.
+
+EXACT_SHARE, SCALE = Decimal("1e-6"), Decimal("1e-9")
+"""Relative difference of numbers, and difference as a share of their scale, that single precision makes."""
+
+
+def correct_lines(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
+    """The lines of a loop, each as true as the neutral loops of both sides make it."""
+    not_stated = frozenset(key for key in RUNNING_VALUES if not is_given(after, key.split(".")))
+    if not has_alarms(before):
+        not_stated |= {HYSTERESIS}
+    sides = NeutralValues(*make_comparable(before, after), before, not_stated)
+    return (sides.line(row) for row in rows)
+
+
+NOT_READ_BACK = ("output.manual",)
+"""Numbers that are not told on the way back where they are what the PLC has without them."""
+RUNNING_VALUES = ("output.bias",)
+"""Numbers that are not told on the way back where the loop writes them itself."""
+
+
+@frozen
+class NeutralValues:
+    """A loop's neutral values on both sides, in the terms of the source."""
+
+    before: Flat
+    after: Flat
+    loop: Loop
+    not_stated: frozenset[str]
+    """Numbers of which the target says nothing."""
+
+    def line(self, row: Change) -> Change:
+        """A line, with what the target holds."""
+        if row.kind == "dropped" or not row.neutral:
+            return row
+        keys = [key for key in self.before if any(_within(key, name) for name in row.neutral)]
+        terms = [terms for key in keys if (terms := self._terms(key)) is not None]
+        if terms:
+            return _rounded(row, max(terms, key=error_of))
+        other = next((key for key in keys if self._is_other(key, row)), None)
+        if row.kind != "exact" or other is None:
+            return row
+        note = f"the result has {self.after.get(other)} there"
+        return replace(row, kind="dropped", note=f"{row.note}; {note}" if row.note else note, loss=True)
+
+    def _terms(self, key: str) -> Terms | None:
+        """A number that differs."""
+        wanted, held = _number(self.before[key]), _number(self.after.get(key))
+        if wanted is None or held is None or key in self.not_stated:
+            return None
+        size, scale = max(abs(wanted), abs(held)), self._width(key)
+        if abs(held - wanted) <= max(EXACT_SHARE * size, SCALE * scale):
+            return None
+        return Terms(key, wanted, held, self._unit(key))
+
+    def _is_other(self, key: str, row: Change) -> bool:
+        """Whether a choice, or a number that is gone, differs; without a place only what acts otherwise does."""
+        wanted, held = self.before[key], self.after.get(key)
+        if _number(wanted) is not None and (_number(held) is not None or key in NOT_READ_BACK):
+            return False
+        return wanted != held and not (row.target is None and is_harmless(key, wanted))
+
+    def _width(self, key: str) -> Decimal:
+        section = "output" if key.startswith("output.") else "pv"
+        return abs(Decimal(self.before[f"{section}.range.1"]) - Decimal(self.before[f"{section}.range.0"]))
+
+    def _unit(self, key: str) -> str:
+        out, pv = self.loop.output.unit or "output", self.loop.pv.unit or "PV"
+        if key == "tuning.gain":
+            return f"{out}/{pv}"
+        if key in {"output.max_rate", "alarms.rate_of_change"}:
+            return f"{out if key.startswith('output') else pv}/s"
+        if QUANTITY_OF_FIELD.get(key) in {"time", "filter"}:
+            return "s"
+        return (self.loop.output.unit if key.startswith("output.") else self.loop.pv.unit) or ""
+
+
+def error_of(terms: Terms) -> Decimal:
+    """How far a number is off, in %; infinite beside 0."""
+    if not terms.wanted:
+        return Decimal("Infinity")
+    return abs(quotient(terms.held - terms.wanted, terms.wanted)) * 100
+
+
+def _rounded(row: Change, terms: Terms) -> Change:
+    """A line with a number that differs; gains, times and filters have the error of what acts."""
+    if row.error_percent and QUANTITY_OF_FIELD.get(terms.field, "band") == "band":
+        return row
+    error = error_of(terms)
+    percent = float(error) if error.is_finite() else row.error_percent
+    return replace(row, kind="rounded" if row.kind == "exact" else row.kind, error_percent=percent, terms=terms)
+
+
+def _within(key: str, name: str) -> bool:
+    return key == name or key.startswith(f"{name}.")
+
+
+def _number(value: object) -> Decimal | None:
+    return Decimal(value) if isinstance(value, Decimal | int) and not isinstance(value, bool) else None

@@ -1,56 +1,235 @@
-"""A configuration of one vendor to one of another: neutral loops, target, and a line for every field."""
+"""A configuration of one vendor to one of another: neutral loops, target, what it holds, and a line for every field."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from decimal import Decimal
+from functools import cache, cached_property, partial
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from pidcfg.conversion import (
     COMMON,
     DEFAULT_MAX_LOSS,
+    QUANTITY_OF_FIELD,
     Change,
     ConvertError,
     FieldIndex,
     Missing,
     NeutralLoop,
+    Stored,
     TargetFile,
     changes,
     json_value,
     judge_change,
+    number_of,
     overlap,
 )
-from pidcfg.conversion.builder import HYSTERESIS, has_alarms, is_harmless
-from pidcfg.conversion.operation import differing_rules, first_output, source_of, target_of
-from pidcfg.conversion.settle import (
+from pidcfg.conversion.builder import (
+    HYSTERESIS,
+    SCALED,
     correct_lines,
     counts_apart,
-    path_in_file,
+    has_alarms,
+    is_harmless,
     rests_of,
-    settle_values,
-    validate_data,
+    scaled_words,
 )
-from pidcfg.encoders.codecs import DecodeError
+from pidcfg.conversion.operation import differing_rules, first_output, source_of, target_of
+from pidcfg.encoders.codecs import DecodeError, Position
 from pidcfg.encoders.contract import encoder_of
-from pidcfg.schemas.base import Parser
+from pidcfg.schemas.base import Parser, limits_at
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.paths import dotted, given_fields, is_given, put, steps, value_at
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-    from decimal import Decimal
 
-    from pidcfg.conversion import MaxLoss, Stored
+    from pidcfg.conversion import MaxLoss
     from pidcfg.conversion.operation import Operation, VendorSettings
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.schemas.base import ConfigurationFile
-    from pidcfg.text.document import Document
     from pidcfg.text.paths import Data, Path
     from pidcfg.vendors import Vendor
+
+# --- What the target's registers make of the exact values that a conversion wrote -------------------------------------
+#
+# Values are held against what registers can hold and what the manual allows; those outside are clamped. What comes
+# back from the registers otherwise is rounded: the file gets the value that the PLC will hold, and the report says by
+# how much it differs from what was wanted. Unless something is clamped, the target is validated and encoded once.
+
+REGISTER_PRECISION = Decimal("2e-7")
+"""Relative error that counts as none: what single precision makes of a decimal."""
+ROUNDS = 3
+"""A clamped value is encoded again, and may then be beyond what a register holds together with others."""
+
+
+def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
+    """Puts the values that the target can hold into a file; what became of each field, by loop.
+
+    Raises `ConvertError` for a value that cannot be clamped, such as a name that is too long.
+    """
+    wanted = [
+        {f.path: value_at(file.data, path_in_file(i, f.path)) if f.exact is None else f.exact for f in fields if f.path}
+        for i, fields in enumerate(file.fields)
+    ]
+    clamped: dict[Path, Stored] = {}
+    for _ in range(ROUNDS):
+        model = validate_data(target, file.data)
+        encoding = encoder_of(target).encode(model)
+        outside = _beyond_registers(file.data, encoding, target)
+        outside |= _beyond_limits(file, model, outside)
+        clamped |= outside
+        if all(value_at(file.data, path) == stored.value for path, stored in outside.items()):
+            break
+        for path, stored in outside.items():
+            put(file.data, path, stored.value)
+    image = encoding.image
+    file.model, file.encoding = model, encoding
+    held = encoder_of(target).decode(image.words, image.settings, image.plc).data
+    coarse = {path: rounded.stored for path, rounded in encoding.rounded if isinstance(rounded.word.codec, SCALED)}
+    widths = {path: width for path, width in _widths(encoding) if path not in coarse}
+    rows: list[dict[str, Stored]] = []
+    for i, fields in enumerate(file.fields):
+        other = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
+        sizes = {f.path for f in fields if f.neutral in QUANTITY_OF_FIELD}  # decoding leaves out a size that is 0
+        row = {}
+        for key, value in wanted[i].items():
+            path = path_in_file(i, key)
+            if path in clamped:
+                row[key] = clamped[path]
+                continue
+            there = coarse[path] if path in coarse else number_of(read_back(model, held, path))
+            if there is None and key in sizes:
+                there = Decimal(0)
+            row[key] = _of_register(file.data, path, number_of(value), there, widths.get(path))
+            if key in other:
+                row[key] = _of_other_kind(value_at(file.data, path), *other[key])
+        rows.append(row)
+    if any(stored.kind == "rounded" for row in rows for stored in row.values()):
+        file.model = None
+    return rows
+
+
+def path_in_file(loop: int, path: str) -> Path:
+    """Where a field of a loop stands in the file; with ``/`` before it, it is one of the file."""
+    return steps(path[1:]) if path.startswith("/") else ("loops", loop, *steps(path))
+
+
+def validate_data(target: Vendor, data: dict[str, object]) -> Any:
+    """Plain data as the target's model; raises `ConvertError` with the first key that it refuses."""
+    try:
+        return target.model.model_validate(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        text = (first.get("ctx") or {}).get("text", first["msg"])
+        path = tuple(first["loc"])
+        raise ConvertError([Missing(path, f"{dotted(path)}: {text}")]) from None
+
+
+def _beyond_registers(data: Mapping[str, object], encoding: AnyEncoding, target: Vendor) -> dict[Path, Stored]:
+    """Numbers that registers cannot hold, brought to the end that they hold."""
+    outside: dict[Path, Stored] = {}
+    for path, misfit in encoding.misfits:
+        low, high = misfit.error.low, misfit.error.high
+        value = value_at(data, path)
+        number = number_of(value)
+        if number is None or low is None or high is None or misfit.error.fault != "range":
+            raise ConvertError([Missing(path, f"{misfit.word.name} {value}: {misfit.error}")])
+        bound = plain_number(min(max(number, low), high))
+        outside[path] = Stored(bound, "clamped", note=f"{target.title} holds {low} to {high}")
+    return outside
+
+
+def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, Stored]) -> dict[Path, Stored]:
+    """Numbers that the manual does not allow, brought to the end that it allows; some are ``clamped`` already."""
+    outside: dict[Path, Stored] = {}
+    for i, fields in enumerate(file.fields):
+        for field in fields:
+            path = path_in_file(i, field.path)
+            of_file = field.path.startswith("/")
+            owner: type[BaseModel] = type(model if of_file else value_at(model, ("loops", i)))
+            number = number_of(clamped[path].value if path in clamped else value_at(model, path))
+            limits = None if number is None else limits_at(owner, field.path.lstrip("/"))
+            if limits is None or number is None or limits.holds(number):
+                continue
+            low, high = (None if end is None else Decimal(end) for end in (limits.low, limits.high))
+            bound = low if low is not None and number < low else high
+            if bound is not None:
+                note = f"allowed is {limits.low} to {limits.high}"
+                outside[path] = Stored(plain_number(bound), "clamped", note=note)
+    return outside
+
+
+def _widths(encoding: AnyEncoding) -> Iterator[tuple[Path, Decimal]]:
+    """The positions of a file by place, each with the width of its scale."""
+    return ((path, scale.width) for path, word, scale, _ in scaled_words(encoding) if isinstance(word.codec, Position))
+
+
+def _of_register(
+    data: dict[str, object], path: Path, wanted: Decimal | None, held: Decimal | None, width: Decimal | None
+) -> Stored:
+    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``.
+
+    A position is off by a share of ``width``, that of its scale: beside 0 a count would be many times the value.
+    """
+    written = value_at(data, path)
+    if wanted is None or held is None:
+        return Stored(written)
+    size = abs(wanted) or Decimal(1)
+    if abs(held - wanted) <= REGISTER_PRECISION * size:
+        return Stored(written)
+    error = abs(held - wanted) / (width or size)
+    if not isinstance(written, str):
+        written = plain_number(held)
+        put(data, path, written)
+    return Stored(written, "rounded", float(error * 100))
+
+
+def _of_other_kind(written: object, wanted: Decimal, held: Decimal) -> Stored:
+    """What a field means where its number in the file is of another kind, or shorter than what the memory holds."""
+    error = abs(held - wanted) / abs(wanted)
+    if error <= REGISTER_PRECISION:
+        return Stored(written)
+    return Stored(plain_number(Decimal(f"{held:.4g}")), "rounded", float(error * 100))
+
+
+def read_back(model: BaseModel, data: object, path: Path) -> Any:
+    """What decoded data say at a path, read as the field's own type; ``model`` shows the types on the way.
+
+    A field alone is read, so that a decoded file need not be validated as a whole.
+    """
+    here: object = model
+    for i, key in enumerate(path):
+        below = value_at(here, (key,))
+        if isinstance(here, BaseModel):
+            field = type(here).model_fields.get(str(key))
+            if field is None:
+                return None
+            if not isinstance(data, dict) or key not in data:
+                return value_at(field.get_default(call_default_factory=True), path[i + 1 :])
+            if not _has_models(below):
+                return value_at(_reader(type(here), str(key)).validate_python(data[key]), path[i + 1 :])
+        here, data = below, value_at(data, (key,))
+    return None
+
+
+def _has_models(value: object) -> bool:
+    """Whether the way to a number goes on through models."""
+    inner: Sequence[Any] = value if isinstance(value, tuple | list) else (value,)
+    return any(isinstance(item, BaseModel) for item in inner)
+
+
+@cache
+def _reader(model: type[BaseModel], key: str) -> TypeAdapter[object]:
+    """What reads the text of a field."""
+    field = model.model_fields[key]
+    kind: Any = field.annotation
+    return TypeAdapter(Annotated[kind, *field.metadata] if field.metadata else kind)
+
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a conversion within one vendor keeps: places and choices of the PLC, which the neutral form does not know.
@@ -183,64 +362,6 @@ def _plain_value(value: object) -> Any:
     """A value as JSON has it; what is neither number nor word as text."""
     plain = value.text if isinstance(value, Wire) else json_value(value)
     return plain if isinstance(plain, bool | int | float | str | list) else str(plain)
-
-
-# --- Comments of a configuration that survive its conversion: those at its head, and those of each loop ---------------
-
-QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'")
-ITEM = "  - "
-"""How a loop begins in a file that pidcfg writes."""
-
-
-def comment_of(line: str, known: Collection[str] = ()) -> str | None:
-    """The comment of a line; None: there is none, or it is a known one.
-
-    One behind a value speaks of that key and value, which another vendor writes otherwise: they come along.
-    """
-    bare = QUOTED.sub(lambda text: "x" * len(text.group()), line)
-    start = next((i for i, c in enumerate(bare) if c == "#" and (i == 0 or bare[i - 1].isspace())), None)
-    if start is None:
-        return None
-    text, value = line[start + 1 :].strip(), " ".join(line[:start].split()).removeprefix("- ")
-    if text in known:
-        return None
-    return f"{value}  # {text}" if value and text else text
-
-
-def comments(doc: Document, loops: int, known: Collection[str] = ()) -> tuple[list[str], list[list[str]]]:
-    """The comments above the loops, and those of each loop: before it, and behind its values; ``known`` stay behind."""
-    lines = doc.lines
-    starts = [_first_line(doc, lines, i) for i in range(loops)]
-    texts: list[list[str]] = []
-    for i, start in enumerate(starts):
-        end = starts[i + 1] if i + 1 < loops else len(lines)
-        texts.append(_comments_of(lines[start:end], known))
-    return _comments_of(lines[: starts[0]] if starts else lines, known), texts
-
-
-def _first_line(doc: Document, lines: list[str], loop: int) -> int:
-    """Where a loop begins, with the comment lines directly above it."""
-    line = doc.locate(("loops", loop)).line - 1
-    while line > 0 and lines[line - 1].lstrip().startswith("#") and lines[line - 1][:1].isspace():
-        line -= 1
-    return line
-
-
-def _comments_of(lines: list[str], known: Collection[str]) -> list[str]:
-    return [text for line in lines if (text := comment_of(line, known))]
-
-
-def insert_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
-    """A file with comments at its head and above its loops."""
-    out = [f"# {comment}" for comment in head]
-    number, within = 0, False
-    for line in text.splitlines():
-        if within and line.startswith(ITEM) and number < len(loops):
-            out += [f"  # {comment}" for comment in loops[number]]
-            number += 1
-        within = line.startswith("loops:") or (within and (line.startswith(" ") or not line))
-        out.append(line)
-    return "\n".join(out) + "\n"
 
 
 # ----------------------------------------------------------------------------------------------------------------------

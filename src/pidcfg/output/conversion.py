@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
@@ -9,7 +10,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion import DEFAULT_MAX_LOSS, ConvertError, MaxLossError, json_value, parse_max_loss
-from pidcfg.conversion.pipeline import comments, convert, insert_comments
+from pidcfg.conversion.pipeline import convert
 from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import errors_in, finding_data, findings_data, short_repr
 from pidcfg.text.diagnostics import Diagnostic, Severity
@@ -20,7 +21,7 @@ from pidcfg.validate.engine import Checked, check_document
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from pidcfg.conversion import Change, MaxLoss, Missing, Terms
     from pidcfg.conversion.pipeline import Converted, LoopReport
@@ -73,6 +74,64 @@ def _difference(one: SignalDifference) -> Data:
 
 def _shown(value: State) -> State:
     return value if isinstance(value, bool | str) else float(f"{value:.10g}")
+
+
+# --- Comments of a configuration that survive its conversion: those at its head, and those of each loop ---------------
+
+QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'")
+ITEM = "  - "
+"""How a loop begins in a file that pidcfg writes."""
+
+
+def comment_of(line: str, known: Collection[str] = ()) -> str | None:
+    """The comment of a line; None: there is none, or it is a known one.
+
+    One behind a value speaks of that key and value, which another vendor writes otherwise: they come along.
+    """
+    bare = QUOTED.sub(lambda text: "x" * len(text.group()), line)
+    start = next((i for i, c in enumerate(bare) if c == "#" and (i == 0 or bare[i - 1].isspace())), None)
+    if start is None:
+        return None
+    text, value = line[start + 1 :].strip(), " ".join(line[:start].split()).removeprefix("- ")
+    if text in known:
+        return None
+    return f"{value}  # {text}" if value and text else text
+
+
+def comments(doc: Document, loops: int, known: Collection[str] = ()) -> tuple[list[str], list[list[str]]]:
+    """The comments above the loops, and those of each loop: before it, and behind its values; ``known`` stay behind."""
+    lines = doc.lines
+    starts = [_first_line(doc, lines, i) for i in range(loops)]
+    texts: list[list[str]] = []
+    for i, start in enumerate(starts):
+        end = starts[i + 1] if i + 1 < loops else len(lines)
+        texts.append(_comments_of(lines[start:end], known))
+    return _comments_of(lines[: starts[0]] if starts else lines, known), texts
+
+
+def _first_line(doc: Document, lines: list[str], loop: int) -> int:
+    """Where a loop begins, with the comment lines directly above it."""
+    line = doc.locate(("loops", loop)).line - 1
+    while line > 0 and lines[line - 1].lstrip().startswith("#") and lines[line - 1][:1].isspace():
+        line -= 1
+    return line
+
+
+def _comments_of(lines: list[str], known: Collection[str]) -> list[str]:
+    return [text for line in lines if (text := comment_of(line, known))]
+
+
+def insert_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
+    """A file with comments at its head and above its loops."""
+    out = [f"# {comment}" for comment in head]
+    number, within = 0, False
+    for line in text.splitlines():
+        if within and line.startswith(ITEM) and number < len(loops):
+            out += [f"  # {comment}" for comment in loops[number]]
+            number += 1
+        within = line.startswith("loops:") or (within and (line.startswith(" ") or not line))
+        out.append(line)
+    return "\n".join(out) + "\n"
 
 
 # --- A configuration of another vendor: the result of `pidcfg.convert`, and its JSON ----------------------------------
