@@ -14,7 +14,9 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
+import case_messages
 import generated
+import mistakes
 from pages import NOT_RUN, PAGES, ROOT, blocks, follow, python_session, skipped, steps, unlike, workshop
 from shell import captured, pidcfg
 
@@ -225,6 +227,18 @@ def test_of_a_vendors_rules_the_files_are_made_that_name_it(monkeypatch):
     monkeypatch.setitem(generated.PARTS, "pictures", lambda: {"pictures": b""})
     assert [*generated.make({"dl06"}, "examples")] == ["dl06-oven", "click-to-dl06", "dl06/oven", "dl06"]
     assert [*generated.make({"dl06"}, "pictures")] == ["pictures"]
+
+
+def test_what_no_rule_of_a_vendor_changes_is_not_made_anew(monkeypatch):
+    monkeypatch.setattr(case_messages, "lines", lambda case: [f"{case.name}: anew"])
+    rows = case_messages.messages(lambda vendor: vendor == "click").splitlines()
+    anew = {row.partition(":")[0] for row in rows if row.endswith(": anew")}
+    assert {"CK301.yaml", "CK375.yaml"} <= anew
+    assert "DL256.yaml" not in anew
+    committed = case_messages.GOLDEN.read_text("utf-8").splitlines()
+    assert {row for row in committed if row.startswith("DL256.")} <= {*rows}
+    assert mistakes.subjects("numbers") == ["numbers", "dl06"]
+    assert generated.make({"click"}, "reports") == {}
 
 
 def test_an_unknown_part_is_refused():
