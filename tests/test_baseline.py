@@ -254,6 +254,13 @@ def test_a_baseline_only_shrinks_and_loses_no_finding(found, entries, checked, a
     assert again.stale == []
 
 
+@pytest.mark.parametrize(("found", "outcome"), [(1, (0, 1, 2)), (2, (0, 2, 1)), (3, (0, 3, 0)), (4, (1, 3, 0))])
+def test_each_of_three_equal_entries_knows_one_finding(found, outcome):
+    finding = Diagnostic("DL242", Severity.ERROR, "says something", "a", Span(1, 1, 1, 2), ("loops", 0), "A")
+    compared = compare([finding] * found, lambda _: True, [entry(finding, str)] * 3, {"a"}, str)
+    assert (len(compared.new), len(compared.known), len(compared.stale)) == outcome
+
+
 @given(ENTRIES)
 def test_a_baseline_reads_back_as_it_was_written(entries):
     text = to_text(entries)

@@ -528,10 +528,16 @@ def test_the_freeze_is_the_anti_windup_and_the_velocity_form_needs_none():
     assert neutral({"algorithm": "velocity"}).anti_windup
     assert "algorithm" in lost({"algorithm": "velocity"})
     assert [one({"anti_windup": on}).bias_freeze for on in (True, False)] == [True, False]
-    note = next(
-        p.note for p in target({"output": {"range": [0, 50], "limits": [5, 45]}})[1] if p.neutral == "anti_windup"
-    )
-    assert "ends of the data range" in note
+
+
+@pytest.mark.parametrize(
+    ("freezes", "limits", "told"),
+    [(True, [5, 45], True), (True, [0, 50], False), (False, [5, 45], False)],
+)
+def test_a_freeze_that_limits_inside_the_range_do_not_begin_is_told(freezes, limits, told):
+    loop = {"anti_windup": freezes, "output": {"range": [0, 50], "limits": limits}}
+    (note,) = (field.note for field in target(loop)[1] if field.neutral == "anti_windup")
+    assert ("ends of the data range" in note) is told
 
 
 def test_what_a_dl06_loop_cannot_do_is_dropped():

@@ -239,6 +239,27 @@ def test_a_line_about_a_section_has_the_worst_of_its_numbers():
     assert (line.kind, str(line.terms.wanted), str(line.terms.held)) == ("rounded", "85", "80")
 
 
+@pytest.mark.parametrize(
+    ("changed", "field", "unit"),
+    [
+        ({"tuning": {"gain": 2.5, "integral_time": 50}}, "tuning.integral_time", "s"),
+        ({"setpoint": {"value": 170}}, "setpoint.value", "degC"),
+        ({"sample_time": 0.4}, "sample_time", "s"),
+    ],
+)
+def test_a_number_that_differs_has_the_unit_of_its_field(changed, field, unit):
+    [line] = correct_lines([Change(field, "exact", 1, 1, neutral=(field,))], loop_of(), loop_of(**changed))
+    assert (line.kind, line.terms.unit) == ("rounded", unit)
+
+
+@pytest.mark.parametrize("source", ["click", "dl06", "dpide", "ezlogix"])
+def test_the_range_of_a_pv_stands_before_its_unit_in_a_report(source):
+    file, plain, _ = CASES[source]
+    loop = {**plain, "pv": {**plain.get("pv", {}), "unit": "bar"}}
+    fields = [row.field for row in converted(file(loop), source, "generic").loops[0].changes]
+    assert [field for field in fields if field in {"pv.range", "pv.unit"}] == ["pv.range", "pv.unit"]
+
+
 def test_a_signal_has_one_line_whether_or_not_a_block_reads_it():
     block = {"name": "D", "type": "ControlDelay", "InVar": "Two", "DelayTime": 1}
     file = {"plc": {"sample_time": 0.1}, "signals": {"Two": 2, "Alone": 3, "PV": 4}, "blocks": [block]}

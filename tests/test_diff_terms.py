@@ -424,6 +424,16 @@ def test_wires_to_a_renamed_loop_are_the_same(vendor, old, new):
     assert [(loop.was, loop.differences) for loop in result.loops if loop.status == "renamed"] == [(old, ())]
 
 
+def test_a_loop_with_another_name_and_place_is_known_by_its_settings():
+    text = FILES["generic"]
+    first, second = (text.index(f"  - name: {name}\n") for name in ("TIC-1", "TIC-2"))
+    last = text[second:].rstrip().replace("TIC-2", "TIC-9")
+    result = pidcfg.diff(text, text[:first] + last + "\n\n" + text[first:second])
+    assert {loop.loop: (loop.status, loop.was) for loop in result.loops} == {
+        "TIC-9": ("renamed", "TIC-2"), "TIC-1": ("same", ""), "FIC-1": ("same", "")
+    }  # fmt: skip
+
+
 def test_a_loop_in_front_moves_the_others():
     loop = REACTOR[REACTOR.index("  - name: LIC-103") :]
     after = edited(REACTOR, ("loops:\n", "loops:\n" + loop.replace("LIC-103", "LIC-1")))

@@ -220,9 +220,11 @@ def test_a_deadband_of_zero_is_reported_at_its_switch_where_no_value_is_given(wo
     assert [entry.path[-1] for entry in deadband_of_zero(registers(**words))] == keys
 
 
-@pytest.mark.parametrize(("hysteresis", "count"), [(9, 0), (10, 1), (12, 1), (13, 0)])
-def test_a_hysteresis_spans_the_zone_up_to_where_another_rule_begins(hysteresis, count):
-    view = registers(pv_low=10, pv_high=20, hysteresis=hysteresis)
+@pytest.mark.parametrize(
+    ("low", "hysteresis", "count"), [(10, 9, 0), (10, 10, 1), (10, 12, 1), (10, 13, 0), (19, 1, 1), (20, 1, 0)]
+)
+def test_a_hysteresis_spans_the_zone_up_to_where_another_rule_begins(low, hysteresis, count):
+    view = registers(pv_low=low, pv_high=20, hysteresis=hysteresis)
 
     assert len(list(hysteresis_spans_normal_zone(view, 12))) == count
 

@@ -174,7 +174,6 @@ class _Block:
             if not rows:
                 item = self.register(word, writer)
                 yield self.prefix + (word.path or word.name), replace(item, optional=bool(self.prefix))
-                continue
             if left := sum(row.mask for row in rows if row.path is None and row.access != "reserved"):
                 yield self.prefix + word.name, self.bits(word, word.name, left, "live")
             if reserved := sum(row.mask for row in rows if row.access == "reserved"):

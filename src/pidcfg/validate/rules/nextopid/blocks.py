@@ -308,7 +308,7 @@ def integral_time_below_sample_time(context: NextopidContext) -> Findings:
     """
     for view in context.pids:
         gain, rate = view.number_of("Kp"), view.integral
-        if not gain or not rate or gain <= 0 or rate <= 0 or context.has_time_as_gain(view, "Ti_Ki"):
+        if gain is None or rate is None or gain <= 0 or rate <= 0 or context.has_time_as_gain(view, "Ti_Ki"):
             continue
         time = gain / rate
         if time < view.sample_time:
