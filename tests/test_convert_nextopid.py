@@ -132,6 +132,8 @@ def test_dependent_gains_are_the_neutral_ones():
     assert (tuning.gain, tuning.integral_time, tuning.derivative_time) == (2, 30, 4)
     assert (tuning.derivative_on, tuning.derivative_filter, tuning.proportional) == ("error", Decimal("0.5"), True)
     assert neutral({"Td_Kd": 4}).tuning.derivative_on == "pv"
+    for acts_on, switch in (("error", True), ("pv", False)):
+        assert one({"tuning": {"gain": 2, "derivative_time": 4, "derivative_on": acts_on}}).DerivEr is switch
 
 
 def test_independent_gains_become_times():
