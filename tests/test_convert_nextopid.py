@@ -17,7 +17,7 @@ from pidcfg.conversion.pipeline import Converted, convert, neutral_loops
 from pidcfg.encoders.nextopid import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop
-from pidcfg.schemas.nextopid import NextopidFile, PidaReal, PidaTuneReal, TuneParam
+from pidcfg.schemas.nextopid import NextopidFile, Pida, PidaReal, PidaTuneReal, TuneParam
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
@@ -671,7 +671,7 @@ def test_the_task_s_time_is_that_of_a_loop_without_one():
 @pytest.mark.parametrize("name", ["feed_forward", "override"])
 def test_networks_lose_what_has_no_twin(name):
     config = network(name)
-    loops = tuple(loop for loop in config.loops if isinstance(loop, PidaReal))
+    loops = tuple(loop for loop in config.loops if isinstance(loop, Pida))
     converted = convert(config.model_copy(update={"loops": loops}), NEXTOPID, NEXTOPID, {})
     assert converted.losses
     assert errors(converted.data) == []

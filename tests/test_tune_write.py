@@ -182,6 +182,13 @@ def test_independent_gains_are_ki_and_kd(vendor, switch):
     holds(vendor, result.data, (4.0, 8.0, 0.5))
 
 
+@pytest.mark.parametrize("block", ["PIDA_REAL", "PIDA_INT", "PIDA_TUNE_REAL", "PIDA_TUNE_INT"])
+def test_every_pid_block_of_a_nextopid_takes_gains(block):
+    text = render("nextopid", ["1", "2", "3"]).replace("type: PIDA_REAL", f"type: {block}")
+    assert f"type: {block}" in text
+    assert [value.new for value in written(text.encode(), (4.0, 8.0, 0.5)).values] == ["4", "8", "0.5"]
+
+
 @pytest.mark.parametrize(
     ("unit", "old", "new"),
     [

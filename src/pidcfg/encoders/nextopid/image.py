@@ -30,7 +30,7 @@ from pidcfg.schemas.base import Integer, MapFile, Model, Seconds, SectionSetting
 from pidcfg.schemas.expressions import NOT, Expression, ExpressionError
 from pidcfg.schemas.expressions import SIGNAL as SIGNAL_CODE
 from pidcfg.schemas.iec import BOOL, REAL, Identifier, IecType, Wire, real_text, signal_type
-from pidcfg.schemas.nextopid import Block, Controller, Item, Loop, Move, NextopidFile, OutputText, PidaReal, Plc, PvText
+from pidcfg.schemas.nextopid import Block, Controller, Item, Loop, Move, NextopidFile, OutputText, Pida, Plc, PvText
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Data, Path, put, steps, value_at
@@ -493,7 +493,7 @@ def _plain(content: Content | Wire) -> bool | int | float | str:
 
 def tuning_of(config: NextopidFile, loop: Controller) -> LoopTuning:
     """The three parameters of a block."""
-    if not isinstance(loop, PidaReal):
+    if not isinstance(loop, Pida):
         return LoopTuning(TUNED, wrong="it switches on and off, and has no gains")
     wrong = "its form is not known: Indep is wired" if isinstance(loop.Indep, Wire) else ""
     if loop.DisableP is not False and loop.Indep is False:
