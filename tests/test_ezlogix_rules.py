@@ -621,6 +621,25 @@ def test_a_root_of_counts_from_zero_leaves_the_set_point_to_the_rule_for_its_wor
     assert [{"PID102", "EZ446"} & each for each in found] == [{"PID102"}, {"EZ446"}]
 
 
+def test_counts_of_the_pv_in_a_square_root_loop_are_told_the_root():
+    root = {"pv.square_root": True}
+    bare, scaled = (
+        next(d for d in findings(changed(**root, **{"setpoint.value": value}, **more)) if d.code == "PID102")
+        for value, more in ((2000, {}), ("2000 counts", {"pv.range": [0, 100]}))
+    )
+
+    assert bare.help.endswith("write 45 for a PV of 2000, or give `pv.range`, which converts values")
+    assert scaled.help.endswith("write 45 for a PV of 2000 counts, or write it in the unit of `pv.range`")
+    assert "PID102" not in codes(changed(**root, **{"setpoint.value": 45}))
+    assert "PID102" not in codes(changed(**root, **{"setpoint.value": 50, "pv.range": [0, 100]}))
+
+
+def test_more_counts_are_no_cure_of_a_negative_value():
+    (found,) = [d for d in findings(changed(**{"setpoint.value": -1})) if d.code == "PID102"]
+
+    assert found.help == "write a value that the word holds"
+
+
 def test_a_value_beyond_4095_names_the_key_that_says_more_counts():
     bare, scaled = (
         next(d for d in findings(changed(**{"setpoint.value": 5500, **more})) if d.code == "PID102")

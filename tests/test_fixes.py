@@ -170,6 +170,13 @@ def test_what_can_be_read_in_one_way_is_written_that_way(right, wrong):
     assert fix(base.replace(right, wrong)).data.decode() == base
 
 
+@pytest.mark.parametrize("wrong", ['["0", 200]', "[0, 0b11001000]", "[0, '200']"])
+def test_an_end_of_a_pair_is_written_that_way_and_the_other_one_stays(wrong):
+    pair = GOOD + "    pv: {range: [0, 200]}\n"
+
+    assert fix(pair.replace("[0, 200]", wrong)).data.decode() == pair
+
+
 CLICK = (ROOT / "examples/click/tank.yaml").read_text("utf-8")
 
 

@@ -360,8 +360,8 @@ def test_the_cure_of_a_text_that_is_no_number(text, says):
         ("sample_rate: 2", f"sample_rate: 1{' 1' * 2000}", (6, 18), "1' is not a number", "write one number in digits"),
         ("sample_rate: 2", f"sample_rate: {'1' * 4000}!", (6, 18), "1!' is not a number", "write one number in digits"),
         ("400]", "400,5]", (9, 17), "a list of two values, not of 3", "that is a point"),
-        ("400]", "1e-320]", (9, 17), "range: 1e-320 is too small; the limit is 1e-300", "write 0 where that is meant"),
-        ("400]", "1e301]", (9, 17), "range: 1e301 is too large; the limit is 1e300", "write a smaller number"),
+        ("400]", "1e-320]", (9, 21), "range: 1e-320 is too small; the limit is 1e-300", "write 0 where that is meant"),
+        ("400]", "1e301]", (9, 21), "range: 1e301 is too large; the limit is 1e300", "write a smaller number"),
         ("value: 85", "value: 85 °F", (10, 23), "value: '85 °F' is not a number", "the key is in degC, not in degF"),
         ("value: 85", "value: 1e-3 counts", (10, 23), "setpoint is 0.001 counts, but raw counts are whole", "round it"),
         (

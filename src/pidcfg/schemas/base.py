@@ -9,6 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
 from pydantic_core.core_schema import no_info_plain_validator_function
 
 from pidcfg.schemas.document import models_in
@@ -227,7 +228,14 @@ def parse_pair(parse: Callable[[object], T], what: str) -> Callable[[object], tu
             comma = "; if a comma was to be a decimal sign: that is a point" if number > 2 else ""
             help_text = _range_help(value) or f"write [low, high]{comma}"
             refuse("pair_type", f"{what} is wanted: a list of two values{given}", help=help_text)
-        return parse(value[0]), parse(value[1])
+        return parse_item(value, 0), parse_item(value, 1)
+
+    def parse_item(value: Sequence[object], step: int) -> T:
+        try:
+            return parse(value[step])
+        except PydanticCustomError as error:
+            context = {**(error.context or {}), "item": step}
+            raise PydanticCustomError(error.type, error.message_template, context) from None
 
     return pair
 

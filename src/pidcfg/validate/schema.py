@@ -269,6 +269,8 @@ def _diagnostic(error: ErrorDetails, model: type[BaseModel], doc: Document) -> D
     path = file_place(place, doc.data)
     code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)
     message, cure = _wording({**error, "type": kind, "loc": place}, path, model)
+    if "item" in error.get("ctx", {}):
+        path = (*path, error["ctx"]["item"])
     span = doc.locate(path, key=kind in {"missing", "extra_forbidden"} or OF_A_KEY in error["loc"])
     only = error.get("ctx", {}).get("only") or (_same_word(error) if kind in CHOICE_KINDS else None)
     edits = value_edit(doc, path, only) if only and doc.data else ()

@@ -214,12 +214,14 @@ def in_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) ->
 
 
 def _in_key_unit(vendor: Vendor, doc: Document, error: Diagnostic) -> Diagnostic:
-    other = next((stated for _, stated in _stated(vendor, doc, [error]) if not stated.fits), None)
+    stated = (said for path, said in _stated(vendor, doc, [error]) if path[: len(error.path)] == error.path)
+    other = next((said for said in stated if not said.fits), None)
     if other is None:
         return error
     if other.bare is None:
         return replace(error, help=other.cure)
-    return replace(error, help=other.cure, code=NO_SCALE, message=f"{error.path[-1]} is {other.text}, {other.fault}")
+    key = next(step for step in reversed(error.path) if isinstance(step, str))
+    return replace(error, help=other.cure, code=NO_SCALE, message=f"{key} is {other.text}, {other.fault}")
 
 
 def with_numbers(doc: Document, numbers: Mapping[Path, str]) -> Document:
@@ -287,16 +289,17 @@ def side_without_range(vendor: Vendor, loop: object, path: Path) -> str | None:
 
 
 def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iterator[tuple[Path, Stated]]:
-    """The refused numbers with a unit whose key has one, too; of a list each item."""
+    """The refused numbers with a unit whose key has one, too; with one end of a pair the other one."""
     for d in errors:
         if d.code != WRONG_TYPE or len(d.path) < 3 or d.path[0] != "loops":
             continue
-        value = value_at(doc.data, d.path)
+        place = d.path[:-1] if isinstance(d.path[-1], int) else d.path
+        value = value_at(doc.data, place)
         items = enumerate(value) if isinstance(value, list) else [(None, value)]
         for i, item in items:
             if not isinstance(item, str) or range_of(item) is not None:
                 continue
-            path = d.path if i is None else (*d.path, i)
+            path = place if i is None else (*place, i)
             said = stated_number(vendor, value_at(doc.data, path[:2]), path[2:], item)
             if said is not None:
                 yield path, said

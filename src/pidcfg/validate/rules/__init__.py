@@ -14,6 +14,7 @@ from typing import Any, TypeAlias, get_args
 
 from pydantic import BaseModel
 
+from pidcfg.encoders.codecs import Position
 from pidcfg.encoders.image import Encoding
 from pidcfg.encoders.regmap import Misfit, Rounded
 from pidcfg.schemas.base import SIDES, Limits, Quantity, Rate, unit_text, units_of
@@ -72,6 +73,7 @@ D945 = Decision(
 )
 
 ROUNDING_WARNING = Decimal("0.01")
+SHOWN_PERCENT = Decimal("0.1")
 AnyContext: TypeAlias = "Context[Any, Encoding]"
 
 
@@ -131,6 +133,8 @@ def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -
     suffix = f" {unit}" if unit else ""
     if shown[0] is None or shown[1] is None:
         return f"at least {shown[0]}{suffix}" if shown[1] is None else f"at most {shown[1]}{suffix}"
+    if shown[0] == shown[1]:
+        return f"{shown[0]}{suffix}"
     return f"{shown[0]} to {shown[1]}{suffix}"
 
 
@@ -155,7 +159,7 @@ def _misfits(context: AnyContext, fault: str) -> Iterator[tuple[Path, Misfit]]:
     """What a register cannot hold for one reason, unless it already breaks the manual's own limits or has a rule."""
     misfits = [(path, misfit) for path, misfit in context.encoding.misfits if misfit.error.fault == fault]
     reported = {*context.explained, *(path for path, _, _ in beyond_limits(context.config, ()))} if misfits else set()
-    yield from ((path, misfit) for path, misfit in misfits if path not in reported)
+    yield from ((path, misfit) for path, misfit in misfits if all(place[: len(path)] != path for place in reported))
 
 
 def unit_of(context: AnyContext, path: Path, found: Misfit | Rounded) -> str:
@@ -199,9 +203,31 @@ def _scale_cure(context: AnyContext, path: Path, misfit: Misfit) -> str:
     if not isinstance(part, BaseModel):
         return cure
     has_range = getattr(part, "range", None) is not None
-    keys = [key for key in SCALE_KEYS if key in type(part).model_fields and (has_range or key != "range")]
+    if scale == "sp" and getattr(part, "square_root", False) and _is_no_root(misfit, has_range=has_range):
+        return _root_cure(misfit.value, has_range=has_range)
+    useless = set() if has_range else {"range"} | ({"counts"} if _is_below(misfit) else set())
+    keys = [key for key in SCALE_KEYS if key in type(part).model_fields and key not in useless]
     changes = " or ".join(f"`{side}.{key}`{SCALE_KEYS[key]}" for key in keys)
     return f"{cure}, or set {changes}" if changes else cure
+
+
+def _is_below(misfit: Misfit) -> bool:
+    """Whether a number is less than its register holds."""
+    low, value = misfit.error.low, getattr(misfit.value, "value", misfit.value)
+    return low is not None and isinstance(value, Decimal) and value < low
+
+
+def _is_no_root(misfit: Misfit, *, has_range: bool) -> bool:
+    """Whether raw counts of the PV seem to stand where the root of them is compared."""
+    is_place = isinstance(getattr(misfit.word, "codec", None), Position)
+    return is_place and not _is_below(misfit) and (misfit.value.counts or not has_range)
+
+
+def _root_cure(number: Quantity, *, has_range: bool) -> str:
+    """The cure of a raw set point that is no root."""
+    root = number_text(number.value.sqrt(EXACT_CONTEXT).quantize(Decimal(1)))
+    scaled = "write it in the unit of `pv.range`" if has_range else "give `pv.range`, which converts values"
+    return f"the set point is compared with the root of the PV: write {root} for a PV of {number}, or {scaled}"
 
 
 @error("PID103", D06, "{field} is {value}{unit}, which {effect}")
@@ -244,6 +270,7 @@ def rounded_value(context: AnyContext) -> Findings:
         far = abs(rounded.stored - rounded.value) > tolerance * abs(rounded.value)
         if rounded.value and (far or path in into_limits):
             percent = abs(rounded.stored / rounded.value - 1) * 100
+            shown = f"{percent:.1f}" if percent >= SHOWN_PERCENT else f"less than {SHOWN_PERCENT}"
             unit = unit_of(context, path, rounded)
             yield finding(
                 *path,
@@ -251,7 +278,7 @@ def rounded_value(context: AnyContext) -> Findings:
                 value=_text(rounded.value),
                 unit=unit,
                 stored=decimal_text(rounded.stored),
-                percent=f"{percent:.1f}",
+                percent=shown,
             )
 
 

@@ -352,7 +352,7 @@ def hysteresis_without_effect(view: LoopView) -> Findings:
 def rate_text(view: LoopView) -> str:
     """The limit as it is written."""
     rate = view.loop.alarms.rate_of_change
-    return "no value" if rate is None else str(rate)
+    return "no value" if rate is None else f"{number_text(rate.value)} /{rate.per}"
 
 
 @per_loop

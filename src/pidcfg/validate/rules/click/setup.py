@@ -199,7 +199,7 @@ def block_beyond_bank(view: LoopView) -> Findings:
     return shared_checks.block_beyond_bank(view, LAST)
 
 
-@error("CK302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
+@error("CK302", AREAS, "{block} {extent} of {loop} overlap {other_extent} of {other}")
 def blocks_overlap(context: ClickContext) -> Findings:
     """Two loops share registers.
 

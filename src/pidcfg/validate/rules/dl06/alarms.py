@@ -38,6 +38,7 @@ from pidcfg.validate.shared_checks import (
     alarm_beyond,
     all_or_none,
     neighbours_out_of_order,
+    number_text,
     value_or_switch,
 )
 
@@ -237,7 +238,10 @@ class Dl06Context(Context[Dl06File, Encoding]):
             for view in self.loops
             if reset_value(view.loop) in view.off_resets or "reset" in view.misfits
         }
-        return frozenset({("plc", "number_of_loops"), *resets}) if self.count > CPU.loops else frozenset(resets)
+        sides = [("loops", view.index, side) for view in self.loops for side in ("pv", "output")]
+        transfers = {(*side, "transfer", "address") for side in sides}
+        count = {("plc", "number_of_loops")} if self.count > CPU.loops else set()
+        return frozenset({*resets, *transfers, *count})
 
 
 # --- Alarm points: their order in counts, what is missing, and set points and rates that do not fit them --------------
@@ -245,6 +249,7 @@ class Dl06Context(Context[Dl06File, Encoding]):
 ERROR = DL06.at("Alarm Programming Error")
 ABSOLUTE = DL06.at("PV Absolute Value Alarms")
 RATE = DL06.at("PV Rate-of-Change Alarm")
+HYSTERESIS = DL06.at("PV Alarm Hysteresis")
 RESOLUTION = DL06.at("Determining a suitable sample rate (Addr+07), NOTE")
 TROUBLE = DL06.at("Troubleshooting Tips")
 
@@ -366,12 +371,16 @@ def deviation_alarms_out_of_order(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("DL245", D20, "the yellow deviation limit is {value}: a PV one count off the set point is an alarm")
+@error(
+    "DL245",
+    HYSTERESIS,
+    "the yellow deviation limit is {value}: no hysteresis is less, and once on, the alarm stays on",
+)
 def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """The yellow deviation limit is 0 counts, given so or left out.
 
-    Why: one bit enables both deviation alarms. With 0 the yellow one is on nearly all the time, and operators learn to
-    ignore it.
+    Why: one bit enables both deviation alarms. The hysteresis, 1 count at least, must be less than the limit. With 0
+    the yellow alarm comes with the first count off the set point, and no PV is near enough to clear it.
 
     Fix: give a yellow limit that the loop normally keeps.
     """
@@ -415,7 +424,8 @@ def rate_alarm_on(view: LoopView) -> bool:
 def rate_text(view: LoopView) -> str:
     """The limit as it is written."""
     rate = view.loop.alarms.rate_of_change
-    return "(no value)" if rate is None else str(rate)
+    counts = " counts" if rate is not None and rate.counts else ""
+    return "(no value)" if rate is None else f"{number_text(rate.value)}{counts} /{rate.per}"
 
 
 def rate_in_counts(view: LoopView) -> Decimal:
@@ -508,7 +518,6 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
 
 # --- The alarm hysteresis: its range, and what it must stay below -----------------------------------------------------
 
-HYSTERESIS = DL06.at("PV Alarm Hysteresis")
 FEATURES = DL06.at("Alarm Feature Specifications, Deadband")
 
 D22 = Decision(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from decimal import Decimal
+from decimal import ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.image import OUTPUT_OFFSET, loop_start
@@ -358,7 +358,7 @@ def cascade_rates_close(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         slow, fast = major.loop.sample_rate, minor.loop.sample_rate
         if 0 < fast <= slow < RATIO * fast:
-            ratio = f"{slow / fast:.3g}"
+            ratio = (slow / fast).quantize(Decimal("0.01"), ROUND_FLOOR).normalize()
             yield from _at_rates(major, minor, slow=slow, fast=fast, ratio=ratio, limit=RATIO)
 
 

@@ -127,7 +127,7 @@ def loop_table_crosses_the_boundary(context: Dl06Context) -> Findings:
     """
     limit = v_name(CPU.lower_end)
     if context.setup.flags & STRADDLES:
-        count, begin = context.setup.count, v_name(context.table[0])
+        count, begin = context.count, v_name(context.table[0])
         words = address_range_text(context.counted_table) if count <= CPU.loops else f"words from {begin}"
         yield finding(*TABLE, plc_effect="V7642 bit 3", loops=loops_text(count), words=words, limit=limit)
     elif CPU.lower[0] <= context.table[0] <= CPU.lower[1] and context.table[1] > CPU.lower_end:
@@ -190,7 +190,7 @@ def listed_loop_never_calculated(context: Dl06Context) -> Findings:
 @error(
     "DL208",
     POINTER,
-    "V7641 would hold {count}, but only {listed} are listed: the CPU takes {words} for loop tables as well",
+    "V7641 would hold {count}, but only {listed} listed: the CPU takes {words} for loop tables as well",
 )
 def counted_loop_not_listed(context: Dl06Context) -> Findings:
     """`number_of_loops` is greater than the list of loops.
@@ -203,7 +203,8 @@ def counted_loop_not_listed(context: Dl06Context) -> Findings:
     listed = len(context.config.loops)
     if listed < context.count <= CPU.loops:
         words = address_range_text((loop_start(context.config.plc, listed), context.counted_table[1]))
-        yield finding(*COUNT, count=context.count, listed=loops_text(listed), words=words)
+        verb = "is" if listed == 1 else "are"
+        yield finding(*COUNT, count=context.count, listed=f"{loops_text(listed)} {verb}", words=words)
 
 
 @warning("DL209", POINTER, "V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)")

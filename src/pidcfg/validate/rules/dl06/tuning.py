@@ -370,7 +370,7 @@ def freeze_never_reached(view: LoopView) -> Findings:
         and (limits := view.register_values("output_low", "output_high"))
     ):
         ends = view.scales["output"].format
-        if limits[0] > ends.minimum or limits[1] < ends.maximum:
+        if limits[0] < limits[1] and (limits[0] > ends.minimum or limits[1] < ends.maximum):
             yield view.at(
                 "bias_freeze",
                 low=view.shown("output_low"),

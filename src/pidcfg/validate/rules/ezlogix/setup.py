@@ -210,7 +210,7 @@ def block_beyond_bank(view: LoopView) -> Findings:
     return shared_checks.block_beyond_bank(view, LAST)
 
 
-@error("EZ402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
+@error("EZ402", BLOCK, "{block} {extent} of {loop} overlap {other_extent} of {other}")
 def blocks_overlap(context: EzlogixContext) -> Findings:
     """Two loops share registers or discretes.
 
