@@ -131,6 +131,14 @@ def _check_bounds(path: Path, subject: str, wanted: Expectation, present: set[st
         yield Problem((*path, "min"), what, "value", help="write the smaller number as min")
     if wanted.start is not None and wanted.until is not None and wanted.start > wanted.until:
         yield Problem((*path, "from"), "from comes after until", "value")
+    if wanted.before is not None and wanted.after is not None and wanted.after > wanted.before:
+        what = f"before {wanted.before:f} s and after {wanted.after:f} s: no alarm is both"
+        yield Problem((*path, "after"), what, "value", help="write the earlier time as after")
+    if wanted.tolerance is not None and wanted.tolerance.value < 0:
+        what = f"tolerance is {wanted.tolerance.value:f}: no value passes"
+        yield Problem((*path, "tolerance"), what, "value", help="write 0 or more")
+    if subject == "flag" and wanted.loop is not None and wanted.value not in {None, False, True}:
+        yield Problem((*path, "is"), "a loop's flag is true or false", "value", help="write true or false")
 
 
 # --- What a scenario's schema cannot say: which keys go together, and names that only the configuration knows ---------
@@ -312,6 +320,10 @@ def check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
         elif key in NOT_NEGATIVE and value < 0:
             message = f"{key} is {value:f}{unit}; it must not be negative"
             yield Problem((*path, key), message, "value", help="write 0 or more")
+    if plant.initial is not None and plant.limits and not plant.limits[0] <= plant.initial <= plant.limits[1]:
+        low, high = plant.limits
+        message = f"initial, {plant.initial:f}, is outside its limits, {low:f} to {high:f}"
+        yield Problem((*path, "initial"), message, "value", help="begin inside the limits, or widen them")
     yield from _check_pulses(path, plant)
 
 
@@ -361,6 +373,8 @@ def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iter
         yield Problem((*path, action), f"{action} needs a loop", help="add 'loop: …'", key=True)
     elif event.plant is not None and action != "disturb":
         yield Problem((*path, "plant"), "only a disturbance names a plant", key=True)
+    elif action in {"set", "disturb"} and not any(leaves(getattr(event, action))):
+        yield Problem((*path, action), f"{action} changes nothing", help=f"write {action}: {{KEY: VALUE}}", key=True)
     elif action == "set":
         yield from check_set(path, event, scenario, plc)
     elif action == "disturb":
