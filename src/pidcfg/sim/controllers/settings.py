@@ -163,6 +163,10 @@ def parse_switch(value: object) -> bool:
     return bool(value.value)
 
 
+class Seconds(float):
+    """A time that was written with a unit, where the other form of the equation wants a gain."""
+
+
 BY_KIND: Mapping[str, ContentParser] = {
     "bool": parse_switch,
     "whole": parse_whole,

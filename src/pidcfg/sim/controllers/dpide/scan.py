@@ -49,6 +49,7 @@ from pidcfg.sim.controllers.settings import (
     NamedKeys,
     RegisterError,
     Registers,
+    Seconds,
     parameters_of,
     parse_plain,
 )
@@ -160,10 +161,6 @@ def parse_mode(value: object) -> int:
 def parse_seconds_in(value: object) -> Decimal:
     """A time in s or a gain, as the configuration has it; `Timed` is a number."""
     return parse_time(value) if isinstance(value, str) else parse_plain(value)
-
-
-class Seconds(float):
-    """A time that was written with a unit, where the other form of the equation wants a gain."""
 
 
 def with_mark(name: str, value: object, content: Content) -> Content:

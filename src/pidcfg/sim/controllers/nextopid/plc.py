@@ -35,7 +35,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
 from pidcfg.sim.controllers.nextopid.terms import MANUAL as PIDA_MANUAL
 from pidcfg.sim.controllers.nextopid.terms import TUNE_RESULT as RESULT
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, NoOptions
-from pidcfg.sim.controllers.settings import ContentParser, NamedKeys
+from pidcfg.sim.controllers.settings import ContentParser, NamedKeys, Seconds
 from pidcfg.sim.engine.expressions import FAULTS, depends_on
 
 if TYPE_CHECKING:
@@ -498,7 +498,10 @@ class Nextopid(Facts):
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The content of a parameter; a ``PydanticCustomError`` says what is wrong."""
-        return self.keys[self.loops[loop]].check(path, value)
+        keys = self.keys[self.loops[loop]]
+        content = keys.check(path, value)
+        is_time = keys.find(path).name in TIMES_OR_GAINS and parse_duration(value).unit is not None
+        return Seconds(content) if is_time else content
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """No parameter is a sample time."""
@@ -509,6 +512,8 @@ class Nextopid(Facts):
         name, config = self.loops[loop], self.configs[loop]
         row = self.keys[name].find(path)
         content: Content = value
+        if isinstance(value, Seconds) and self._of(loop, "Indep", signals):
+            return f"is not written: a time, but Indep is TRUE now, and {row.name} a gain"
         signals[self._slot(name, row.name)] = number_of(row.type, content)
         if row.name == "SP" and not self._of(loop, "CASC", signals):
             low, high, _ = self.scales[loop]
