@@ -275,6 +275,16 @@ def test_what_makes_no_sense_is_refused_where_it_stands(text, path, message):
     assert any(where == path and message in what for where, what in marked), marked
 
 
+def test_a_disturbed_time_may_carry_its_unit():
+    plant = PLANTS + "{model: lead_lag, lead: 1, lag: 5}\n"
+    text = plant + "events: [{at: 1, loop: A, disturb: {lead: 500 ms, lag: 2 min, gain: 3}}]\n"
+    read = scenario(text)
+    assert not prepare(read, Controller.load()).problems[1:]
+    assert read.events[0].disturb == {"lead": Decimal("0.5"), "lag": 120, "gain": 3}
+    with pytest.raises(ValidationError, match="'2 s' is not a number"):
+        scenario(plant + "events: [{at: 1, loop: A, disturb: {gain: 2 s}}]\n")
+
+
 def test_misspelt_names_are_met_with_the_one_that_was_meant():
     plc = Controller.load()
     text = WIRED + "events: [{at: 1, loop: A, mode: atuo}]\nexpect: [{loop: A, alarm: hihg, never: true}]\n"

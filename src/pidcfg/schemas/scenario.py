@@ -434,6 +434,23 @@ class Options(Model):
     """Time of one PLC scan; it becomes the base step, and slow loops then take turns."""
 
 
+DISTURBED_TIMES = ("time_constant", "lead", "lag")
+
+
+def seconds_of_times(value: object) -> object:
+    """What a disturbance says, with times as plain seconds."""
+    if not isinstance(value, Mapping):
+        return value
+    return {
+        key: parse_seconds(one) if key in DISTURBED_TIMES and isinstance(one, str) and DURATION.fullmatch(one) else one
+        for key, one in value.items()
+    }
+
+
+Disturbed = Annotated[Decimal, Parser(parse_number), WithJsonSchema(DURATION_SCHEMA)]
+Disturbance = Annotated[dict[str, Disturbed], BeforeValidator(seconds_of_times)]
+
+
 class Event(Model):
     """One thing that happens, once, at ``at``."""
 
@@ -445,8 +462,8 @@ class Event(Model):
     """The plant it happens to, by its name."""
     set: dict[str, Any] | None = None
     """With ``loop``: keys of its configuration. Without: signals of the scenario."""
-    disturb: dict[str, Number] | None = None
-    """New values of a plant's gain, load, noise or other numbers."""
+    disturb: Disturbance | None = None
+    """New values of a plant's gain, load, noise or other numbers; a time may carry its unit."""
     mode: Text | None = None
     """A mode request, made once."""
     ramp_soak: Literal["start", "hold", "resume", "jog"] | None = None
