@@ -313,6 +313,12 @@ def test_a_number_that_no_real_holds_is_an_error_and_nothing_worse(key):
     assert "PID103" in codes({key: 1e-60})
 
 
+def test_a_number_just_beyond_the_largest_real_is_told_in_digits_that_differ():
+    found = [d.message for d in findings({"SV": 3.4028236e38}) if d.code == "PID102"]
+
+    assert found == ["SV is 3.40282360e+38, but its word holds -3.40282347e+38 to 3.40282347e+38"]
+
+
 def test_a_double_integer_that_is_too_large_is_an_error():
     assert "PID102" in codes({"CYCLE": 10**12})
     assert "PID102" in codes({"PID_MODE": 2**31})

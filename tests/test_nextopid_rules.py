@@ -869,6 +869,44 @@ def test_a_library_of_fourteen_blocks_has_more_than_eighty_rules():
     assert sum(code.startswith(OWN) for code in RULES) >= 80
 
 
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        (32767.4, "its decimals are lost, 32767 is taken"),
+        (32767.5, "it does not fit, 32767 is taken"),
+        (-32768.4, "its decimals are lost, -32768 is taken"),
+        (-32769, "it does not fit, -32768 is taken"),
+    ],
+)
+def test_an_int_takes_the_nearest_whole_number_of_its_range(value, says):
+    loop = changed(type="PIDA_INT", BIAS="V")
+    found = [d for d in findings(loop, signals=SIGNALS | {"V": float(value)}) if d.code == "NX614"]
+
+    assert [d.message.partition(": ")[2] for d in found] == [says]
+    assert (found[0].severity is Severity.WARNING) is ("decimals" in says)
+
+
+@pytest.mark.parametrize(("number", "switch"), [(1, "true"), (0, "false")])
+def test_a_switch_as_a_number_is_met_with_the_switch(number, switch):
+    found = [(d.message, d.help) for d in findings(changed(Manual=number)) if d.code == "NX601"]
+
+    assert found == [("Manual: this is a number; a BOOL is wanted", f"write {switch}")]
+
+
+def test_a_decimal_in_an_int_is_cured_by_what_the_block_has():
+    cures = [d.help for d in findings(changed(type="PIDA_INT", DeadBand=1.5)) if d.code == "PID104"]
+
+    assert cures == ["round it, or take the block whose parameters are REAL"]
+
+
+@pytest.mark.parametrize(("limit", "share"), [(100.1, "100.1"), (100.001, "100.001"), (-5, "-5"), (110, "110")])
+def test_a_limit_beyond_the_scale_is_told_in_percent_that_are_beyond(limit, share):
+    key = "MaxMV" if limit > 0 else "MinMV"
+    found = findings(changed(**{key: limit}, output={"range": [0, 100]}))
+
+    assert [d.message.split(": ")[1] for d in found if d.code == "NX620"] == [f"{share} % of the output"]
+
+
 @given(st.integers(-32769, 32769))
 def test_an_int_holds_what_a_wire_gives_it_or_it_is_found(value):
     assume(value != 0)

@@ -152,6 +152,10 @@ class Layout:
             near = closest_name(text, [name for name, of in self.types.items() if of.kind == "bool"])
             cure = f"did you mean {near!r}?" if near else "wire the name of a BOOL, or a condition such as PV < 4.0"
             raise ExpressionError(f"{text!r} is no declared BOOL", 0, DIRECTIONS.get(text.casefold(), cure))
+        if wanted == "bool" and text in {"0", "1"}:
+            raise ExpressionError(
+                "this is a number; a BOOL is wanted", 0, f"write {'true' if text == '1' else 'false'}"
+            )
         parser = Typed(text, self.numbers, self._lengths, types=self.kinds.__getitem__)
         expression = parser.read()
         parser.expect(parser.operands[-1], wanted)

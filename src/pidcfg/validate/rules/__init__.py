@@ -181,9 +181,12 @@ def value_exceeds_word(context: AnyContext) -> Findings:
     """
     for path, misfit in _misfits(context, "range"):
         low, high = misfit.error.low, misfit.error.high
-        unit = unit_of(context, path, misfit)
+        unit, value = unit_of(context, path, misfit), _text(misfit.value)
         allowed = str(misfit.error) if high is None else _between(low, high, unit.strip())
-        values = {"field": misfit.word.name, "value": _text(misfit.value), "unit": unit, "allowed": allowed}
+        if value in allowed.split():  # alike in six digits
+            value, *ends = (f"{Decimal(str(number)):.9g}" for number in (misfit.value, low, high))
+            allowed = f"{' to '.join(ends)}{unit}"
+        values = {"field": misfit.word.name, "value": value, "unit": unit, "allowed": allowed}
         yield Finding(path, values, fix=_scale_cure(context, path, misfit))
 
 
@@ -243,6 +246,13 @@ def rounds_onto_off_code(context: AnyContext) -> Findings:
         yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit, effect=str(misfit.error))
 
 
+WHOLE_CURES = {
+    "INT": "round it, or take the block whose parameters are REAL",
+    "TIME": "write whole milliseconds",
+}
+"""What to do about decimals in a variable of the program, which has no range that would make counts of it."""
+
+
 @error("PID104", D07, "{field} is {value}, but raw counts are whole numbers")
 def fractional_counts(context: AnyContext) -> Findings:
     """A raw value is not a whole number of counts.
@@ -252,7 +262,9 @@ def fractional_counts(context: AnyContext) -> Findings:
     Fix: round it. Where a loop may have a range (`pv.range`, `output.range`), values are in engineering units with it.
     """
     for path, misfit in _misfits(context, "form"):
-        yield finding(*path, field=misfit.word.name, value=_text(misfit.value))
+        kind = getattr(misfit.word, "type", None)
+        fix = WHOLE_CURES.get(getattr(kind, "name", ""))
+        yield Finding(path, {"field": misfit.word.name, "value": _text(misfit.value)}, fix=fix)
 
 
 @warning("PID105", D07, "{field} {value}{unit} is stored as {stored}{unit}, {percent} % off")

@@ -393,7 +393,7 @@ def pulse_without_room(context: GenericContext) -> Findings:
     Fix: write a longer period, or shorter times.
     """
     for view, pulse in loops_with_pulse_output(context):
-        if pulse.period and pulse.min_on + pulse.min_off > pulse.period:
+        if pulse.period > 0 and pulse.min_on + pulse.min_off > pulse.period:
             yield view.at(
                 "output",
                 "pulse",

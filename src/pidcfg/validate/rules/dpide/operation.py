@@ -426,7 +426,7 @@ def autotune_as_a_number(view: LoopView) -> Findings:
     Why: when it is done, the PLC sets PID_MODE to 0. It cannot write a number of the program: the software refuses it,
     or the loop tunes for ever.
 
-    Fix: give PID_MODE a device: `devices: {PID_MODE: D104}`.
+    Fix: give PID_MODE a device that nothing else uses, as in `devices: {PID_MODE: D104}`.
     """
     if view.loop.PID_MODE == AUTOTUNE and not view.has_device("PID_MODE"):
         yield view.at("PID_MODE")
@@ -469,7 +469,7 @@ def never_runs(view: LoopView) -> Findings:
 
     Why: with PID_RUN FALSE the instruction writes 0 into MV in every scan.
 
-    Fix: leave PID_RUN out, which is TRUE, or give it a device: `devices: {PID_RUN: M10}`.
+    Fix: leave PID_RUN out, which is TRUE, or give it a bit that nothing else uses, as in `devices: {PID_RUN: M10}`.
     """
     if not view.loop.PID_RUN and not view.has_device("PID_RUN"):
         yield view.at("PID_RUN")
@@ -482,7 +482,7 @@ def always_in_manual(view: LoopView) -> Findings:
 
     Why: MV is MOUT within the limits; the PV has no effect at all.
 
-    Fix: write `PID_MAN: false`, or give it a device: `devices: {PID_MAN: M11}`.
+    Fix: write `PID_MAN: false`, or give it a bit that nothing else uses, as in `devices: {PID_MAN: M11}`.
     """
     if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE and not view.has_device("PID_MAN"):
         low, high = view.limits or (view.loop.MOUT, view.loop.MOUT)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from decimal import Decimal
+from decimal import ROUND_HALF_EVEN, Decimal
 from itertools import permutations
 
 from pidcfg.schemas.base import limits_at
@@ -56,7 +56,8 @@ def gain_not_positive(view: BlockView) -> Findings:
     Why: the block stops with an error bit. The direction of control is not made with the sign of the gain, and an
     integral without a proportional term is made with DisableP or with the independent form.
 
-    Fix: give a gain above 0, and choose the direction with Direct; for a pure integral add `DisableP: true`.
+    Fix: give a gain above 0, and choose the direction with Direct. A pure integral has `DisableP: true` in the
+    dependent form, and `Kp: 0` in the independent one.
     """
     gain, indep = view.number_of("Kp"), view.is_on("Indep")
     if gain is not None and (gain < 0 or (gain == 0 and indep is False)):
@@ -192,7 +193,7 @@ def output_range_narrower_than_limits(view: BlockView) -> Findings:
                 value=view.shown(key),
                 low=number_text(scale[0]),
                 high=number_text(scale[1]),
-                percent=f"{percent:.0f}",
+                percent=number_text(percent),
             )
 
 
@@ -212,7 +213,6 @@ def output_scale_assumed(view: BlockView) -> Findings:
 
 # --- Values that come through a wire: the limits that a number in the file is held against, for them too --------------
 
-LOW, HIGH = Decimal(INT.low), Decimal(INT.high)
 INTEGERS = NEXTOPID.at("chapter 3: PIDA_INT")
 
 
@@ -249,7 +249,7 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Findings:
             taken = None if value is None else as_int(value)
             if value is None or taken is None or value == taken:
                 continue
-            fits = LOW <= value <= HIGH
+            fits = value.to_integral_value(ROUND_HALF_EVEN) == taken
             problem = f"{'its decimals are lost' if fits else 'it does not fit'}, {number_text(taken)} is taken"
             yield view.at(
                 row.name,
