@@ -10,9 +10,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dpide_strategies import configurations
-from pidcfg.conversion import ConvertError
+from pidcfg.conversion import ConvertError, json_value
 from pidcfg.conversion.builder import dependent, independent
-from pidcfg.conversion.dpide import CALL_KEYS, DEAD_BAND, NOTHING_LOST, from_neutral, to_neutral
+from pidcfg.conversion.dpide import CALL_KEYS, DEAD_BAND, NOTHING_LOST, from_neutral, operations, to_neutral
+from pidcfg.conversion.operation import Manual
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.encoders.dpide import CONVERT_OPTIONS
 from pidcfg.encoders.dpide.image import encode
@@ -256,6 +257,24 @@ def test_another_operand_in_the_device_of_an_mv_is_dropped_with_advice(operand):
     assert not line.to
     assert line.note.startswith("MV of OUT stands there: ")
     assert (inner.data["mode"], inner.data["output"]["bias"]) == ("auto", 0)
+
+
+@pytest.mark.parametrize(
+    ("devices", "manual"),
+    [
+        ({"MV": "D100", "MOUT": "D100"}, Manual.STAYS),
+        ({"MV": "D100", "MOUT": "D102"}, Manual.JUMPS),
+        ({"MOUT": "D102"}, Manual.JUMPS),
+        ({}, Manual.JUMPS),
+    ],
+)
+def test_the_output_stays_in_manual_where_mout_has_the_device_of_mv(devices, manual):
+    (rules,) = operations(dpide({"devices": devices, "MOUT_AUTO": False}))
+    assert rules.manual is manual
+
+
+def test_devices_of_one_operand_are_told_by_their_names():
+    assert json_value({"MV": "D100", "number": Decimal("1.50")}) == "MV: D100, number: 1.5"
 
 
 def test_a_device_that_no_mv_stands_in_links_nothing():

@@ -232,6 +232,13 @@ def test_a_millionth_is_what_single_precision_makes(gain, kind):
     assert line.kind == kind
 
 
+@pytest.mark.parametrize(("zero", "kind"), [(4e-7, "exact"), (4.1e-7, "rounded")])
+def test_beside_zero_a_billionth_of_the_range_is_what_single_precision_makes(zero, kind):
+    one, two = (loop_of(setpoint={"value": number}) for number in (0, zero))
+    [line] = correct_lines([Change("setpoint", "exact", 0, 0, neutral=("setpoint.value",))], one, two)
+    assert line.kind == kind
+
+
 def test_a_line_about_a_section_has_the_worst_of_its_numbers():
     output = {"range": [0, 100], "unit": "%", "limits": [5, 85]}
     one, two = loop_of(output=output), loop_of(output={**output, "limits": [5, 80]})
