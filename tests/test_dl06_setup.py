@@ -213,6 +213,17 @@ def tuned(decimals=1, **tuning):
     return told(tuning={"gain": 2, "reset": "10 s", **tuning}, decimals=decimals)
 
 
+@pytest.mark.parametrize(
+    ("limit", "cure"), [({"rate_of_change": 0}, "give a limit,"), ({"rate_of_change": "1 /min"}, "sample more slowly,")]
+)
+def test_a_rate_of_change_limit_that_nobody_gave_is_not_cured_by_slower_samples(limit, cure):
+    loop = {**LOOP, "alarms": limit}
+    data = {"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000"}, "loops": [loop]}
+    found = check_document(read_document(json.dumps(data).encode(), "a.yaml")).findings
+
+    assert [d.help.startswith(cure) for d in found if d.code == "DL246"] == [True]
+
+
 def test_a_sample_rate_of_zero_has_no_rate_of_change():
     assert not {"DL246", "DL247", "DL507", "DL219"} & set(told(sample_rate=0, alarms={"rate_of_change": "5 /s"}))
     assert "DL219" not in told(sample_rate=0, tuning={"gain": 2, "reset": "10 s", "rate": 1})

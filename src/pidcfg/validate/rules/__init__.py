@@ -276,11 +276,12 @@ def rounded_value(context: AnyContext) -> Findings:
     Fix: write the stored value if it will do; otherwise change the unit or the sample rate so that more digits count.
     """
     all_outside = {path for path, _, _ in beyond_limits(context.config, ())} if context.encoding.rounded else set()
-    into_limits = all_outside - {path for path, _, _ in _outside(context)}
+    outside = {path for path, _, _ in _outside(context)} if all_outside else set()
+    into_limits = all_outside - outside
     for path, rounded in context.encoding.rounded:
         tolerance = getattr(rounded.word.codec, "tolerance", ROUNDING_WARNING)
         far = abs(rounded.stored - rounded.value) > tolerance * abs(rounded.value)
-        if rounded.value and (far or path in into_limits):
+        if rounded.value and path not in outside and (far or path in into_limits):
             percent = abs(rounded.stored / rounded.value - 1) * 100
             shown = f"{percent:.1f}" if percent >= SHOWN_PERCENT else f"less than {SHOWN_PERCENT}"
             unit = unit_of(context, path, rounded)

@@ -11,7 +11,14 @@ from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.setup import ClickContext, LoopView
 from pidcfg.validate.rules.click.signals import limited_setpoint, setpoint_in_file
-from pidcfg.validate.shared_checks import PV_POINTS, alarm_beyond, neighbours_out_of_order, number_text, value_or_switch
+from pidcfg.validate.shared_checks import (
+    PV_POINTS,
+    alarm_beyond,
+    list_names,
+    neighbours_out_of_order,
+    number_text,
+    value_or_switch,
+)
 
 # --- Alarm points: their order, what is missing, and points that trip always or never ---------------------------------
 
@@ -107,13 +114,13 @@ def pv_alarms_incomplete(view: LoopView) -> Findings:
 def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
     severity, effect = _effect_of_missing(view, missing)
     one = len(missing) == 1
-    registers = " and ".join(view.register(f"pv_{point}") for point in missing)
+    registers = list_names([view.register(f"pv_{point}") for point in missing])
     return view.at(
         "alarms",
         "pv",
         missing[0],
         severity=severity,
-        missing=f"{' and '.join(missing)} {'is' if one else 'are'}",
+        missing=f"{list_names(missing)} {'is' if one else 'are'}",
         registers=registers,
         holds="holds" if one else "hold",
         effect=effect,

@@ -37,6 +37,7 @@ from pidcfg.validate.shared_checks import (
     SwitchedView,
     alarm_beyond,
     all_or_none,
+    list_names,
     neighbours_out_of_order,
     number_text,
     value_or_switch,
@@ -341,14 +342,14 @@ def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
         Severity.INFO: "it never alarms",
     }[severity]
     verb = "is" if len(missing) == 1 else "are"
-    words = " and ".join(view.address_of(f"pv_{key}") for key in missing)
+    words = list_names([view.address_of(f"pv_{key}") for key in missing])
     return view.at(
         "alarms",
         "pv",
         missing[0],
         plc_effect=manual_mode_effect(view) if broken else None,
         severity=severity,
-        missing=f"{' and '.join(missing)} {verb}",
+        missing=f"{list_names(missing)} {verb}",
         words=f"{words} {verb}",
         zero=view.eu(0),
         effect=effect,
@@ -412,6 +413,9 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Findings:
             exact=f"{float(rate_in_counts(view)):.2g}",
             sample=decimal_text(view.loop.sample_rate),
             least=one_count_per_minute(view),
+            fix=None
+            if rate_in_counts(view)
+            else "give a limit, of one count a sample at least, or switch the alarm off",
         )
 
 
