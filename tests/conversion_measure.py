@@ -23,7 +23,7 @@ import ezlogix_strategies
 import nextopid_strategies
 from neutral_strategies import neutral_files
 from pidcfg.conversion import ConvertError, overlap
-from pidcfg.conversion.builder import correct_lines, is_harmless, make_comparable
+from pidcfg.conversion.builder import correct_lines, has_alarms, is_harmless, make_comparable
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.contract import encoder_of
@@ -131,6 +131,8 @@ def measured(config, one, two):
     for j, i in enumerate(result.source_places):
         rows = result.loops[i].changes
         before, after = make_comparable(neutral[i], back[j])
+        if not has_alarms(neutral[i]):
+            before.pop("alarms.hysteresis", None)  # it acts on none
         after.setdefault("output.manual", NOTHING_SAID.get(two, before["output.range.0"]))
         after["setpoint.source"] = originals.get(after.get("setpoint.source"))
         names = {field.path: field.to for field in loops[i].fields}
