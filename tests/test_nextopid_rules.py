@@ -66,7 +66,7 @@ def block(kind, name="F", **values):
     return {key: value for key, value in found.items() if value is not None}
 
 
-def checked(*loops, blocks=(), signals=None, **plc):
+def checked(*loops, blocks=(), signals=None, moves=(), **plc):
     config = {
         "pidcfg": 1,
         "vendor": "nextopid",
@@ -74,6 +74,7 @@ def checked(*loops, blocks=(), signals=None, **plc):
         "signals": signals or SIGNALS,
         "blocks": blocks,
         "loops": loops,
+        "moves": moves,
     }
     result = check_document(read_document(json.dumps(config, default=float).encode(), "case.yaml"))
     assert result.config is not None, result.findings
@@ -891,6 +892,27 @@ def test_a_switch_as_a_number_is_met_with_the_switch(number, switch):
     found = [(d.message, d.help) for d in findings(changed(Manual=number)) if d.code == "NX601"]
 
     assert found == [("Manual: this is a number; a BOOL is wanted", f"write {switch}")]
+
+
+@pytest.mark.parametrize(
+    ("number", "key", "says"),
+    [
+        (-1, "Ti_Ki", ["Ti_Ki is -1; it must be 0 or more"]),
+        (0, "Ti_Ki", []),
+        (-0.5, "DeadBand", ["DeadBand is -0.5; it must be 0 or more"]),
+        ("V", "DeadBand", []),
+        (-5, "BIAS", []),
+    ],
+)
+@pytest.mark.parametrize("when", [{}, {"when": "UP"}])
+def test_a_number_that_a_move_writes_is_held_against_the_limits_too(number, key, says, when):
+    moves = [{"move": number, "to": f"A.{key}", **when}]
+    found = [
+        d for d in findings(changed(), signals=SIGNALS | {"V": -1.0, "UP": True}, moves=moves) if d.code == "NX613"
+    ]
+
+    assert [d.message for d in found] == says
+    assert all(d.path == ("moves", 0, "move") and d.plc_effect == f"ErrBits.{key}" for d in found)
 
 
 def test_a_decimal_in_an_int_is_cured_by_what_the_block_has():

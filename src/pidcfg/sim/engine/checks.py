@@ -51,6 +51,7 @@ def check_expectation(path: Path, wanted: Expectation, scenario: Scenario, plc: 
         yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
     yield from _check_names(path, subject, wanted, plc, scenario)
     yield from _check_bounds(path, subject, wanted, present)
+    yield from _check_possible(path, subject, wanted, scenario.duration)
     if wanted.share is not None and not 0 < wanted.share < 100:
         cure = "without share no sample may fail" if wanted.share >= 100 else "write it like 99 %"
         yield Problem((*path, "share"), f"samples cannot show a share of {wanted.share:f} %", "value", help=cure)
@@ -93,7 +94,7 @@ def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenar
 
 
 def _check_bounds(path: Path, subject: str, wanted: Expectation, present: set[str]) -> Iterator[Problem]:
-    """Something must be demanded, in a unit that fits, and not the impossible."""
+    """Something must be demanded, in a unit that fits."""
     needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
     if subject in needs and not needs[subject] & present:
         yield Problem(
@@ -126,6 +127,15 @@ def _check_bounds(path: Path, subject: str, wanted: Expectation, present: set[st
                 "value",
                 help=f"write {has}",
             )
+
+
+def _check_possible(path: Path, subject: str, wanted: Expectation, duration: Decimal) -> Iterator[Problem]:
+    """Something must be able to pass."""
+    if wanted.metric not in {None, "final_error"} and wanted.max is not None and wanted.max.value < 0:
+        yield Problem((*path, "max"), f"{wanted.metric} is never below 0: no value passes", "value")
+    if "s" in UNITS.get(wanted.metric or "", ()) and wanted.min is not None and wanted.min.value > duration:
+        what = f"{wanted.metric} is never above the {duration:f} s that the scenario has: no value passes"
+        yield Problem((*path, "min"), what, "value", help="write less, or lengthen the duration")
     if wanted.min is not None and wanted.max is not None and wanted.min.value > wanted.max.value:
         what = f"min {wanted.min.value:f} is above max {wanted.max.value:f}: no value passes"
         yield Problem((*path, "min"), what, "value", help="write the smaller number as min")

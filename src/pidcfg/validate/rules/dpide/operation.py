@@ -43,7 +43,7 @@ def pulses_beyond_cycle(view: LoopView) -> Findings:
     Why: behind GPWM MV is the time on in each cycle. A cycle that is shorter than MV_MAX has the output on for good
     long before MV is at its limit, and a longer one never has it on for good; below 0 there is no pulse.
 
-    Fix: MV_MIN 0, MV_MAX and the cycle the same.
+    Fix: write the cycle as MV_MAX, and 0 as MV_MIN.
     """
     gpwm, limits = view.loop.call.GPWM, view.limits
     if gpwm is None or limits is None or (limits[0] >= 0 and limits[1] == gpwm.cycle):

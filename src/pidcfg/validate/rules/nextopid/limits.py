@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from decimal import ROUND_HALF_EVEN, Decimal
 from itertools import permutations
 
-from pidcfg.schemas.base import limits_at
+from pidcfg.schemas.base import Limits, limits_at
 from pidcfg.schemas.expressions import Expression
 from pidcfg.schemas.iec import INT
 from pidcfg.schemas.nextopid import D201, SHORTEST_INTEGRAL
@@ -218,10 +218,10 @@ INTEGERS = NEXTOPID.at("chapter 3: PIDA_INT")
 
 @error("NX613", D208, "{key} is {value}; it must be {allowed}")
 def wired_value_out_of_range(context: NextopidContext) -> Findings:
-    """A parameter is wired to a value that the manual does not allow for it.
+    """A parameter is wired to a value that the manual does not allow for it, or a move writes one.
 
-    Why: the block stops with an error bit as soon as the program starts. A number that stands in the file itself is
-    found by the rule for every vendor (PID101).
+    Why: the block stops with an error bit as soon as it has the value. A number of the parameter itself is found by
+    the rule for every vendor (PID101).
 
     Fix: correct the expression, give the signal another first value, or limit it on its way.
     """
@@ -230,8 +230,19 @@ def wired_value_out_of_range(context: NextopidContext) -> Findings:
             limits = limits_at(view.placed.kind.model, row.name)
             value = view.number_of(row.name) if limits and view.is_wired(row.name) else None
             if limits is not None and value is not None and not limits.holds(value):
-                allowed = f"{limits.low} or more" if limits.high is None else f"{limits.low} to {limits.high}"
-                yield view.at(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=allowed)
+                yield view.at(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=_span(limits))
+    kinds = {view.name: view.placed.kind for view in context.views}
+    for i, move in enumerate(context.config.moves):
+        block, _, key = move.to.partition(".")
+        has_key = block in kinds and any(row.name == key for row in kinds[block].inputs)
+        limits = limits_at(kinds[block].model, key) if has_key else None
+        if limits is not None and isinstance(move.move, Decimal) and not limits.holds(move.move):
+            values = {"key": key, "value": number_text(move.move), "allowed": _span(limits)}
+            yield Finding(("moves", i, "move"), values, plc_effect=limits.effect)
+
+
+def _span(limits: Limits) -> str:
+    return f"{limits.low} or more" if limits.high is None else f"{limits.low} to {limits.high}"
 
 
 @error("NX614", INTEGERS, "{key} is an INT and wired to {value}: {problem}")
