@@ -447,8 +447,12 @@ def seconds_of_times(value: object) -> object:
     }
 
 
-Disturbed = Annotated[Decimal, Parser(parse_number), WithJsonSchema(DURATION_SCHEMA)]
-Disturbance = Annotated[dict[str, Disturbed], BeforeValidator(seconds_of_times)]
+_DISTURBANCE_SCHEMA: JsonSchema = {
+    "type": "object",
+    "properties": dict.fromkeys(DISTURBED_TIMES, DURATION_SCHEMA),
+    "additionalProperties": {"type": "number"},
+}
+Disturbance = Annotated[dict[str, Number], BeforeValidator(seconds_of_times), WithJsonSchema(_DISTURBANCE_SCHEMA)]
 
 
 class Event(Model):
