@@ -265,17 +265,10 @@ def _in_words(question: Question, vendors: Sequence[str], decisions: Callable[[]
         return pages_of(named_by(MODBUS), vendors)
     if not pages and question.value is None and (match := CONTENT_BEHIND.fullmatch(question.name)):
         pages = _known(replace(question, name=match[1], value=match[2]), vendors, decisions)
-    pages = pages or _tagged(question, vendors, decisions) or _seen(question, vendors)
+    pages = pages or _seen(question, vendors)
     for name in () if pages else within(question.text):
         pages += _known(replace(question, name=name, value=None), vendors, decisions)
     return pages or _all_titled(question, vendors)
-
-
-def _tagged(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
-    """What is known of a tag without the name of a loop at its beginning: ``_SP`` of ``TIC101_SP``."""
-    tag = f"_{question.name}"
-    endings = [tag[at:] for at, character in enumerate(tag) if character == "_"] if "_" in question.name else []
-    return next((pages for end in endings if (pages := _known(replace(question, name=end), vendors, decisions))), [])
 
 
 def _without_more(

@@ -584,8 +584,10 @@ class RegisterBook(Registers):
             raise QuestionError(f"{error}; 'pidcfg validate {file}' says where it may begin") from None
 
     def _nicknamed(self, name: str) -> list[RegisterRecord]:
-        """A nickname: the loop's name and a suffix."""
-        suffixes = [alias for alias in self.aliases if alias.startswith("_") and name.endswith(alias.lower())]
+        """A nickname: the loop's name and a suffix, or the suffix without its first underscore; no sentence is one."""
+        if "_" not in name or not name.replace("_", "").replace("-", "").isalnum():
+            return []
+        suffixes = [alias for alias in self.aliases if alias.startswith("_") and f"_{name}".endswith(alias.lower())]
         return self.index[max(suffixes, key=len).lower()] if suffixes else []
 
     def _unstored(self, question: Question) -> list[Page]:
