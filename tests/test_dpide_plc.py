@@ -335,10 +335,14 @@ events:
   - {at: 5, loop: OVEN, set: {PID_EQ: false, Ti_Ki: 0.05}}
   - {at: 6, loop: OVEN, set: {Ti_Ki: 180 s}}
   - {at: 7, loop: OVEN, set: {Td_Kd: 20 s}}
+  - {at: 8, loop: OVEN, set: {Ti_Ki: 180 s, PID_EQ: true}}
+  - {at: 9, loop: OVEN, set: {Ti_Ki: 180 s, PID_EQ: false}}
 """
-    assert [note.text for note in run(text, duration=10).notes] == [
-        "Ti_Ki: is not written: a time, but PID_EQ is FALSE now, and Ti_Ki the gain Ki in 1/s",
-        "Td_Kd: PID_EQ is FALSE: the time counts as a gain Kd of 20",
+    not_written = "Ti_Ki: is not written: a time, but PID_EQ is FALSE now, and Ti_Ki the gain Ki in 1/s"
+    assert [(note.at, note.text) for note in run(text, duration=10).notes] == [
+        (6, not_written),
+        (7, "Td_Kd: PID_EQ is FALSE: the time counts as a gain Kd of 20"),
+        (9, not_written),
     ]
     rig = Rig(program=oven())
     rig.set("PID_EQ", value=False)

@@ -190,10 +190,12 @@ def test_a_time_is_not_written_once_an_event_has_made_it_a_gain(key):
         f"{{at: 1, loop: L, set: {{Indep: true, {key}: 0.25}}}}",
         f"{{at: 2, loop: L, set: {{{key}: 2 min}}}}",
         f"{{at: 3, loop: L, set: {{Indep: false, {key}: 2 min}}}}",
+        f"{{at: 4, loop: L, set: {{{key}: 2 min, Indep: true}}}}",
+        f"{{at: 5, loop: L, set: {{{key}: 2 min, Indep: false}}}}",
     )
     report = run(LOOP % (GAINS, ""), f"{TANK}events: [{', '.join(events)}]")
     told = f"{key}: is not written: a time, but Indep is TRUE now, and {key} a gain"
-    assert [(note.at, note.text) for note in report.notes if key in note.text] == [(2.0, told)]
+    assert [(note.at, note.text) for note in report.notes if key in note.text] == [(2.0, told), (4.0, told)]
 
 
 def test_a_plant_may_be_wired_to_a_signal_that_the_program_filters():

@@ -54,6 +54,8 @@ class LoopFacts(ABC):
     """Words and parameters that are no value of their format."""
     mode_keys: Collection[str] = ()
     """Parameters that choose the mode, which an event may set."""
+    form_key: str = ""
+    """The parameter by which the times of the equation are gains; an event that sets it, too, sets it first."""
 
     @property
     def control_bits(self) -> int:

@@ -398,7 +398,7 @@ class Agenda:
         signals, config = self.net.signal_values, self.plc.configs[loop]
         before, changed, of_mode = signals[config.sp_slot], False, False
         late = []
-        for keys, value, _ in leaves(event.set):
+        for keys, value, _ in sorted(leaves(event.set), key=lambda leaf: dotted(leaf[0]) != self.plc.form_key):
             present = signals[config.sp_slot]
             effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), signals)
             if effect:

@@ -285,6 +285,7 @@ class Dpide(NamedPlc):
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
+    form_key = "PID_EQ"
     mode_keys = ("PID_RUN", "PID_MAN", "PID_MODE")
 
     def __init__(self, program: Program, options: Options | None = None) -> None:

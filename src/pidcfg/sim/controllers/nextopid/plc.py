@@ -191,6 +191,7 @@ class Facts(Memory):
     """A program's answers for the standing expectations."""
 
     error_flags = tuple(ERRORS)
+    form_key = "Indep"
     mode_keys = MODE_KEYS
 
     def wires_of(self, place: int) -> Iterator[tuple[int, list[int]]]:
