@@ -1,6 +1,6 @@
 """What running and compiling a vendor's kernels takes; `pidcfg.sim.engine.choice` decides by it, and never by a clock.
 
-Measured with the shipped examples and written by ``python tasks.py bench --write-costs``.
+Measured with one noisy loop and written by ``python tasks.py bench --write-costs``.
 """
 
 from typing import NamedTuple
@@ -16,10 +16,10 @@ class Cost(NamedTuple):
 
 
 COSTS = {
-    "dl06": Cost(2, 8),
-    "click": Cost(3, 5),
-    "ezlogix": Cost(2, 5),
-    "nextopid": Cost(9, 8),
-    "dpide": Cost(4, 4),
-    "generic": Cost(2, 3),
+    "dl06": Cost(6, 13),
+    "click": Cost(7, 8),
+    "ezlogix": Cost(6, 7),
+    "nextopid": Cost(10, 12),
+    "dpide": Cost(7, 7),
+    "generic": Cost(7, 5),
 }

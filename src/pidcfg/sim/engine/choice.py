@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.judgement.meters import Meter, Onset
 
 EngineName = Literal["auto", "python", "numba"]
-COPYING, LOADING = 15_000, 450_000
+COPYING, LOADING = 15_000, 620_000
 """µs of CPython from which on compiled kernels pay: those that the process has kept, and those that lie in the cache.
 What a run takes there, and what compiling takes, stands in `pidcfg.sim.costs`."""
 CHUNK = 65_536

@@ -437,7 +437,7 @@ class Run:
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         onsets = [w for w in watches.values() if isinstance(w, Onset)]
-        work = (last + 1) * len(meters) * (net.parts + 3) // 4  # a step of a plant is a quarter of a loop-step
+        work = (last + 1) * len(plc.configs) * (net.parts + 3) // 4  # a step of a plant is a quarter of a loop-step
         engine = choose(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
