@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 from unittest.mock import patch
 
-from pidcfg.tuning.identify import Identified, identify
+from pidcfg.tuning.identify import Identification, identify
 from pidcfg.tuning.response import Record
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ Column = tuple[float, ...]
 
 
 @functools.cache
-def once(time: Column, output: Column, pv: Column, units: tuple[str, str], rest: float | None) -> Identified:
+def once(time: Column, output: Column, pv: Column, units: tuple[str, str], rest: float | None) -> Identification:
     """What is identified in samples; the search takes a third of a second."""
     return identify(Record([*time], [*output], [*pv], units), rest)
 
@@ -27,7 +27,7 @@ def once(time: Column, output: Column, pv: Column, units: tuple[str, str], rest:
 def remembering() -> Iterator[None]:
     """Samples that have been seen are not searched again, in this process and in its copies; files are read as ever."""
 
-    def found(record: Record, rest: float | None = None) -> Identified:
+    def found(record: Record, rest: float | None = None) -> Identification:
         return once(tuple(record.time), tuple(record.output), tuple(record.pv), record.units, rest)
 
     with patch("pidcfg.tuning.identify.identify", found):

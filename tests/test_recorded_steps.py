@@ -14,7 +14,7 @@ import pytest
 
 from pidcfg.text.reader import DEFAULT
 from pidcfg.tuning.identify import identify, identify_record
-from pidcfg.tuning.response import Record, RecordError, Request, Segment, response
+from pidcfg.tuning.response import Record, RecordError, Request, Segment, first_order_response
 from pidcfg.tuning.sheet import UnreadableRecordError, seconds_of
 from record_rig import remembering
 
@@ -504,7 +504,7 @@ def test_a_set_point_is_no_output():
 
 
 def test_an_integrator_follows_a_ramp():
-    assert response([10.0], [Segment(0.0, 0.0, 1.0)], 0.0, math.inf) == [50.0]
+    assert first_order_response([10.0], [Segment(0.0, 0.0, 1.0)], 0.0, math.inf) == [50.0]
 
 
 # --- what no process does ---------------------------------------------------------------------------------------------

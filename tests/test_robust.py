@@ -69,7 +69,7 @@ def by_control(gains, process, sampling):
     control = pytest.importorskip("control")
     np = pytest.importorskip("numpy")
 
-    sample, lag = sampling.sample_time, sampling.lag(gains.derivative_time)
+    sample, lag = sampling.sample_time, sampling.filter_share(gains.derivative_time)
     a, now, before, row, delay = by_matrices(process, sample)
     z = control.tf([1, 0], [1], sample)
     pid = 1 + sample / gains.integral_time * z / (z - 1)
@@ -131,7 +131,7 @@ def test_the_error_after_a_load_by_matrices():
     np = pytest.importorskip("numpy")
 
     for gains, process, sampling in LOOPS:
-        sample, lag = sampling.sample_time, sampling.lag(gains.derivative_time)
+        sample, lag = sampling.sample_time, sampling.filter_share(gains.derivative_time)
         a, now, before, row, delay = by_matrices(process, sample)
         x, outputs, errors = np.zeros((len(a), 1)), [0.0] * (delay + 1), []
         pv = slow = total = 0.0
@@ -186,7 +186,7 @@ def test_the_best_of_all_words(case):
     words = Words(gain_step / FINE, 1, 20 * FINE)
     rows = [(i * time_step / FINE, rate) for i in range(1, 18 * FINE + 1)]
     search = Search(plants, sampling, ms, derivative=rate > 0)
-    found = search.best(lambda: search.among(words, rows))
+    found = search.find_best(lambda: search.search_rows(words, rows))
     error, gains = brute(plants, sampling, ms, [i * words.step for i in range(words.last, 0, -1)], rows)
     assert gains is not None
     assert found.error == pytest.approx(error, rel=1e-9), (found.gains, gains)
@@ -198,8 +198,8 @@ def test_many_times_are_searched_like_few():
     plants = plants_of(PLANT, read_spreads("gain=±30%", PLANT), samples=0)
     search, words = Search(plants, Sampling(4.0), 1.6), Words(0.02, 1, 200)
     rows = [(10 + i * 0.25, 0.0) for i in range(90)]
-    whole = search.best(lambda: search.among(words, rows))
-    parts = [search.among(words, rows[i : i + 30]) for i in range(0, 90, 30)]
+    whole = search.find_best(lambda: search.search_rows(words, rows))
+    parts = [search.search_rows(words, rows[i : i + 30]) for i in range(0, 90, 30)]
     best = min(parts, key=lambda part: part.error)
     assert (whole.gains, whole.error) == (best.gains, best.error)
     assert best.gains.integral_time > rows[45][0]
@@ -215,8 +215,8 @@ def test_times_that_are_searched_in_turn_are_searched_like_each_alone(rates):
         return Search(plants, Sampling(1.0), 1.6, derivative=len(rates) > 1)
 
     together = search()
-    whole = together.best(lambda: together.among(words, rows))
-    alone = [one for row in rows if (one := search().among(words, [row]))]
+    whole = together.find_best(lambda: together.search_rows(words, rows))
+    alone = [one for row in rows if (one := search().search_rows(words, [row]))]
     best = min(alone, key=lambda one: one.error)
     assert (whole.gains, whole.error) == (best.gains, best.error)
 
@@ -238,9 +238,9 @@ def test_the_known_search():
     """27 plants and all words of a DL06: least Ti/Kp at Kp 0.65, Ti 26.0, worst Ms 1.599; least IAE elsewhere."""
     plants = [Process(*row) for row in product((1.4, 2, 2.6), (48, 60, 72), (6.4, 8, 10.4))]
     search = Search(plants, Sampling(1.0), 1.6)
-    known = search.judged(Gains(0.65, 26.0, 0.0))
+    known = search.try_gains(Gains(0.65, 26.0, 0.0))
     assert (round(known.ms, 3), plants[known.worst_ms]) == (1.599, Process(2.6, 48, 10.4))
-    found = search.best(lambda: search.among(Words(0.01, 1, 9999), [(i / 10, 0.0) for i in range(1, 9999)]))
+    found = search.find_best(lambda: search.search_rows(Words(0.01, 1, 9999), [(i / 10, 0.0) for i in range(1, 9999)]))
     assert (round(found.gains.gain, 2), found.gains.integral_time) == (0.74, 31.4)
     assert found.error < 0.965 * known.error
     assert found.ms <= 1.6
@@ -340,7 +340,7 @@ def test_a_file_s_reset_at_the_end_of_its_seconds_is_said(dl06, monkeypatch, int
     """The unit of a file's loop stays, since a rule changes gains alone."""
     best = dl06.robust.found
     one = replace(best, result=replace(best.result, gains=Gains(1.0, integral, 0.0)))
-    monkeypatch.setattr("pidcfg.output.robust.robust", lambda *_: one)
+    monkeypatch.setattr("pidcfg.output.robust.find_robust_gains", lambda *_: one)
     text = (files("pidcfg") / "cli/starters/dl06.yaml").read_text("utf-8")
     text = text.replace("rate: 2.0 ", "rate: 99 ").replace("reset_unit: seconds", f"reset_unit: {unit}")
     found = tuned(into=text.encode(), into_name="f.yaml", **SLOW)

@@ -18,10 +18,10 @@ from command import run_text
 from pidcfg.cli.formats.tuning import margin_chart as chart_of
 from pidcfg.pictures import figure as draw
 from pidcfg.tuning.identify import identify
-from pidcfg.tuning.margins import answer as forecast
 from pidcfg.tuning.margins import margins
+from pidcfg.tuning.margins import step_answer as forecast
 from pidcfg.tuning.response import Record, RecordError
-from pidcfg.tuning.robust import fit
+from pidcfg.tuning.robust import fit_gains
 from pidcfg.tuning.rules import METHODS, Cycle, Gains, Process
 from pidcfg.tuning.transfer import Transfer, transfer_of
 from pidcfg.vendors import VENDORS
@@ -92,7 +92,7 @@ def test_independent_gains():
 def test_numbers_as_registers_hold_them(vendor, stored):
     """A PV of 0 to 50: gains in shares of the span are half of those in engineering units, 3.85."""
     gains = METHODS["iae-setpoint"].gains("PID", EXAMPLE, Cycle(0, 0))
-    found = fit(gains, VENDORS[vendor], 50, 100)
+    found = fit_gains(gains, VENDORS[vendor], 50, 100)
     assert [float(f.stored) for f in found] == stored
     for value in found:
         assert value.error_percent == pytest.approx(float((value.stored / value.wanted - 1) * 100))
@@ -100,15 +100,15 @@ def test_numbers_as_registers_hold_them(vendor, stored):
 
 def test_floats_hold_all_but_the_last_digits():
     gains = METHODS["iae-setpoint"].gains("PID", EXAMPLE, Cycle(0, 0))
-    stored = [float(f.stored) for f in fit(gains, VENDORS["click"], 50, 100)]
+    stored = [float(f.stored) for f in fit_gains(gains, VENDORS["click"], 50, 100)]
     assert stored == pytest.approx([gains.gain, gains.integral_time, gains.derivative_time], rel=6e-8)
 
 
 def test_numbers_that_registers_cannot_hold_say_so():
-    found = fit(Gains(0.004, 70000, 0.03), VENDORS["dl06"], 100, 100)
+    found = fit_gains(Gains(0.004, 70000, 0.03), VENDORS["dl06"], 100, 100)
     assert [f.stored is None for f in found] == [True, True, False]
     assert "switches it off" in found[0].problem
-    assert [f.problem for f in fit(Gains(0.001, 7000, 0), VENDORS["click"], 1, 100)] == [
+    assert [f.problem for f in fit_gains(Gains(0.001, 7000, 0), VENDORS["click"], 1, 100)] == [
         "0.001 is outside 0.01 to 10000",
         "7000 is outside 0.01 to 6000",
         None,
@@ -121,7 +121,7 @@ def test_numbers_that_registers_cannot_hold_say_so():
 )
 def test_a_reset_beyond_the_word_in_seconds_is_one_in_minutes(seconds, held, unit):
     """9999 is an off code in either unit; 59988 s are 999.8 min. What is too short in seconds is so in minutes."""
-    reset = fit(Gains(1, seconds, 0), VENDORS["dl06"], 100, 100)[1]
+    reset = fit_gains(Gains(1, seconds, 0), VENDORS["dl06"], 100, 100)[1]
     assert (reset.stored if reset.stored is None else float(reset.stored), reset.unit) == (held, unit)
 
 
@@ -147,7 +147,7 @@ def test_a_sample_time_that_no_loop_of_the_plc_can_have_is_told(vendor, least, m
 
 
 def test_no_integral_term_in_each_vendor_s_way():
-    words = {v: [float(f.stored) for f in fit(Gains(1, math.inf, 0), VENDORS[v], 100, 100)] for v in VENDORS}
+    words = {v: [float(f.stored) for f in fit_gains(Gains(1, math.inf, 0), VENDORS[v], 100, 100)] for v in VENDORS}
     assert {v: found[1] for v, found in words.items()} == {**dict.fromkeys(VENDORS, 0), "click": 6000}
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import pidcfg
 from pidcfg.cli.formats.tuning import as_text
-from pidcfg.tuning.margins import Loop, answer, margins
+from pidcfg.tuning.margins import Loop, margins, step_answer
 from pidcfg.tuning.rules import METHODS, Cycle, Gains, Process, TuningError
 from pidcfg.tuning.transfer import Transfer, read_transfer, reduce_by_half_rule, transfer_of
 from pidcfg.vendors import VENDORS
@@ -40,7 +40,7 @@ def test_simc_as_skogestad_prints_it(process, wanted, limits, iae):
     """J. Process Control 13 (2003), tables of first-order and integrating processes with c = L."""
     found = METHODS["simc"].gains("PI", process, Cycle(0, 0))
     assert (found.gain, found.integral_time, found.derivative_time) == wanted
-    loop, times = margins(found, transfer_of(process)), answer(found, transfer_of(process))
+    loop, times = margins(found, transfer_of(process)), step_answer(found, transfer_of(process))
     assert (round(loop.gain_margin, 2), round(loop.phase_margin, 1), round(loop.ms, 2)) == limits
     assert (times.iae_setpoint, times.iae_disturbance) == pytest.approx(iae, rel=0.003)
 
@@ -180,7 +180,7 @@ def test_least_errors_are_less_than_those_of_other_rules(ratio):
     plant = transfer_of(process)
     least = METHODS["iae-disturbance"].gains("PI", process, Cycle(0, 0))
     simc = METHODS["simc"].gains("PI", process, Cycle(0, 0))
-    assert answer(least, plant).iae_disturbance < answer(simc, plant).iae_disturbance
+    assert step_answer(least, plant).iae_disturbance < step_answer(simc, plant).iae_disturbance
     assert margins(least, plant).ms > margins(simc, plant).ms
 
 
@@ -251,7 +251,7 @@ def where_one(loop, low, high):
 
 def test_stability_agrees_with_the_run_in_time():
     """What is called stable comes to rest in the simulation, what is called unstable does not."""
-    from pidcfg.tuning.margins import _run
+    from pidcfg.tuning.margins import _run_loop
 
     rng, both = random.Random(7), {True: 0, False: 0}
     for _ in range(25):
@@ -262,7 +262,7 @@ def test_stability_agrees_with_the_run_in_time():
         times = [*plant.poles, plant.dead_time, found.integral_time]
         dt = min([*times, found.derivative_time or math.inf]) / 40
         duration = min(40 * max(times), 200_000 * dt)
-        pvs, _ = _run(found, plant, dt, duration, setpoint=1.0, load=0.0)
+        pvs, _ = _run_loop(found, plant, dt, duration, setpoint=1.0, load=0.0)
         last = [abs(pv - 1) for pv in pvs[-len(pvs) // 10 :]]
         first = [abs(pv - 1) for pv in pvs[: len(pvs) // 10]]
         calm = max(last) < max(first)
@@ -599,7 +599,7 @@ def test_an_integrator_with_a_lead_runs_as_its_formula():
 
 def test_overshoot_without_an_integral_is_beyond_the_end():
     """P on a lag with dead time settles at 1.5/2.5 and swings beyond that, not beyond the set point."""
-    times = answer(Gains(1.5, math.inf, 0), Transfer(1, (), (1.0,), 0, 0.5))
+    times = step_answer(Gains(1.5, math.inf, 0), Transfer(1, (), (1.0,), 0, 0.5))
     assert times.iae_setpoint is None
     assert 20 < times.overshoot < 60
 
@@ -607,14 +607,14 @@ def test_overshoot_without_an_integral_is_beyond_the_end():
 def test_the_derivative_damps_the_run_in_time():
     """On the PV and with its sign: without it the same loop overshoots more, and a step of the set point kicks not."""
     plant = transfer_of(Process(1, 1, 0.5))
-    without, damped = (answer(Gains(1.6, 1.2, rate), plant) for rate in (0, 0.2))
+    without, damped = (step_answer(Gains(1.6, 1.2, rate), plant) for rate in (0, 0.2))
     assert damped.overshoot < without.overshoot - 5
     assert damped.iae_setpoint < without.iae_setpoint
 
 
 def test_a_set_point_step_of_simc_overshoots_by_four_percent():
     """Skogestad 2003, 4.1: a smooth response with an overshoot of about 4 %."""
-    assert answer(Gains(0.5, 1, 0), transfer_of(LAG)).overshoot == pytest.approx(4, abs=0.3)
+    assert step_answer(Gains(0.5, 1, 0), transfer_of(LAG)).overshoot == pytest.approx(4, abs=0.3)
 
 
 @pytest.mark.parametrize(("gain", "said"), [(4.0, False), (4.6, True)])

@@ -7,7 +7,7 @@ import pytest
 
 import pidcfg
 from pidcfg.tuning.identify import Record, RecordError, identify
-from pidcfg.tuning.response import Segment, lags, response
+from pidcfg.tuning.response import Segment, first_order_response, second_order_response
 from pidcfg.tuning.sheet import ColumnsError
 from test_tuning import run
 
@@ -18,8 +18,8 @@ TIMES = [2.0 * i for i in range(350)]
 def record(upset=0.0, at=310.0, second=0.0, noise=0.05, seed=3, until=700):
     """A step of 10 at 60 s on gain 1.5, 60 s and 8 s dead time, and a load that steps by so much PV."""
     rng, times = random.Random(seed), [t for t in TIMES if t < until]
-    moved = lags(times, STEP, 8.0, 60.0, second)
-    load = response(times, [Segment(at, upset)], 0.0, 60.0)
+    moved = second_order_response(times, STEP, 8.0, 60.0, second)
+    load = first_order_response(times, [Segment(at, upset)], 0.0, 60.0)
     pv = [20 + 1.5 * a + b + rng.gauss(0, noise) for a, b in zip(moved, load, strict=True)]
     return Record(times, [40.0 + 10 * (t >= 60) for t in times], pv)
 

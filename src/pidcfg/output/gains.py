@@ -20,7 +20,13 @@ from pidcfg.output.process import (
     warn_of_unit,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors, warnings_of_sensitivity
+from pidcfg.tuning.margins import (
+    finite_or_none,
+    judge_gains,
+    process_of_cycle,
+    warnings_of_authors,
+    warnings_of_sensitivity,
+)
 from pidcfg.tuning.rules import METHODS, Cycle, Gains, Method, Model, Process, TuningError
 from pidcfg.tuning.transfer import transfer_of
 
@@ -34,7 +40,7 @@ if TYPE_CHECKING:
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
     from pidcfg.tuning import Form
-    from pidcfg.tuning.identify import Identified
+    from pidcfg.tuning.identify import Identification
     from pidcfg.tuning.margins import Judgement
     from pidcfg.tuning.response import Record, Request
     from pidcfg.tuning.transfer import Transfer
@@ -62,7 +68,7 @@ class TuneResult:
     """Whether the rule holds for it, and how robust the loop is."""
     warnings: tuple[str, ...] = ()
     """What the rule's range, the margins and the rules' authors warn of."""
-    identified: Identified | None = None
+    identified: Identification | None = None
     """The process of the recorded step, where one was given."""
     record: Record | None = None
     vendor: VendorGains | None = None
@@ -134,8 +140,8 @@ class TuneResult:
         margins, answer = judgement.margins, judgement.answer
         return {
             "ms": None if margins is None else margins.ms,
-            "gain_margin": None if margins is None else finite(margins.gain_margin),
-            "phase_margin": None if margins is None else finite(margins.phase_margin),
+            "gain_margin": None if margins is None else finite_or_none(margins.gain_margin),
+            "phase_margin": None if margins is None else finite_or_none(margins.phase_margin),
             "stable": margins is not None if judgement.known else None,
             "overshoot_percent": None if answer is None else answer.overshoot,
             "iae_setpoint": None if answer is None else answer.iae_setpoint,
@@ -152,13 +158,13 @@ class TuneResult:
         return {"model": fit.model, "fit": 100 * (1 - fit.misfit), "confidence": _confidence(fit)}
 
 
-def _confidence(fit: Identified) -> Data:
+def _confidence(fit: Identification) -> Data:
     gain, constant, dead = fit.confidence
     data = {"gain": gain, "time_constant": None if fit.integrating else constant, "dead_time": dead}
     return {**data, "time_constant_2": fit.second_confidence} if fit.process.second_time_constant else data
 
 
-def _identified(fit: Identified) -> Data:
+def _identified(fit: Identification) -> Data:
     return {
         "model": fit.model,
         "gain": fit.process.gain,
@@ -168,7 +174,7 @@ def _identified(fit: Identified) -> Data:
         "confidence": _confidence(fit),
         "drift": fit.drift,
         "remarks": list(fit.remarks),
-        "step_at": fit.at,
+        "step_at": fit.step_time,
         "noise": fit.noise,
         "misfit_percent": fit.misfit * 100,
     }
@@ -212,7 +218,7 @@ def tune_gains(
 
 def _of_record(
     method: str, known: KnownProcess, step: tuple[bytes, str, Request], limits: Limits
-) -> tuple[KnownProcess, Identified, Record]:
+) -> tuple[KnownProcess, Identification, Record]:
     """What is known, with the numbers that a recorded step tells."""
     from pidcfg.tuning.identify import identify_record
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Reader
     from pidcfg.tuning import Form
-    from pidcfg.tuning.robust import Fitted
+    from pidcfg.tuning.robust import FittedNumber
     from pidcfg.tuning.rules import Gains, Method, Model
     from pidcfg.vendors import Vendor
 
@@ -220,7 +220,7 @@ class VendorGains:
     vendor: str
     action: str | None
     """None: the sign of the process's gain is not known."""
-    values: tuple[Fitted, ...]
+    values: tuple[FittedNumber, ...]
 
     def to_json(self) -> Data:
         """Key, unit, value, what is stored of it, and the error that this makes."""
@@ -286,11 +286,11 @@ class Target:
         """The three numbers as the registers hold them."""
         if self.vendor is None:
             return None
-        from pidcfg.tuning.robust import fit
+        from pidcfg.tuning.robust import fit_gains
 
         ranges = (self.pv_range or (0.0, 1.0), self.output_range or (0.0, 100.0))
         spans = (float(high) - float(low) for low, high in ranges)
-        return gains_as_held(self.vendor, fit(gains, self.vendor, *spans), heating=heating)
+        return gains_as_held(self.vendor, fit_gains(gains, self.vendor, *spans), heating=heating)
 
 
 def warn_of_unit(vendor: Vendor | None, held: VendorGains | None) -> tuple[str, ...]:
@@ -305,7 +305,7 @@ def warn_of_unit(vendor: Vendor | None, held: VendorGains | None) -> tuple[str, 
     return tuple(f"{v.key} is in min: write `reset_unit: minutes` beside it, or its number counts as s" for v in rows)
 
 
-def gains_as_held(vendor: Vendor, values: Sequence[Fitted], *, heating: bool | None) -> VendorGains:
+def gains_as_held(vendor: Vendor, values: Sequence[FittedNumber], *, heating: bool | None) -> VendorGains:
     """The three numbers of a PLC with its word for the action."""
     words = tables_of(vendor).TUNED
     action = None if heating is None else words.heating if heating else words.cooling

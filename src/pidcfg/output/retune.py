@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Data, Path
     from pidcfg.text.reader import Limits, Reader
-    from pidcfg.tuning.robust import Fitted
+    from pidcfg.tuning.robust import FittedNumber
     from pidcfg.tuning.rules import Gains
     from pidcfg.tuning.transfer import Transfer
     from pidcfg.validate.engine import Checked
@@ -104,7 +104,7 @@ class Written:
 
 def retune_loop(
     gains: Gains, target: Target, into: GainsFile, limits: Limits, *, heating: bool | None
-) -> tuple[Written, list[Fitted]]:
+) -> tuple[Written, list[FittedNumber]]:
     """The file with the gains of a rule in a loop, and the three numbers as the loop holds them.
 
     Raises `ArgumentError` for a loop that is not there and ranges that contradict the file, `TuningError` for a file
@@ -201,7 +201,7 @@ def _with_ranges(where: str, tuning: LoopTuning, target: Target) -> LoopTuning:
 
 
 def _values(
-    where: str, doc: Document, index: int, gains: Gains, tuning: LoopTuning, fitted: list[Fitted]
+    where: str, doc: Document, index: int, gains: Gains, tuning: LoopTuning, fitted: list[FittedNumber]
 ) -> tuple[Value, ...]:
     """How the file says the three numbers, before and after; what it says already stays as it is written."""
     out = []

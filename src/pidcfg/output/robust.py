@@ -16,8 +16,8 @@ from pidcfg.study.certification.certify import Plan, certify_document
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import reader_of
 from pidcfg.text.source import read_document
-from pidcfg.tuning.margins import finite
-from pidcfg.tuning.robust import Robust, Search, in_other_unit, robust
+from pidcfg.tuning.margins import finite_or_none
+from pidcfg.tuning.robust import RobustTuning, Search, find_robust_gains, in_other_unit
 from pidcfg.tuning.rules import SEED, Spread, plants_of, read_spreads, spread_of
 from pidcfg.tuning.sampled import Sampling, absolute_error, default_sample_time
 from pidcfg.validate.engine import check_document
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
     from pidcfg.tuning import Form
-    from pidcfg.tuning.identify import Identified
+    from pidcfg.tuning.identify import Identification
     from pidcfg.tuning.rules import Method, Model, Process
     from pidcfg.vendors import Vendor
 
@@ -102,7 +102,7 @@ class Confirmation:
 
 
 def confirm_gains(
-    found: Robust, process: Process, vendor: Vendor | None, loop: LoopTuning | None, samples: int, limits: Limits
+    found: RobustTuning, process: Process, vendor: Vendor | None, loop: LoopTuning | None, samples: int, limits: Limits
 ) -> Confirmation | None:
     """What `certify` says of the gains; None: nothing varies, or the loop does not run in its virtual PLC."""
     if not found.spreads or (process.integrating and process.second_time_constant):
@@ -123,7 +123,7 @@ def confirm_gains(
     return Confirmation(plc, samples, held, wanted.bound, most, largest)
 
 
-def _loop_text(found: Robust, pv: float, output: float) -> str:
+def _loop_text(found: RobustTuning, pv: float, output: float) -> str:
     """The loop in the neutral form."""
     gains, sampling = found.result.gains, found.search.sampling
     seconds = sampling.sample_time
@@ -158,7 +158,7 @@ def _as_vendor(text: str, vendor: Vendor | None, limits: Limits) -> tuple[str, b
     return NEUTRAL_VENDOR, neutral
 
 
-def _scenario(found: Robust, process: Process, pv: float, output: float) -> tuple[str, float]:
+def _scenario(found: RobustTuning, process: Process, pv: float, output: float) -> tuple[str, float]:
     """The scenario, and the largest IAE that is expected."""
     lowest = next((spread.low for spread in found.spreads if spread.name == "gain"), process.gain)
     rest = output * min(RESTING_OUTPUT, HIGHEST_RESTING_OUTPUT * lowest / process.gain)
@@ -216,7 +216,7 @@ PERCENT_RANGE = (0.0, 100.0)
 class RobustGains:
     """What holds on which plants."""
 
-    found: Robust
+    found: RobustTuning
     sampling: Sampling
     assumed: tuple[str, ...]
     """What nobody said."""
@@ -248,8 +248,8 @@ class RobustGains:
             "pv_share": sampling.pv_share,
             "worst_ms": result.ms,
             "worst_ms_plant": numbers_of(self.worst),
-            "gain_margin": finite(margins.gain_margin),
-            "phase_margin": finite(margins.phase_margin),
+            "gain_margin": finite_or_none(margins.gain_margin),
+            "phase_margin": finite_or_none(margins.phase_margin),
             "worst_iae": result.error,
             "worst_iae_plant": numbers_of(self.slowest),
             "every_word": found.every_word if found.words else None,
@@ -285,7 +285,7 @@ def search_gains(
     method: Method,
     form: Form | None,
     known: KnownProcess,
-    fit: Identified | None,
+    fit: Identification | None,
     target: Target,
     limits: Limits,
 ) -> Searched:
@@ -308,9 +308,9 @@ def search_gains(
     _refuse_too_fast(sampling, process)
     plants = plants_of(process, spreads)
 
-    def held_by(loop: LoopTuning | None) -> Robust:
+    def held_by(loop: LoopTuning | None) -> RobustTuning:
         search = Search(plants, sampling, wish.ms, derivative=chosen == "PID")
-        return robust(chosen, search, loop, None if vendor is None else vendor.model, spreads)
+        return find_robust_gains(chosen, search, loop, None if vendor is None else vendor.model, spreads)
 
     found = held_by(loop)
     longer = None if vendor is None or loop is None else _longer(found, vendor, loop)
@@ -325,7 +325,7 @@ def search_gains(
     return Searched(chosen, model, replace(process, sample_time=sampling.sample_time), gains, loop, target)
 
 
-def spreads_of(wish: Robustness, process: Process, fit: Identified | None, *, negative: bool) -> list[Spread]:
+def spreads_of(wish: Robustness, process: Process, fit: Identification | None, *, negative: bool) -> list[Spread]:
     """What varies: as it is said, and of an identified process all else within its confidence."""
     told = [] if wish.vary is None else read_spreads(wish.vary, process, negative=negative)
     if fit is None:
@@ -388,7 +388,7 @@ NEAR_THE_END = 0.9
 """Of the longest time that a word holds."""
 
 
-def _longer(found: Robust, vendor: Vendor, loop: LoopTuning) -> LoopTuning | None:
+def _longer(found: RobustTuning, vendor: Vendor, loop: LoopTuning) -> LoopTuning | None:
     """The loop with its integral time in min, where the gains that were found use up what it holds in s."""
     limits, other = loop.words.limits(vendor.model, loop.words.names[1]), in_other_unit(loop)
     if other is None or loop.minutes or limits is None or limits.high is None:

@@ -28,13 +28,13 @@ from pidcfg.tuning.response import (
     Request,
     Samples,
     Segment,
-    lags,
     least_squares,
     output_path,
     refuse_shape,
     refuse_spikes,
     refuse_stop,
-    search,
+    search_minimum,
+    second_order_response,
 )
 from pidcfg.tuning.rules import Process, TuningError
 from pidcfg.tuning.sheet import (
@@ -48,20 +48,20 @@ from pidcfg.tuning.sheet import (
     looks_like_stamp,
     read_sheet,
     seconds_of,
-    wanted_columns,
+    stated_columns,
 )
 
 # --- A process from a record of output and PV -------------------------------------------------------------------------
 
 LEAST_BEFORE, LEAST_AFTER = 3, 12
 """Samples before the first change that show the rest, and after it that are needed."""
-ENOUGH_BEFORE = 8
+DRIFT_SAMPLES = 8
 """Samples before the first change that show a drift."""
 RECORDED_CONSTANTS = 2.0
 """Time constants of the answer that the record must hold."""
 ABOVE_NOISE = 5.0
 """How many standard deviations of noise an answer must have."""
-DRIFT_MATTERS = 0.01
+LEAST_GAIN_CHANGE = 0.01
 """Change of the gain from which on a drift matters."""
 REST_STRAY = 0.01
 """How far a PV at rest may stray beside its noise, in the range of the PV."""
@@ -71,15 +71,15 @@ CONSISTENT_ERRORS = 3.0
 """How many standard errors of the slope at rest a drift may be off it."""
 DRIFT_TEST = 12.0
 """How far a drift must lower the sum of squares, in variances of what is left."""
-SIGNIFICANT = 4.0
+SIGNIFICANT_ERRORS = 4.0
 """How many of its standard errors a drift must have."""
 SECOND_DIFFERENCE = 6.0
 """Variance of y(n) - 2 y(n-1) + y(n-2) of white noise, in variances of the noise."""
-INTEGRATES = 3.0
+INTEGRATOR_LENGTHS = 3.0
 """Time constant, in lengths of the answer, from which a lag looks like an integrator."""
 UNSURE_SHARE = 0.3
 """Confidence, in the number itself, beyond which a record does not tell it."""
-POOR, WRONG = 0.03, 0.1
+POOR_MISFIT, WRONG_MISFIT = 0.03, 0.1
 """What a fit may leave beside noise, in answers: more is told, much more refused."""
 SHOWN_LAG = 0.05
 """Of the first time constant: a second one that is shorter is none."""
@@ -88,14 +88,14 @@ NO_DEAD_TIME = 1e-6
 
 
 @frozen
-class Identified:
+class Identification:
     """What was identified: the process, when the output first changed, the PV before it, and how well it fits.
 
     The process of an integrator has the time constant 1 s, so that its gain is the slope of the PV, per s and output.
     """
 
     process: Process
-    at: float
+    step_time: float
     base: float
     step: float
     """The largest change of the output from its rest."""
@@ -107,7 +107,7 @@ class Identified:
     """Of the PV, in its unit per s; 0 where none was found."""
     confidence: tuple[float, float, float]
     """95 % confidence of gain, time constant and dead time: plus or minus so much."""
-    fitted: tuple[float, ...]
+    fitted_pv: tuple[float, ...]
     """The PV of the process at the times of the record."""
     remarks: tuple[str, ...] = ()
     """What was read as what, and what makes the numbers less sure."""
@@ -121,12 +121,12 @@ class Identified:
         """The kind of process."""
         return "integrating" if self.integrating else self.process.model
 
-    def with_remarks(self, said: Sequence[str]) -> Identified:
+    def with_remarks(self, remarks: Sequence[str]) -> Identification:
         """The same with remarks before its own."""
-        return replace(self, remarks=(*said, *self.remarks))
+        return replace(self, remarks=(*remarks, *self.remarks))
 
 
-def identify(record: Record, rest: float | None = None) -> Identified:
+def identify(record: Record, rest: float | None = None) -> Identification:
     """The process of a record; ``rest`` is the output before it, where it changed at the first sample.
 
     Raises `RecordError`.
@@ -144,42 +144,44 @@ def identify(record: Record, rest: float | None = None) -> Identified:
     remarks = []
     if k < LEAST_BEFORE:
         remarks.append(f"{k} samples before the change: that the PV was at rest is not shown")
-    rest_slope, error = _rest(record, k, noise)
-    slope = rest_slope if _drifts(record, rest_slope, error) else 0.0
+    rest_slope, error = _slope_at_rest(record, k, noise)
+    slope = rest_slope if _is_drift(record, rest_slope, error) else 0.0
     _refuse_small(record, k, slope, noise)
     if len(segments) == 1:
         refuse_stop(record, k, _quantum(record.pv))
         refuse_shape(record, k, slope, noise)
-    best, nearest = _second_lag(record, segments, _best(record, path, (rest_slope, error), noise, remarks))
+    best, nearest = _second_lag(record, segments, _best_fit(record, path, (rest_slope, error), noise, remarks))
     _refuse_upset(record, segments, nearest)
     _refuse_unsure(best, record, segments, noise)
-    return _identified(record, best, path, noise, remarks)
+    return _make_identification(record, best, path, noise, remarks)
 
 
-def _identified(record: Record, best: Fit, path: Path, noise: float, remarks: Sequence[str]) -> Identified:
+def _make_identification(record: Record, best: Fit, path: Path, noise: float, remarks: Sequence[str]) -> Identification:
     segments, k = path.segments, path.first
     begin = segments[0].time
-    moved = response.lags(record.time, segments, best.dead, best.constant, best.second)
+    moved = response.second_order_response(
+        record.time, segments, best.dead_time, best.time_constant, best.second_time_constant
+    )
     fitted = [best.base + best.drift * (t - begin) + best.gain * x for t, x in zip(record.time, moved, strict=True)]
     size = max(abs(best.gain * x) for x in moved)
     step = median(b - a for a, b in pairwise(record.time[max(0, k - 1) :]))
     between = max(step, record.time[k] - record.time[k - 1] if k else step) / 2
     gain, constant, dead = best.errors
     notes = list(remarks)
-    if best.drift and best.constant != inf:
+    if best.drift and best.time_constant != inf:
         notes.append(f"the PV drifts by {best.drift:.4g} per s; the drift was fitted and taken out of the gain")
-    misfit = best.left / size
+    misfit = best.residual / size
     cautions = list(remarks)
-    if misfit > POOR and best.left > 2 * noise:
-        kind = "process of two lags" if best.second else "first-order process"
+    if misfit > POOR_MISFIT and best.residual > 2 * noise:
+        kind = "process of two lags" if best.second_time_constant else "first-order process"
         notes.append(f"a {kind} with dead time leaves {misfit * 100:.2g} % of the answer: take care")
         cautions.append(notes[-1])
-    delay = best.dead if best.dead > NO_DEAD_TIME * between else 0.0
-    constant_found = 1.0 if best.constant == inf else best.constant
-    process = Process(best.gain, constant_found, delay, second_time_constant=best.second)
+    delay = best.dead_time if best.dead_time > NO_DEAD_TIME * between else 0.0
+    constant_found = 1.0 if best.time_constant == inf else best.time_constant
+    process = Process(best.gain, constant_found, delay, second_time_constant=best.second_time_constant)
     errors = (gain, constant, sqrt(dead * dead + between * between))
-    integrating = best.constant == inf
-    return Identified(
+    integrating = best.time_constant == inf
+    return Identification(
         process,
         begin,
         best.base,
@@ -191,7 +193,7 @@ def _identified(record: Record, best: Fit, path: Path, noise: float, remarks: Se
         errors,
         tuple(fitted),
         tuple(notes),
-        best.second_error,
+        best.second_time_constant_error,
         tuple(cautions),
     )
 
@@ -213,7 +215,7 @@ def _quantum(pv: Sequence[float]) -> float:
     return min(b - a for a, b in pairwise(values))
 
 
-def _rest(record: Record, k: int, noise: float) -> tuple[float, float]:
+def _slope_at_rest(record: Record, k: int, noise: float) -> tuple[float, float]:
     """How the PV moves before the first change, per s, and how sure that is; refuses one that does not move evenly."""
     if k < LEAST_BEFORE:
         return 0.0, inf
@@ -221,16 +223,16 @@ def _rest(record: Record, k: int, noise: float) -> tuple[float, float]:
     answer = max(record.pv) - min(record.pv)
     middle = fmean(times)
     columns = [[1.0] * k, [t - middle for t in times]]
-    line = least_squares(columns, values) if k >= ENOUGH_BEFORE else None
+    line = least_squares(columns, values) if k >= DRIFT_SAMPLES else None
     slope = line[1] if line else 0.0
     mean = line[0] if line else fmean(values)
-    left = [y - mean - slope * (t - middle) for t, y in zip(times, values, strict=True)]
-    spread = sqrt(fmean([y * y for y in left]))
+    residuals = [y - mean - slope * (t - middle) for t, y in zip(times, values, strict=True)]
+    spread = sqrt(fmean([y * y for y in residuals]))
     half = max(1, k // 2)
-    jump = abs(fmean(left[k - half :]) - fmean(left[:half]))
+    jump = abs(fmean(residuals[k - half :]) - fmean(residuals[:half]))
     if spread > 2.5 * noise + REST_STRAY * answer or jump > 2 * REST_STRAY * answer + 3 * noise / sqrt(half):
         moved = max(values) - min(values)
-        crossings = [t for t, (a, b) in zip(times, pairwise(left), strict=False) if a * b < 0]
+        crossings = [t for t, (a, b) in zip(times, pairwise(residuals), strict=False) if a * b < 0]
         swings = len(crossings) >= 4 and spread > 3 * noise
         period = 2 * (crossings[-1] - crossings[0]) / (len(crossings) - 1) if swings else 0.0
         raise RecordError(
@@ -243,10 +245,10 @@ def _rest(record: Record, k: int, noise: float) -> tuple[float, float]:
     return slope, error
 
 
-def _drifts(record: Record, slope: float, error: float) -> bool:
+def _is_drift(record: Record, slope: float, error: float) -> bool:
     """Whether a slope of the PV at rest is one, and matters."""
     moves = abs(slope) * (record.time[-1] - record.time[0])
-    return abs(slope) > SIGNIFICANT * error and moves > LEAST_DRIFT * (max(record.pv) - min(record.pv))
+    return abs(slope) > SIGNIFICANT_ERRORS * error and moves > LEAST_DRIFT * (max(record.pv) - min(record.pv))
 
 
 def _refuse_small(record: Record, k: int, slope: float, noise: float) -> None:
@@ -263,53 +265,58 @@ def _refuse_small(record: Record, k: int, slope: float, noise: float) -> None:
         )
 
 
-def _best(record: Record, path: Path, rest: tuple[float, float], noise: float, remarks: list[str]) -> Fit:
+def _best_fit(record: Record, path: Path, rest: tuple[float, float], noise: float, remarks: list[str]) -> Fit:
     """A lag, a lag whose rest drifts, or an integrator: the simplest that explains the record."""
     samples, segments = Samples(record.time, record.pv), path.segments
     slope, error = rest
-    drifts = _drifts(record, slope, error)
+    drifts = _is_drift(record, slope, error)
     length = samples.time[-1] - segments[0].time
-    lag = response.fit(samples, segments, drift=drifts)
-    if lag.constant > INTEGRATES * (length - lag.dead):
-        line = response.fit(samples, segments, drift=path.first >= LEAST_BEFORE, integrating=True)
+    lag = response.fit_process(samples, segments, drift=drifts)
+    if lag.time_constant > INTEGRATOR_LENGTHS * (length - lag.dead_time):
+        line = response.fit_process(samples, segments, drift=path.first >= LEAST_BEFORE, integrating=True)
         whole = sum((y - fmean(samples.value)) ** 2 for y in samples.value)
         if line.squares <= lag.squares * 1.1 + 1e-9 * whole:
             return line
     if drifts:
         return lag
-    moving = response.fit(samples, segments, drift=True, near=lag)
+    moving = response.fit_process(samples, segments, drift=True, near=lag)
     if abs(moving.drift - slope) > CONSISTENT_ERRORS * error:
         return lag
     better = lag.squares - moving.squares > DRIFT_TEST * moving.squares / max(1, moving.points - 5)
-    if better and abs(moving.gain / lag.gain - 1) > DRIFT_MATTERS:
+    if better and abs(moving.gain / lag.gain - 1) > LEAST_GAIN_CHANGE:
         alone = noise / sqrt(max(1, len(samples.time) // moving.points))
-        if error < inf and moving.left < 1.2 * alone:
+        if error < inf and moving.residual < 1.2 * alone:
             return moving
         remarks.append(
             f"a drift of the PV of {moving.drift:.4g} per s would make the gain {moving.gain:.4g}; record longer "
             "before the step to tell"
         )
-    return lag.widened(moving)
+    return lag.widen(moving)
 
 
 def _second_lag(record: Record, segments: Sequence[Segment], best: Fit) -> tuple[Fit, Fit]:
     """The same with a second lag where the record shows one, and whichever leaves less, shown or not."""
-    if best.constant == inf:
+    if best.time_constant == inf:
         return best, best
-    two = response.fit(Samples(record.time, record.pv), segments, drift=bool(best.drift), near=best, second=True)
+    two = response.fit_process(
+        Samples(record.time, record.pv), segments, drift=bool(best.drift), near=best, second=True
+    )
     better = best.squares - two.squares > DRIFT_TEST * two.squares / max(1, two.points - 5)
-    shown = two.second > SHOWN_LAG * two.constant and two.second_error < two.second
-    return two if better and shown else best, min(best, two, key=lambda one: one.squares)
+    shown = (
+        two.second_time_constant > SHOWN_LAG * two.time_constant
+        and two.second_time_constant_error < two.second_time_constant
+    )
+    return two if better and shown else best, min(best, two, key=lambda fit: fit.squares)
 
 
-def _seen(record: Record, segments: Sequence[Segment], best: Fit) -> float:
+def _answer_duration(record: Record, segments: Sequence[Segment], best: Fit) -> float:
     """For how long the answer is recorded, in s."""
-    return record.time[-1] - segments[0].time - best.dead
+    return record.time[-1] - segments[0].time - best.dead_time
 
 
 def _refuse_upset(record: Record, segments: Sequence[Segment], best: Fit) -> None:
     """Refuses a record with a second change of the PV, with the part that is without it."""
-    if best.constant == inf or _seen(record, segments, best) < RECORDED_CONSTANTS * best.constant:
+    if best.time_constant == inf or _answer_duration(record, segments, best) < RECORDED_CONSTANTS * best.time_constant:
         return
     at = find_upset(Samples(record.time, record.pv), segments, best)
     if at is None:
@@ -324,25 +331,27 @@ def _refuse_upset(record: Record, segments: Sequence[Segment], best: Fit) -> Non
 
 def _refuse_unsure(best: Fit, record: Record, segments: Sequence[Segment], noise: float) -> None:
     """Refuses a record that does not tell the numbers."""
-    seen = _seen(record, segments, best)
-    moved = response.lags(record.time, segments, best.dead, best.constant, best.second)
+    duration = _answer_duration(record, segments, best)
+    moved = response.second_order_response(
+        record.time, segments, best.dead_time, best.time_constant, best.second_time_constant
+    )
     size = max(abs(best.gain * x) for x in moved)
-    if size == 0 or best.left > WRONG * size + 3 * noise:
+    if size == 0 or best.residual > WRONG_MISFIT * size + 3 * noise:
         raise RecordError(
-            f"a first-order process with dead time leaves {best.left / size * 100 if size else 100:.2g} % of the "
+            f"a first-order process with dead time leaves {best.residual / size * 100 if size else 100:.2g} % of the "
             "answer unexplained",
             "look for a disturbance or a second change during the test, and take the part without it with --from and "
             "--until",
         )
-    if best.constant != inf and seen < RECORDED_CONSTANTS * best.constant:
+    if best.time_constant != inf and duration < RECORDED_CONSTANTS * best.time_constant:
         raise RecordError(
-            f"the PV has not settled: the record ends {max(seen, 0):.4g} s after the dead time, and the time constant "
-            f"is about {best.constant:.4g} s",
+            f"the PV has not settled: the record ends {max(duration, 0):.4g} s after the dead time, and the time "
+            f"constant is about {best.time_constant:.4g} s",
             "record until it is at rest; a process that never comes to rest is an integrator",
             len(record.pv) - 1,
         )
     gain, constant, _ = best.errors
-    for name, value, error in (("gain", best.gain, gain), ("time constant", best.constant, constant)):
+    for name, value, error in (("gain", best.gain, gain), ("time constant", best.time_constant, constant)):
         if error > UNSURE_SHARE * abs(value) and value != inf:
             raise RecordError(
                 f"the record does not tell the {name}: {value:.4g} ± {error:.2g}",
@@ -364,75 +373,78 @@ D938 = Decision(
     "An upset 250 s after a step made gain 2.63 ± 0.07 of a true 1.5, and no warning.",
 )
 
-PLACES, FIRST, LAST = 16, 0.15, 0.97
+UPSET_TIMES, FIRST_SHARE, LAST_SHARE = 16, 0.15, 0.97
 """Times that are tried, and the part of the answer in which they lie."""
-LEAST_GAINED, LEAST_VARIANCES, LEAST_SIZE = 0.6, 40.0, 0.03
-LEAST_LEFT = 0.005
+MOST_SQUARES, LEAST_VARIANCES, LEAST_UPSET = 0.6, 40.0, 0.03
+LEAST_RESIDUAL = 0.005
 """Of the way of the PV, what the best process leaves on average where a disturbance may be looked for."""
-POINTS, ROUNDS = 100, 40
+UPSET_POINTS, UPSET_ROUNDS = 100, 40
 """Points of the record that are looked at, and rounds of each search."""
 
 
 def find_upset(samples: Samples, output: Sequence[Segment], best: Fit) -> float | None:
     """When a second change of the PV begins, in s of the record; None: there is none."""
     begin = output[0].time
-    few = samples.averaged(POINTS, begin)
-    plain = _left(few, output, best)
-    if plain <= len(few.time) * (LEAST_LEFT * (max(few.value) - min(few.value))) ** 2:
+    few = samples.average(UPSET_POINTS, begin)
+    plain = _residual_squares(few, output, best)
+    if plain <= len(few.time) * (LEAST_RESIDUAL * (max(few.value) - min(few.value))) ** 2:
         return None
     length = few.time[-1] - begin
-    found: tuple[float, float, float] | None = None
-    for n in range(PLACES):
-        at = begin + length * (FIRST + (LAST - FIRST) * n / (PLACES - 1))
-        squares, size = _with_step(few, output, best, at)
-        if found is None or squares < found[0]:
-            found = (squares, at, size)
-    if found is None or abs(found[2]) < LEAST_SIZE or found[0] >= LEAST_GAINED * plain:
+    best_step: tuple[float, float, float] | None = None
+    for n in range(UPSET_TIMES):
+        at = begin + length * (FIRST_SHARE + (LAST_SHARE - FIRST_SHARE) * n / (UPSET_TIMES - 1))
+        squares, size = _fit_with_step(few, output, best, at)
+        if best_step is None or squares < best_step[0]:
+            best_step = (squares, at, size)
+    if best_step is None or abs(best_step[2]) < LEAST_UPSET or best_step[0] >= MOST_SQUARES * plain:
         return None
-    variance = found[0] / max(1, len(few.time) - 5)
-    step = length * (LAST - FIRST) / (PLACES - 1)
-    return max(begin, found[1] - step / 2) if plain - found[0] > LEAST_VARIANCES * variance else None
+    variance = best_step[0] / max(1, len(few.time) - 5)
+    step = length * (LAST_SHARE - FIRST_SHARE) / (UPSET_TIMES - 1)
+    return max(begin, best_step[1] - step / 2) if plain - best_step[0] > LEAST_VARIANCES * variance else None
 
 
-def _left(few: Samples, output: Sequence[Segment], best: Fit) -> float:
+def _residual_squares(few: Samples, output: Sequence[Segment], best: Fit) -> float:
     """What the best process leaves of these points."""
-    columns = [[1.0] * len(few.time), lags(few.time, output, best.dead, best.constant, best.second)]
-    return _squares([*columns, *_drift(few, output, best)], few.value)[0]
+    columns = [
+        [1.0] * len(few.time),
+        second_order_response(few.time, output, best.dead_time, best.time_constant, best.second_time_constant),
+    ]
+    return _fit_columns([*columns, *_drift_columns(few, output, best)], few.value)[0]
 
 
-def _drift(few: Samples, output: Sequence[Segment], best: Fit) -> list[list[float]]:
+def _drift_columns(few: Samples, output: Sequence[Segment], best: Fit) -> list[list[float]]:
     return [[t - output[0].time for t in few.time]] if best.drift else []
 
 
-def _with_step(few: Samples, output: Sequence[Segment], best: Fit, at: float) -> tuple[float, float]:
+def _fit_with_step(few: Samples, output: Sequence[Segment], best: Fit, at: float) -> tuple[float, float]:
     """What is left with a step at this time, and its size in answers."""
-    length, drift = few.time[-1] - output[0].time, _drift(few, output, best)
+    length, drift = few.time[-1] - output[0].time, _drift_columns(few, output, best)
 
     def cost(place: Sequence[float], *, whole: bool = False) -> float:
         dead, constant = abs(place[0]) * length, max(abs(place[1]), 1e-4) * length
-        unit = response.response(few.time, output, dead, constant)
-        upset = response.response(few.time, [Segment(at, 1.0)], 0.0, constant)
-        squares, weights = _squares([[1.0] * len(unit), unit, upset, *drift], few.value)
+        unit = response.first_order_response(few.time, output, dead, constant)
+        upset = response.first_order_response(few.time, [Segment(at, 1.0)], 0.0, constant)
+        squares, weights = _fit_columns([[1.0] * len(unit), unit, upset, *drift], few.value)
         if whole:
             size = weights[1] * max(map(abs, unit))
             return weights[2] / size if size else 0.0
         return squares
 
     early = min((at - output[0].time) / length / 3, 0.3)
-    starts = [(best.dead / length, min(best.constant / length, 1.0)), (early / 4, early)]
-    place = search(cost, min(starts, key=cost), 0.05, ROUNDS)
+    starts = [(best.dead_time / length, min(best.time_constant / length, 1.0)), (early / 4, early)]
+    place = search_minimum(cost, min(starts, key=cost), 0.05, UPSET_ROUNDS)
     return cost(place), cost(place, whole=True)
 
 
-def _squares(columns: Sequence[Sequence[float]], values: Sequence[float]) -> tuple[float, list[float]]:
+def _fit_columns(columns: Sequence[Sequence[float]], values: Sequence[float]) -> tuple[float, list[float]]:
     """The sum of squares that these columns leave, and their weights."""
     weights = least_squares(columns, values)
     if weights is None:
         return float("inf"), [0.0] * len(columns)
-    left = list(values)
+    residuals = list(values)
     for weight, column in zip(weights, columns, strict=True):
-        left = [y - weight * x for y, x in zip(left, column, strict=True)]
-    return sum(y * y for y in left), weights
+        residuals = [y - weight * x for y, x in zip(residuals, column, strict=True)]
+    return sum(y * y for y in residuals), weights
 
 
 # --- The record of a step test as people have it: a table with time, output and PV somewhere in its columns -----------
@@ -448,7 +460,7 @@ EPOCH = 1e8
 """Numbers of seconds from here on count from 1970, so the first sample becomes 0."""
 MOST_MISSING = 0.2
 """Share of rows that may lack a value."""
-GAP = 10.0
+GAP_SAMPLES = 10.0
 """How many sample times a gap lasts that is told."""
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?[0-9]+(?:\.[0-9]+)?)\s*([a-z]*)\s*")
 
@@ -464,16 +476,16 @@ class Sample(NamedTuple):
 
 def identify_record(
     data: bytes, name: str, limits: Limits, request: Request | None = None
-) -> tuple[Identified, Record]:
+) -> tuple[Identification, Record]:
     """The process of a recorded step, and its samples; raises `UnreadableRecordError`."""
     request = request or Request()
-    record, lines, said = read_record(data, name, limits, request)
+    record, lines, remarks = read_record(data, name, limits, request)
     try:
-        found = identify(record, request.rest)
+        identification = identify(record, request.rest)
     except RecordError as error:
         where = name if error.row is None else f"{name}:{lines[error.row]}"
-        raise UnreadableRecordError(f"{where}: {error}; {error.cure} ({'; '.join(said)})") from None
-    return found.with_remarks(said), record
+        raise UnreadableRecordError(f"{where}: {error}; {error.cure} ({'; '.join(remarks)})") from None
+    return identification.with_remarks(remarks), record
 
 
 D1080 = Decision(
@@ -495,23 +507,23 @@ def read_record(
             f"{name} is larger than {limits.listing_bytes} bytes; --limit file_bytes=… raises that"
         )
     try:
-        given = wanted_columns(request.columns) if request.columns else {}
+        stated = stated_columns(request.columns) if request.columns else {}
         sheet = read_sheet(data, name)
-        columns = find_columns(sheet, given)
-        said = [columns.text(sheet), *sheet.remarks]
-        rows = _with_values(sheet, columns, said)
-        times, zero = _times(sheet, columns, rows, said)
+        columns = find_columns(sheet, stated)
+        remarks = [columns.text(sheet), *sheet.remarks]
+        rows = _complete_rows(sheet, columns, remarks)
+        times, origin = _read_times(sheet, columns, rows, remarks)
         samples = [
             Sample(time, *_numbers_of_row(sheet, row, columns), row.line) for time, row in zip(times, rows, strict=True)
         ]
-        samples = _window(_in_order(samples, name, said), request, zero, said)
+        samples = _cut_window(_sort_samples(samples, name, remarks), request, origin, remarks)
     except UnreadableRecordError:
         raise
     except TuningError as error:
         raise UnreadableRecordError(str(error)) from None
     units = sheet.units[columns.output], sheet.units[columns.pv]
     record = Record([s.time for s in samples], [s.output for s in samples], [s.pv for s in samples], units)
-    return record, [s.line for s in samples], tuple(said)
+    return record, [s.line for s in samples], tuple(remarks)
 
 
 def _numbers_of_row(sheet: Sheet, row: Row, columns: Columns) -> tuple[float, float]:
@@ -521,7 +533,7 @@ def _numbers_of_row(sheet: Sheet, row: Row, columns: Columns) -> tuple[float, fl
     return output, pv
 
 
-def _with_values(sheet: Sheet, columns: Columns, said: list[str]) -> list[Row]:
+def _complete_rows(sheet: Sheet, columns: Columns, remarks: list[str]) -> list[Row]:
     """The rows that have all values; a few may lack one, which is told."""
     needed = (*columns.time, columns.output, columns.pv)
     rows = [row for row in sheet.rows if not any(row.cells[c].lower() in MISSING for c in needed)]
@@ -533,89 +545,93 @@ def _with_values(sheet: Sheet, columns: Columns, said: list[str]) -> list[Row]:
                 f"{sheet.name}:{first}: {lost} of {len(sheet.rows)} rows lack a value ({columns.text(sheet)}); choose "
                 "other columns, or a part of the record with --from and --until"
             )
-        said.append(f"{lost} rows without a value were left out, the first in line {first}")
+        remarks.append(f"{lost} rows without a value were left out, the first in line {first}")
     return rows
 
 
-def _times(sheet: Sheet, columns: Columns, rows: Sequence[Row], said: list[str]) -> tuple[list[float], Zero]:
+def _read_times(
+    sheet: Sheet, columns: Columns, rows: Sequence[Row], remarks: list[str]
+) -> tuple[list[float], TimeOrigin]:
     """Times in s, and what they are counted from."""
     texts = [" ".join(row.cells[c] for c in columns.time) for row in rows]
     if looks_like_stamp(texts[0]):
         first = sheet.units[columns.time[0]].lower()
         try:
-            times, remarks = seconds_of(texts, minutes_first=first in {"mm:ss", "min:s", "m:s"})
+            times, stamp_remarks = seconds_of(texts, minutes_first=first in {"mm:ss", "min:s", "m:s"})
         except StampError as error:
             place = f"{sheet.name}:{rows[error.row].line}:{columns.time[0] + 1}"
             raise TuningError(f"{place}: {error}; correct the row, or give the column of the time") from None
         start = min(times)
-        said += [*remarks, f"the time counts from {texts[times.index(start)]}"]
-        return [time - start for time in times], Zero(texts[0], times[0] - start)
+        remarks += [*stamp_remarks, f"the time counts from {texts[times.index(start)]}"]
+        return [time - start for time in times], TimeOrigin(texts[0], times[0] - start)
     if len(columns.time) > 1:
         raise TuningError(f"{sheet.name}:{rows[0].line}: {texts[0][:40]!r} is no date and time")
     column = columns.time[0]
     numbers = [sheet.number(row, column) or 0.0 for row in rows]
-    unit = _unit(sheet, column, numbers)
+    unit = _time_unit(sheet, column, numbers)
     if unit is None:
-        said.append("the time has no unit and is taken for s")
+        remarks.append("the time has no unit and is taken for s")
     factor = SECONDS[unit or "s"]
     times = [number * factor for number in numbers]
     if min(times) >= EPOCH or unit == "d":
         start = min(times)
-        said.append(f"the time counts from the first sample, {min(numbers):.10g}{'' if unit is None else ' ' + unit}")
-        return [time - start for time in times], Zero("", start)
+        remarks.append(
+            f"the time counts from the first sample, {min(numbers):.10g}{'' if unit is None else ' ' + unit}"
+        )
+        return [time - start for time in times], TimeOrigin("", start)
     if unit not in {None, "s"}:
-        said.append(f"times in {unit} are shown in s")
-    return times, Zero("", 0.0)
+        remarks.append(f"times in {unit} are shown in s")
+    return times, TimeOrigin("", 0.0)
 
 
-class Zero(NamedTuple):
+class TimeOrigin(NamedTuple):
     """Where the times of a record begin: its first stamp and the time of it, or (no stamp) what numbers count from."""
 
     stamp: str
     seconds: float
 
 
-def _unit(sheet: Sheet, column: int, numbers: Sequence[float]) -> str | None:
+def _time_unit(sheet: Sheet, column: int, numbers: Sequence[float]) -> str | None:
     """The unit of a column of times, by its header; days and ms by their size."""
     words = [sheet.units[column].lower(), *re.split(r"[^a-z]+", sheet.names[column].lower())[::-1]]
-    found = next((UNIT_WORDS.get(word, word) for word in words if UNIT_WORDS.get(word, word) in SECONDS), None)
-    if found is None and min(numbers) >= MILLISECONDS_SINCE_1970:
+    unit = next((UNIT_WORDS.get(word, word) for word in words if UNIT_WORDS.get(word, word) in SECONDS), None)
+    if unit is None and min(numbers) >= MILLISECONDS_SINCE_1970:
         return "ms"
     dated = {"date", "datetime", "timestamp", "datum", "zeitstempel"} & set(words)
-    if found is None and dated and EXCEL_DAYS[0] < min(numbers) and max(numbers) < EXCEL_DAYS[1]:
+    if unit is None and dated and EXCEL_DAYS[0] < min(numbers) and max(numbers) < EXCEL_DAYS[1]:
         return "d"
-    return found
+    return unit
 
 
-def _in_order(samples: list[Sample], name: str, said: list[str]) -> list[Sample]:
+def _sort_samples(samples: list[Sample], name: str, remarks: list[str]) -> list[Sample]:
     """Oldest first; equal rows once, equal stamps of a coarse clock apart."""
     steps = [b.time - a.time for a, b in pairwise(samples)]
     if sum(s < 0 for s in steps) > sum(s > 0 for s in steps):
         samples.reverse()
-        said.append("the record has its newest sample first and was turned round")
+        remarks.append("the record has its newest sample first and was turned round")
     for earlier, later in pairwise(samples):
         if later.time < earlier.time:
             raise TuningError(
                 f"{name}:{later.line}: the time does not go on ({later.time:g} after {earlier.time:g} s); correct the "
                 "row, or take a part of the record with --from and --until"
             )
-    kept = [s for i, s in enumerate(samples) if not i or s[:3] != samples[i - 1][:3]]
-    groups = [list(group) for _, group in groupby(kept, key=lambda s: s.time)]
+    unique = [s for i, s in enumerate(samples) if not i or s[:3] != samples[i - 1][:3]]
+    groups = [list(group) for _, group in groupby(unique, key=lambda s: s.time)]
     if len(groups) < 2:
         raise TuningError(f"{name}:{samples[0].line}: all samples have the same time")
-    if len(samples) > len(kept) and len(kept) <= len(groups) * 1.1:
-        said.append(f"{len(samples) - len(kept)} rows that stand twice count once")
+    if len(samples) > len(unique) and len(unique) <= len(groups) * 1.1:
+        remarks.append(f"{len(samples) - len(unique)} rows that stand twice count once")
     else:
         groups = [list(group) for _, group in groupby(samples, key=lambda s: s.time)]
-        kept = samples
-    if len(kept) > len(groups) * 1.1:
-        said.append("several samples have the same time; they are put evenly between the times")
-        kept = _spread(groups)
-    _tell_gaps(kept, said)
-    return kept
+        unique = samples
+    if len(unique) > len(groups) * 1.1:
+        remarks.append("several samples have the same time; they are put evenly between the times")
+        unique = _spread_ticks(groups)
+    _tell_gaps(unique, remarks)
+    return unique
 
 
-def _spread(groups: Sequence[Sequence[Sample]]) -> list[Sample]:
+def _spread_ticks(groups: Sequence[Sequence[Sample]]) -> list[Sample]:
     """Samples of a coarse clock, evenly from its tick to the next one; the first tick is seen from its end."""
     out = []
     typical = median(b[0].time - a[0].time for a, b in pairwise(groups)) / median(len(g) for g in groups[1:])
@@ -631,18 +647,18 @@ def _spread(groups: Sequence[Sequence[Sample]]) -> list[Sample]:
     return out
 
 
-def _tell_gaps(samples: Sequence[Sample], said: list[str]) -> None:
+def _tell_gaps(samples: Sequence[Sample], remarks: list[str]) -> None:
     steps = [b.time - a.time for a, b in pairwise(samples)]
     usual = median(steps)
-    if usual > 0 and max(steps) > GAP * usual:
+    if usual > 0 and max(steps) > GAP_SAMPLES * usual:
         i = steps.index(max(steps))
-        said.append(f"a gap of {steps[i]:.4g} s ends in line {samples[i + 1].line}")
+        remarks.append(f"a gap of {steps[i]:.4g} s ends in line {samples[i + 1].line}")
 
 
-def _window(samples: list[Sample], request: Request, zero: Zero, said: list[str]) -> list[Sample]:
+def _cut_window(samples: list[Sample], request: Request, origin: TimeOrigin, remarks: list[str]) -> list[Sample]:
     """The part of the record that counts."""
-    start = _moment(request.start, "from", zero)
-    until = _moment(request.until, "until", zero)
+    start = _read_time(request.start, "from", origin)
+    until = _read_time(request.until, "until", origin)
     part = [s for s in samples if (start is None or s.time >= start) and (until is None or s.time <= until)]
     if start is None and until is None:
         return samples
@@ -653,26 +669,26 @@ def _window(samples: list[Sample], request: Request, zero: Zero, said: list[str]
             f"no sample lies between --from and --until; the record goes from {samples[0].time:g} to "
             f"{samples[-1].time:g} s"
         )
-    said.append(f"{len(part)} of {len(samples)} samples count, {part[0].time:g} to {part[-1].time:g} s")
+    remarks.append(f"{len(part)} of {len(samples)} samples count, {part[0].time:g} to {part[-1].time:g} s")
     return part
 
 
-def _moment(text: str | None, option: str, zero: Zero) -> float | None:
+def _read_time(text: str | None, option: str, origin: TimeOrigin) -> float | None:
     """A time that the user gives: seconds of the record, a duration, or a stamp as the record has them."""
     if text is None:
         return None
-    found = NUMBER_AND_UNIT.fullmatch(text.lower())
-    if found and (found[2] or "s") in SECONDS:
-        value = float(found[1]) * SECONDS[found[2] or "s"]
+    match = NUMBER_AND_UNIT.fullmatch(text.lower())
+    if match and (match[2] or "s") in SECONDS:
+        value = float(match[1]) * SECONDS[match[2] or "s"]
         if isfinite(value):
-            return value - (zero.seconds if not zero.stamp and value >= EPOCH else 0.0)
-    if zero.stamp and looks_like_stamp(text):
+            return value - (origin.seconds if not origin.stamp and value >= EPOCH else 0.0)
+    if origin.stamp and looks_like_stamp(text):
         try:
-            (there, here), _ = seconds_of([zero.stamp, text])
+            (there, here), _ = seconds_of([origin.stamp, text])
         except StampError:
             pass  # a stamp of another kind than the record's
         else:
-            return zero.seconds + here - there
+            return origin.seconds + here - there
     raise TuningError(
         f"--{option} {text[:40]!r} is no time of the record; write seconds, a time with its unit as 2 min, or a stamp "
         "as the record writes it"

@@ -41,7 +41,7 @@ D708 = Decision(
 
 DECADES_BELOW, DECADES_ABOVE, PER_DECADE = 5, 3, 120
 """Of the frequencies that are looked at, around the inverse of the slowest and of the fastest time."""
-TURNS, PER_RADIAN = 60.0, 25
+FOLLOWED_RADIANS, PER_RADIAN = 60.0, 25
 """Radians of the dead time that are followed one by one; beyond, only |L| counts, as every phase comes by."""
 CERTAIN_TURN = 0.7
 """Radians: a larger turn between two frequencies may be one of the other way round."""
@@ -116,13 +116,13 @@ def margins(gains: Gains, transfer: Transfer) -> Margins | None:
     values = [loop(w) for w in frequencies]
     followed = len(frequencies)
     if transfer.dead_time:
-        followed = bisect_left(frequencies, TURNS / transfer.dead_time)
+        followed = bisect_left(frequencies, FOLLOWED_RADIANS / transfer.dead_time)
     if not _is_stable(loop, frequencies[:followed], values[:followed], values[followed:]):
         return None
     loudest = max((abs(value) for value in values[followed:]), default=0.0)
     near, values = frequencies[:followed], values[:followed]
     return Margins(
-        max(peak(loop, near, values), 1 / (1 - loudest), 1.0),
+        max(peak_sensitivity(loop, near, values), 1 / (1 - loudest), 1.0),
         min(gain_margin(loop, near), 1 / loudest if loudest else inf),
         phase_margin(loop, near),
     )
@@ -145,7 +145,7 @@ def trace_curve(gains: Gains, transfer: Transfer) -> Trace:
     loop = Loop(gains, transfer)
     frequencies = _frequencies(loop)
     if transfer.dead_time:
-        frequencies = frequencies[: bisect_left(frequencies, TURNS / transfer.dead_time)]
+        frequencies = frequencies[: bisect_left(frequencies, FOLLOWED_RADIANS / transfer.dead_time)]
     points = tuple(loop(w) for w in frequencies)
     turns = [loop(w) for w in crossings(loop, frequencies, lambda v: v.imag) if loop(w).real < 0]
     circle = [loop(w) for w in crossings(loop, frequencies, lambda v: abs(v) - 1)]
@@ -162,7 +162,7 @@ def _frequencies(loop: Loop) -> list[float]:
     count = int((high - low) * PER_DECADE) + 1
     points = {10 ** (low + (high - low) * i / count) for i in range(count + 1)}
     if dead := loop.transfer.dead_time:
-        points |= {i / (PER_RADIAN * dead) for i in range(1, int(TURNS * PER_RADIAN) + 1)}
+        points |= {i / (PER_RADIAN * dead) for i in range(1, int(FOLLOWED_RADIANS * PER_RADIAN) + 1)}
     return sorted(points)
 
 
@@ -171,24 +171,25 @@ def _is_stable(loop: Loop, frequencies: Sequence[float], values: Sequence[comple
     if any(abs(value) >= 1 for value in (*beyond, values[-1])):
         return False
     turned = sum(
-        _turned(loop, *pair) for pair in pairwise((w, phase(1 + v)) for w, v in zip(frequencies, values, strict=True))
+        _turn_between(loop, *pair)
+        for pair in pairwise((w, phase(1 + v)) for w, v in zip(frequencies, values, strict=True))
     )
     # from -90 degrees for each integrator to the principal value at the end, without a turn more
     expected = phase(1 + values[-1]) + loop.integrators * pi / 2
     return abs(turned - expected) < pi / 2
 
 
-def _turned(loop: Loop, low: tuple[float, float], high: tuple[float, float], most: int = HALVINGS) -> float:
+def _turn_between(loop: Loop, low: tuple[float, float], high: tuple[float, float], most: int = HALVINGS) -> float:
     """By how much 1 + L turns between two frequencies with its phases there; close to 0 it turns fast."""
     turned = (high[1] - low[1] + pi) % (2 * pi) - pi
     if abs(turned) < CERTAIN_TURN or not most:
         return turned
     w = (low[0] + high[0]) / 2
     middle = (w, phase(1 + loop(w)))
-    return _turned(loop, low, middle, most - 1) + _turned(loop, middle, high, most - 1)
+    return _turn_between(loop, low, middle, most - 1) + _turn_between(loop, middle, high, most - 1)
 
 
-def peak(loop: OpenLoop, frequencies: Sequence[float], values: Sequence[complex]) -> float:
+def peak_sensitivity(loop: OpenLoop, frequencies: Sequence[float], values: Sequence[complex]) -> float:
     """The largest sensitivity, found between its neighbours on the grid."""
     sensitivities = [1 / abs(1 + value) for value in values]
     best = max(range(len(values)), key=sensitivities.__getitem__)
@@ -202,16 +203,16 @@ def peak(loop: OpenLoop, frequencies: Sequence[float], values: Sequence[complex]
     return max(sensitivities[best], 1 / abs(1 + loop((low + high) / 2)))
 
 
-def crossings(loop: OpenLoop, frequencies: Sequence[float], of: Callable[[complex], float]) -> Iterator[float]:
+def crossings(loop: OpenLoop, frequencies: Sequence[float], quantity: Callable[[complex], float]) -> Iterator[float]:
     """Where a number of the loop changes its sign."""
-    before = of(loop(frequencies[0]))
+    before = quantity(loop(frequencies[0]))
     for low, high in pairwise(frequencies):
-        after = of(loop(high))
+        after = quantity(loop(high))
         if (before < 0) != (after < 0):
             left, right, rising = low, high, after >= 0
             for _ in range(HALVINGS):
                 middle = (left + right) / 2
-                if (of(loop(middle)) >= 0) == rising:
+                if (quantity(loop(middle)) >= 0) == rising:
                     right = middle
                 else:
                     left = middle
@@ -224,9 +225,9 @@ def crossings(loop: OpenLoop, frequencies: Sequence[float], of: Callable[[comple
 # The controller has the derivative on the PV, so that a step of the set point makes no spike; process and dead time
 # are exact for an output that is held over a step of the calculation, which is a small part of the fastest time.
 
-FINEST, MOST_STEPS = 100, 60_000
+FINE_STEPS, MOST_STEPS = 100, 60_000
 """Steps of the calculation in the fastest time, and in all."""
-COARSEST = 5
+COARSE_STEPS = 5
 """Times that step where the fastest time is not the loop's."""
 SETTLED_SHARE, SHOWN_TIMES, MOST_SHOWN = 0.01, 1.15, 1500
 """Part of the way within which a PV is at rest; how long, in times until then, and in points, is shown."""
@@ -258,13 +259,13 @@ class _Plant:
         self.states = [0.0] * len(self.lags)
         self.integral, self.integrates = 0.0, bool(transfer.integrators)
         self.delay = [0.0] * round(transfer.dead_time / dt)
-        self.at = 0
+        self.index = 0
 
     def step(self, output: float) -> float:
         """The PV after one step with this output."""
         if self.delay:
-            self.delay[self.at], output = output, self.delay[self.at]
-            self.at = (self.at + 1) % len(self.delay)
+            self.delay[self.index], output = output, self.delay[self.index]
+            self.index = (self.index + 1) % len(self.delay)
         value = output * self.gain
         if self.integrates:
             slope = value
@@ -285,31 +286,31 @@ class Curves:
     disturbance: tuple[float, ...]
 
 
-def curves(gains: Gains, transfer: Transfer) -> Curves:
+def step_curves(gains: Gains, transfer: Transfer) -> Curves:
     """How a stable loop answers, until it is at rest; nothing where its times are too far apart."""
-    grid = _grid(gains, transfer)
+    grid = _time_grid(gains, transfer)
     if grid is None:
         return Curves((0.0,), (0.0,), (0.0,))
     dt, duration = grid
-    after_setpoint, _ = _run(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
-    after_load, _ = _run(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
-    moving = max(_moving(after_setpoint), _moving(after_load))
-    end = min(len(after_setpoint), round(SHOWN_TIMES * moving) + 2)
+    after_setpoint, _ = _run_loop(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
+    after_load, _ = _run_loop(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
+    steps = max(_steps_to_rest(after_setpoint), _steps_to_rest(after_load))
+    end = min(len(after_setpoint), round(SHOWN_TIMES * steps) + 2)
     every = max(1, end // MOST_SHOWN)
     times = (0.0, *((i + 1) * dt for i in range(0, end, every)))
     return Curves(times, (0.0, *after_setpoint[:end:every]), (0.0, *after_load[:end:every]))
 
 
-def _moving(pvs: list[float]) -> int:
+def _steps_to_rest(pvs: list[float]) -> int:
     """Steps until the PV stays within a small part of its way."""
     band = SETTLED_SHARE * (max(pvs) - min(pvs))
     return next((i for i in range(len(pvs) - 1, -1, -1) if abs(pvs[i] - pvs[-1]) > band), 0)
 
 
-def _grid(gains: Gains, transfer: Transfer) -> tuple[float, float] | None:
+def _time_grid(gains: Gains, transfer: Transfer) -> tuple[float, float] | None:
     """The step of the calculation and how long it goes on, in s; None: more steps than can be made."""
     loop = Loop(gains, transfer)
-    fine, duration = min(loop.times) / FINEST, LONGEST_LOOK * max(loop.times)
+    fine, duration = min(loop.times) / FINE_STEPS, LONGEST_LOOK * max(loop.times)
     if duration / fine <= MOST_STEPS:
         return fine, duration
     # A lag that is much slower than the loop ends with it; a time that is much faster makes no difference.
@@ -317,22 +318,22 @@ def _grid(gains: Gains, transfer: Transfer) -> tuple[float, float] | None:
     slowest = max(time for time in (fastest, transfer.dead_time, gains.integral_time) if not isinf(time))
     duration = min(duration, LONGEST_LOOK * slowest)
     step = max(fine, duration / MOST_STEPS)
-    return (step, duration) if step <= fastest / FINEST * COARSEST else None
+    return (step, duration) if step <= fastest / FINE_STEPS * COARSE_STEPS else None
 
 
-def answer(gains: Gains, transfer: Transfer) -> Answer | None:
+def step_answer(gains: Gains, transfer: Transfer) -> Answer | None:
     """The figures of a stable loop; None where its times are too far apart."""
-    if (grid := _grid(gains, transfer)) is None:
+    if (grid := _time_grid(gains, transfer)) is None:
         return None
-    pvs, setpoint_error = _run(gains, transfer, *grid, setpoint=1.0, load=0.0)
-    _, load_error = _run(gains, transfer, *grid, setpoint=0.0, load=1.0)
-    rest = isinf(gains.integral_time)
-    final = pvs[-1] if rest else 1.0
+    pvs, setpoint_error = _run_loop(gains, transfer, *grid, setpoint=1.0, load=0.0)
+    _, load_error = _run_loop(gains, transfer, *grid, setpoint=0.0, load=1.0)
+    has_offset = isinf(gains.integral_time)
+    final = pvs[-1] if has_offset else 1.0
     overshoot = 100 * max(0.0, max(pvs) / final - 1) if final else 0.0
-    return Answer(overshoot, None if rest else setpoint_error, None if rest else load_error)
+    return Answer(overshoot, None if has_offset else setpoint_error, None if has_offset else load_error)
 
 
-def _run(
+def _run_loop(
     gains: Gains, transfer: Transfer, dt: float, duration: float, *, setpoint: float, load: float
 ) -> tuple[list[float], float]:
     """The PV, and the integral of the absolute error."""
@@ -352,7 +353,7 @@ def _run(
 
 # --- Whether gains are to be trusted: the range of the rule, the margins of the loop, and what it does in time --------
 
-LIVELIEST = 2.5
+WARNING_MS = 2.5
 """Of Ms: above it small errors of the process make the loop swing (D706)."""
 SAMPLE_SHARE = 10
 """A sample time should be below this part of the time constant."""
@@ -392,8 +393,8 @@ def judge_gains(
     plant = transfer_of(process)
     if transfer is not None:
         plant = replace(transfer, dead_time=transfer.dead_time + process.sample_time / 2)
-    found = margins(gains, plant)
-    return Judgement(valid, reason, found, None if found is None else answer(gains, plant), plant)
+    loop_margins = margins(gains, plant)
+    return Judgement(valid, reason, loop_margins, None if loop_margins is None else step_answer(gains, plant), plant)
 
 
 def process_of_cycle(gain: float, cycle: Cycle) -> Process | None:
@@ -417,10 +418,10 @@ def warnings_of_authors(process: Process) -> Iterator[str]:
 
 def warnings_of_sensitivity(ms: float) -> Iterator[str]:
     """What an Ms that is too large means."""
-    if ms > LIVELIEST:
+    if ms > WARNING_MS:
         yield f"Ms is {ms:.3g}: up to 2 is robust, this loop swings when the process changes a little"
 
 
-def finite(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
     """A number for JSON; None where there is no limit."""
     return None if isinf(value) else value

@@ -54,20 +54,20 @@ class Request:
 # integrator behind a dead time. Gain, rest and drift are linear and follow by least squares; the two times are
 # searched.
 
-POINTS = 800
+FINE_POINTS = 800
 """Points that the search looks at; longer records are averaged."""
-COARSE = 120
+COARSE_POINTS = 120
 """Points of the first, coarse search."""
-ROUNDS = 200
-CONSTANTS = (0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.6, 1.5, 5.0, 20.0)
-DEAD_TIMES = (0.0, 0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5)
+SEARCH_ROUNDS = 200
+START_CONSTANTS = (0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.6, 1.5, 5.0, 20.0)
+START_DEAD_TIMES = (0.0, 0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5)
 """Where the search begins, in lengths of the record."""
 LONGEST_CONSTANT = 1e3
 """Lengths of the record beyond which a time constant is an integrator."""
 NORMAL_95 = 1.96
-LEAST_RATIO, ALIKE = 1e-6, 1e-4
+LEAST_RATIO, LEAST_SPACING = 1e-6, 1e-4
 """Of a second time constant to the first: below there is none, and nearer to 1 both count as so far apart."""
-MOST_ALIKE = 0.98
+MOST_CORRELATION = 0.98
 """Of the correlation of neighbours: more makes every number unknown."""
 
 
@@ -87,16 +87,16 @@ class Samples:
     value: Sequence[float]
 
     @cached_property
-    def centred(self) -> tuple[float, list[float]]:
+    def centred_values(self) -> tuple[float, list[float]]:
         """The mean of the values, and what each is beyond it."""
-        return centre(self.value)
+        return centre_values(self.value)
 
-    def averaged(self, points: int, apart: float) -> Samples:
-        """At most so many points, each the mean of its neighbours, none of both sides of ``apart``."""
+    def average(self, points: int, split_time: float) -> Samples:
+        """At most so many points, each the mean of its neighbours, none of both sides of ``split_time``."""
         width = -(-len(self.time) // points)
         if width <= 1:
             return self
-        split = sum(t < apart for t in self.time)
+        split = sum(t < split_time for t in self.time)
         groups = [*range(0, split, width), *range(split, len(self.time), width), len(self.time)]
         pairs = [(a, min(b, split) if a < split else b) for a, b in pairwise(groups)]
         return Samples([fmean(self.time[a:b]) for a, b in pairs], [fmean(self.value[a:b]) for a, b in pairs])
@@ -104,34 +104,39 @@ class Samples:
 
 @frozen
 class Fit:
-    """The best parameters; ``constant`` is infinite for an integrator, whose gain is per s."""
+    """The best parameters; ``time_constant`` is infinite for an integrator, whose gain is per s."""
 
     gain: float
-    constant: float
-    dead: float
+    time_constant: float
+    dead_time: float
     base: float
     drift: float
     squares: float
     points: int
     errors: tuple[float, float, float]
     """95 % confidence of gain, time constant and dead time: plus or minus so much."""
-    second: float = 0.0
+    second_time_constant: float = 0.0
     """The second time constant; 0: there is one lag."""
-    second_error: float = 0.0
+    second_time_constant_error: float = 0.0
 
     @property
-    def left(self) -> float:
+    def residual(self) -> float:
         """Standard deviation of what the fit leaves."""
         return sqrt(self.squares / self.points)
 
-    def widened(self, other: Fit) -> Fit:
+    def widen(self, other: Fit) -> Fit:
         """The same, less sure by what another fit, as possible, makes of it."""
-        mine, theirs = (self.gain, self.constant, self.dead), (other.gain, other.constant, other.dead)
+        mine, theirs = (
+            (self.gain, self.time_constant, self.dead_time),
+            (other.gain, other.time_constant, other.dead_time),
+        )
         gain, constant, dead = (hypot(e, a - b) for e, a, b in zip(self.errors, mine, theirs, strict=True))
         return replace(self, errors=(gain, constant, dead))
 
 
-def response(times: Sequence[float], output: Sequence[Segment], dead: float, constant: float) -> list[float]:
+def first_order_response(
+    times: Sequence[float], output: Sequence[Segment], dead: float, constant: float
+) -> list[float]:
     """The PV, from rest, of a process with gain 1 (an integrator where the time constant is infinite)."""
     out: list[float] = []
     state = value = slope = 0.0
@@ -139,12 +144,12 @@ def response(times: Sequence[float], output: Sequence[Segment], dead: float, con
     changes = [segment.time + dead for segment in output]
     for time in times:
         while k < len(changes) and changes[k] <= time:
-            state = _step(state, value, slope, changes[k] - at, constant)
+            state = _advance_lag(state, value, slope, changes[k] - at, constant)
             at, value, slope = changes[k], output[k].value, output[k].slope
             k += 1
         past, at = time - at, time
         if constant == inf or slope:
-            state = _step(state, value, slope, past, constant)
+            state = _advance_lag(state, value, slope, past, constant)
             value += slope * past
         else:  # the same of a held output, in which a search passes most of its time
             state = value + (state - value) * exp(-past / constant)
@@ -152,24 +157,26 @@ def response(times: Sequence[float], output: Sequence[Segment], dead: float, con
     return out
 
 
-def _step(state: float, value: float, slope: float, past: float, constant: float) -> float:
+def _advance_lag(state: float, value: float, slope: float, past: float, constant: float) -> float:
     if constant == inf:
         return state + value * past + slope * past * past / 2
     lag = value - slope * constant
     return lag + slope * past + (state - lag) * exp(-past / constant)
 
 
-def lags(times: Sequence[float], output: Sequence[Segment], dead: float, constant: float, second: float) -> list[float]:
+def second_order_response(
+    times: Sequence[float], output: Sequence[Segment], dead: float, constant: float, second: float
+) -> list[float]:
     """The PV, from rest, of a process with gain 1 and two lags, the second one not the longer; 0: with one."""
-    one = response(times, output, dead, constant)
+    first_order = first_order_response(times, output, dead, constant)
     if second < constant * LEAST_RATIO:
-        return one
-    second = min(second, constant * (1 - ALIKE))
-    two, share = response(times, output, dead, second), constant / (constant - second)
-    return [share * a + (1 - share) * b for a, b in zip(one, two, strict=True)]
+        return first_order
+    second = min(second, constant * (1 - LEAST_SPACING))
+    two, share = first_order_response(times, output, dead, second), constant / (constant - second)
+    return [share * a + (1 - share) * b for a, b in zip(first_order, two, strict=True)]
 
 
-def fit(
+def fit_process(
     samples: Samples,
     output: Sequence[Segment],
     *,
@@ -184,51 +191,57 @@ def fit(
     """
     length = samples.time[-1] - output[0].time
     begin = output[0].time
-    coarse, fine = samples.averaged(COARSE, begin), samples.averaged(POINTS, begin)
+    coarse, fine = samples.average(COARSE_POINTS, begin), samples.average(FINE_POINTS, begin)
 
     def cost(points: Samples) -> Callable[[Sequence[float]], float]:
-        def left(place: Sequence[float]) -> float:
-            constant = inf if integrating else _constant(place[1]) * length
-            lag = constant * _ratio(place[2]) if second else 0.0
-            return _linear(points, output, abs(place[0]) * length, (constant, lag), begin, drift=drift)[1]
+        def squares_left(place: Sequence[float]) -> float:
+            constant = inf if integrating else _time_constant(place[1]) * length
+            lag = constant * _lag_ratio(place[2]) if second else 0.0
+            return _fit_linear(points, output, abs(place[0]) * length, (constant, lag), begin, drift=drift)[1]
 
-        return left
+        return squares_left
 
     place: tuple[float, ...]
     if near is not None and second:
-        constant, dead = near.constant / length, near.dead / length
-        begins = [(max(dead - constant * q / 2, 0.0), _place(constant / (1 + q / 2)), q) for q in (0.15, 0.4, 0.8)]
-        place = min((search(cost(coarse), one, 0.02) for one in begins), key=cost(coarse))
-        place = search(cost(fine), place, 0.005)
+        constant, dead = near.time_constant / length, near.dead_time / length
+        begins = [
+            (max(dead - constant * q / 2, 0.0), _scale_place(constant / (1 + q / 2)), q) for q in (0.15, 0.4, 0.8)
+        ]
+        place = min((search_minimum(cost(coarse), begin_place, 0.02) for begin_place in begins), key=cost(coarse))
+        place = search_minimum(cost(fine), place, 0.005)
     elif near is None:
-        starts = [(dead, _place(share)) for dead in DEAD_TIMES for share in ((1.0,) if integrating else CONSTANTS)]
-        ends = [search(cost(coarse), start, 0.05) for start in sorted(starts, key=cost(coarse))[:3]]
-        place = search(cost(fine), min(ends, key=cost(coarse)), 0.005)
+        starts = [
+            (dead, _scale_place(share))
+            for dead in START_DEAD_TIMES
+            for share in ((1.0,) if integrating else START_CONSTANTS)
+        ]
+        ends = [search_minimum(cost(coarse), start, 0.05) for start in sorted(starts, key=cost(coarse))[:3]]
+        place = search_minimum(cost(fine), min(ends, key=cost(coarse)), 0.005)
     else:
-        place = search(cost(fine), (near.dead / length, _place(near.constant / length)), 0.05)
-    dead, constant = abs(place[0]) * length, inf if integrating else _constant(place[1]) * length
-    lag = constant * _ratio(place[2]) if second else 0.0
-    (base, moves, gain), squares = _linear(fine, output, dead, (constant, lag), begin, drift=drift)
-    errors = _errors(fine, output, (gain, constant, dead, lag), squares, drift=drift)
+        place = search_minimum(cost(fine), (near.dead_time / length, _scale_place(near.time_constant / length)), 0.05)
+    dead, constant = abs(place[0]) * length, inf if integrating else _time_constant(place[1]) * length
+    lag = constant * _lag_ratio(place[2]) if second else 0.0
+    (base, moves, gain), squares = _fit_linear(fine, output, dead, (constant, lag), begin, drift=drift)
+    errors = _confidences(fine, output, (gain, constant, dead, lag), squares, drift=drift)
     return Fit(gain, constant, dead, base, moves, squares, len(fine.time), errors[:3], lag, errors[3])
 
 
-def _ratio(place: float) -> float:
+def _lag_ratio(place: float) -> float:
     """The second time constant over the first from its place on the search's scale, on which 1 is no end."""
     return min(abs(place), 1 / max(abs(place), LEAST_RATIO))
 
 
-def _place(share: float) -> float:
+def _scale_place(share: float) -> float:
     """Where a time constant, in lengths of the record, lies on the search's scale."""
     return float(share ** (1 / 3))
 
 
-def _constant(place: float) -> float:
+def _time_constant(place: float) -> float:
     """A time constant, in lengths of the record, from its place on the search's scale."""
     return min(max(abs(place) ** 3, 1e-6), LONGEST_CONSTANT)
 
 
-def _linear(
+def _fit_linear(
     samples: Samples,
     output: Sequence[Segment],
     dead: float,
@@ -238,17 +251,17 @@ def _linear(
     drift: bool,
 ) -> tuple[tuple[float, float, float], float]:
     """Rest, drift and gain by least squares, and the sum of squares that they leave."""
-    columns = [[1.0] * len(samples.time), lags(samples.time, output, dead, *constants)]
+    columns = [[1.0] * len(samples.time), second_order_response(samples.time, output, dead, *constants)]
     if drift:
         columns.insert(1, [t - begin for t in samples.time])
-    solved = least_squares(columns, samples.value, samples.centred)
-    if solved is None:
+    weights_found = least_squares(columns, samples.value, samples.centred_values)
+    if weights_found is None:
         return (fmean(samples.value), 0.0, 0.0), inf
-    base, *weights = solved
+    base, *weights = weights_found
     rest = [y - base for y in samples.value]
     for weight, column in zip(weights, columns[1:], strict=True):
         rest = [y - weight * x for y, x in zip(rest, column, strict=True)]
-    return (solved[0], solved[1] if drift else 0.0, solved[-1]), _dot(rest, rest)
+    return (weights_found[0], weights_found[1] if drift else 0.0, weights_found[-1]), _dot_product(rest, rest)
 
 
 def least_squares(
@@ -258,32 +271,32 @@ def least_squares(
 
     ``centred``: the mean of the values and what they are beyond it, where that is known.
     """
-    inverse = _inverse(_normal(columns))
+    inverse = _invert_matrix(_normal_matrix(columns))
     if inverse is None:
         return None
-    middle, around = centred or centre(values)
-    right = [_dot(column, around) for column in columns]
-    weights = [_dot(row, right) for row in inverse]
+    middle, around = centred or centre_values(values)
+    right = [_dot_product(column, around) for column in columns]
+    weights = [_dot_product(row, right) for row in inverse]
     weights[0] += middle / columns[0][0]
     return weights
 
 
-def centre(values: Sequence[float]) -> tuple[float, list[float]]:
+def centre_values(values: Sequence[float]) -> tuple[float, list[float]]:
     """The mean of values, and what each is beyond it."""
     middle = fmean(values)
     return middle, [y - middle for y in values]
 
 
-def _normal(columns: Sequence[Sequence[float]]) -> list[list[float]]:
-    half = [[_dot(x, y) for y in columns[: i + 1]] for i, x in enumerate(columns)]
+def _normal_matrix(columns: Sequence[Sequence[float]]) -> list[list[float]]:
+    half = [[_dot_product(x, y) for y in columns[: i + 1]] for i, x in enumerate(columns)]
     return [[half[max(i, j)][min(i, j)] for j in range(len(columns))] for i in range(len(columns))]
 
 
-def _dot(x: Sequence[float], y: Sequence[float]) -> float:
+def _dot_product(x: Sequence[float], y: Sequence[float]) -> float:
     return float(sum(map(mul, x, y)))
 
 
-def _inverse(matrix: Sequence[Sequence[float]]) -> list[list[float]] | None:
+def _invert_matrix(matrix: Sequence[Sequence[float]]) -> list[list[float]] | None:
     """The inverse of a small symmetric matrix, scaled by its diagonal; None where it has none."""
     size = len(matrix)
     scale = [sqrt(matrix[i][i]) for i in range(size)]
@@ -306,10 +319,10 @@ def _inverse(matrix: Sequence[Sequence[float]]) -> list[list[float]] | None:
     return [[rows[i][size + j] / scale[i] / scale[j] for j in range(size)] for i in range(size)]
 
 
-def _errors(
+def _confidences(
     samples: Samples,
     output: Sequence[Segment],
-    found: tuple[float, float, float, float],
+    numbers: tuple[float, float, float, float],
     squares: float,
     *,
     drift: bool,
@@ -318,48 +331,52 @@ def _errors(
 
     What is left is often not white, which makes them wider.
     """
-    gain, constant, dead, second = found
-    unit = lags(samples.time, output, dead, constant, second)
+    gain, constant, dead, second = numbers
+    unit = second_order_response(samples.time, output, dead, constant, second)
     length = samples.time[-1] - output[0].time
     columns = [[1.0] * len(unit), unit]
     if drift:
         columns.append([t - output[0].time for t in samples.time])
     small = 1e-3 * (length if constant == inf else constant)
-    columns.append(_change(unit, lags(samples.time, output, dead + small, constant, second), gain / small))
+    columns.append(
+        _slope_column(unit, second_order_response(samples.time, output, dead + small, constant, second), gain / small)
+    )
     if constant != inf:
-        longer = lags(samples.time, output, dead, constant * 1.001, second)
-        columns.append(_change(unit, longer, gain / constant * 1e3))
+        longer = second_order_response(samples.time, output, dead, constant * 1.001, second)
+        columns.append(_slope_column(unit, longer, gain / constant * 1e3))
     if second:
-        shorter = lags(samples.time, output, dead, constant, second * 0.999)
-        columns.append(_change(unit, shorter, -gain / second * 1e3))
-    inverse = _inverse(_normal(columns))
+        shorter = second_order_response(samples.time, output, dead, constant, second * 0.999)
+        columns.append(_slope_column(unit, shorter, -gain / second * 1e3))
+    inverse = _invert_matrix(_normal_matrix(columns))
     if inverse is None:
         return (inf, inf, inf, inf)
-    variance = squares / max(1, len(unit) - len(columns)) * _colour(samples.value, columns[: 3 if drift else 2])
+    variance = (
+        squares / max(1, len(unit) - len(columns)) * _variance_growth(samples.value, columns[: 3 if drift else 2])
+    )
     wide = [NORMAL_95 * sqrt(max(0.0, variance * inverse[i][i])) for i in range(len(columns))]
     at = 3 if drift else 2
     return wide[1], wide[at + 1] if constant != inf else 0.0, wide[at], wide[at + 2] if second else 0.0
 
 
-def _colour(values: Sequence[float], columns: Sequence[Sequence[float]]) -> float:
+def _variance_growth(values: Sequence[float], columns: Sequence[Sequence[float]]) -> float:
     """By how much the variance of an estimate grows where neighbours of what is left resemble each other."""
     weights = least_squares(columns, values)
     if weights is None:
         return 1.0
-    left = values
+    residuals = values
     for weight, column in zip(weights, columns, strict=True):
-        left = [y - weight * x for y, x in zip(left, column, strict=True)]
-    whole = _dot(left, left)
-    alike = min(max(_dot(left[1:], left[:-1]) / whole, 0.0), MOST_ALIKE) if whole else 0.0
-    return (1 + alike) / (1 - alike)
+        residuals = [y - weight * x for y, x in zip(residuals, column, strict=True)]
+    whole = _dot_product(residuals, residuals)
+    correlation = min(max(_dot_product(residuals[1:], residuals[:-1]) / whole, 0.0), MOST_CORRELATION) if whole else 0.0
+    return (1 + correlation) / (1 - correlation)
 
 
-def _change(before: Sequence[float], after: Sequence[float], factor: float) -> list[float]:
+def _slope_column(before: Sequence[float], after: Sequence[float], factor: float) -> list[float]:
     return [(b - a) * factor for a, b in zip(before, after, strict=True)]
 
 
-def search(
-    cost: Callable[[Sequence[float]], float], start: tuple[float, ...], width: float, rounds: int = ROUNDS
+def search_minimum(
+    cost: Callable[[Sequence[float]], float], start: tuple[float, ...], width: float, rounds: int = SEARCH_ROUNDS
 ) -> tuple[float, ...]:
     """Nelder and Mead's search, from a simplex of this width."""
     wide = [width if i == 0 else 2 * width for i in range(len(start))]
@@ -371,14 +388,14 @@ def search(
         if sum(abs(x - y) for _, b in ranked[1:] for x, y in zip(a, b, strict=True)) < 1e-8:
             break
         centre = [fmean(corner[i] for _, corner in ranked[:-1]) for i in range(len(start))]
-        at = [tuple(m + f * (x - m) for m, x in zip(centre, c, strict=True)) for f in (-1.0, -2.0, 0.5)]
-        tried = (cost(at[0]), at[0])
-        if tried[0] < best:
-            tried = min(tried, (cost(at[1]), at[1]))
-        elif tried[0] >= ranked[-2][0]:
-            tried = min(tried, (cost(at[2]), at[2]))
-        if tried[0] < worst:
-            ranked = sorted([*ranked[:-1], tried])
+        trials = [tuple(m + f * (x - m) for m, x in zip(centre, c, strict=True)) for f in (-1.0, -2.0, 0.5)]
+        trial = (cost(trials[0]), trials[0])
+        if trial[0] < best:
+            trial = min(trial, (cost(trials[1]), trials[1]))
+        elif trial[0] >= ranked[-2][0]:
+            trial = min(trial, (cost(trials[2]), trials[2]))
+        if trial[0] < worst:
+            ranked = sorted([*ranked[:-1], trial])
         else:
             shrunk = [tuple((x + y) / 2 for x, y in zip(p, a, strict=True)) for _, p in ranked[1:]]
             ranked = sorted([(best, a), *((cost(p), p) for p in shrunk)])
@@ -417,22 +434,22 @@ def output_path(record: Record, rest: float | None) -> Path:
         if rest is None:
             cure += "; where it stepped at the first sample, give the output before it with --rest"
         raise RecordError(f"the output never changes, it is {output[0]:g}", cure)
-    turns = _turns(output, STRAY_SHARE * reach)
+    turns = _count_turns(output, STRAY_SHARE * reach)
     if turns > MOST_TURNS:
         raise RecordError(
             f"the output turns round {turns} times, as in a closed loop",
             "put the loop into Manual, step the output once, and record until the PV is at rest",
         )
-    held = _held(output, STRAY_SHARE * reach)
-    path = output if held is None else held
+    levels_held = _held_levels(output, STRAY_SHARE * reach)
+    path = output if levels_held is None else levels_held
     before = path[0] if rest is None else rest
     first = next((i for i, u in enumerate(path) if abs(u - before) > STRAY_SHARE * reach / 10), len(path) - 1)
-    start = first if held is not None else max(first - 1, 0)
-    segments = _segments(record.time, [u - before for u in path], start, ramps=held is None)
+    start = first if levels_held is not None else max(first - 1, 0)
+    segments = _make_segments(record.time, [u - before for u in path], start, ramps=levels_held is None)
     return Path(segments, first, max((u - before for u in path), key=abs))
 
 
-def _held(output: Sequence[float], stray: float) -> list[float] | None:
+def _held_levels(output: Sequence[float], stray: float) -> list[float] | None:
     """The output without its jitter, each level its mean; None where it does not stay on levels, as in a ramp."""
     levels: list[list[float]] = [[output[0]]]
     for a, b in pairwise(output):
@@ -447,7 +464,7 @@ def _held(output: Sequence[float], stray: float) -> list[float] | None:
     return [mean for level, mean in zip(levels, means, strict=True) for _ in level]
 
 
-def _segments(times: Sequence[float], path: Sequence[float], start: int, *, ramps: bool) -> list[Segment]:
+def _make_segments(times: Sequence[float], path: Sequence[float], start: int, *, ramps: bool) -> list[Segment]:
     """The output as levels that are held, or as straight lines between its samples."""
     out: list[Segment] = []
     for i in range(start, len(path)):
@@ -459,15 +476,15 @@ def _segments(times: Sequence[float], path: Sequence[float], start: int, *, ramp
     return out
 
 
-def _turns(path: Sequence[float], stray: float) -> int:
+def _count_turns(path: Sequence[float], stray: float) -> int:
     """How often a path turns round by more than its stray."""
-    turns, way, end = 0, 0, path[0]
+    turns, direction, end = 0, 0, path[0]
     for u in path:
         if abs(u - end) > stray:
             now = 1 if u > end else -1
-            turns += way not in {0, now}
-            way, end = now, u
-        elif way and (u - end) * way > 0:
+            turns += direction not in {0, now}
+            direction, end = now, u
+        elif direction and (u - end) * direction > 0:
             end = u
     return turns
 
@@ -475,7 +492,7 @@ def _turns(path: Sequence[float], stray: float) -> int:
 # ----------------------------------------------------------------------------------------------------------------------
 # What no first-order process does (the wrong way first, overshoot, swings), and what none does (spikes, a stop).
 
-WINDOWS = 60
+SHAPE_MEANS = 60
 """Means that the answer is looked at by, so that noise makes no shape."""
 WRONG_WAY, OVERSHOOT = 0.04, 0.06
 """Parts of the answer from which on they are told."""
@@ -488,9 +505,9 @@ SPIKE = 12.0
 """How many standard deviations of noise a sample must lie beyond both of its neighbours."""
 SPIKE_SHARE = 0.05
 """The same as a part of the PV's range."""
-STANDS, STOPS = 10, 0.08
+STANDSTILL_SAMPLES, STOP_SPEED = 10, 0.08
 """Samples for which a PV at its end must stand still; how fast it came there, in the fastest way it went."""
-WINDOW = 40
+SPEED_WINDOWS = 40
 """The part of the answer over which its speed is measured."""
 
 
@@ -517,16 +534,16 @@ def refuse_spikes(record: Record, noise: float) -> None:
 def refuse_stop(record: Record, k: int, quantum: float) -> None:
     """Refuses an answer that stops at once and stands still: the end of a sensor's range."""
     pv = record.pv[k:]
-    stands = next((i for i in range(len(pv) - 1, -1, -1) if pv[i] != pv[-1]), -1) + 1
-    width = max(2, len(pv) // WINDOW)
-    if len(pv) - stands < STANDS or stands <= width:
+    stop = next((i for i in range(len(pv) - 1, -1, -1) if pv[i] != pv[-1]), -1) + 1
+    width = max(2, len(pv) // SPEED_WINDOWS)
+    if len(pv) - stop < STANDSTILL_SAMPLES or stop <= width:
         return
-    ways = [abs(b - a) for a, b in zip(pv[: stands + 1], pv[width : stands + 1], strict=False)]
-    if ways[-1] > max(STOPS * max(ways), 4 * quantum):
+    ways = [abs(b - a) for a, b in zip(pv[: stop + 1], pv[width : stop + 1], strict=False)]
+    if ways[-1] > max(STOP_SPEED * max(ways), 4 * quantum):
         raise RecordError(
             f"the PV stops at once at {pv[-1]:.6g} and stands still, as at the end of a sensor's range",
             "take a smaller step, or widen the range of the measurement",
-            k + stands,
+            k + stop,
         )
 
 
@@ -535,7 +552,7 @@ def refuse_shape(record: Record, k: int, drift: float, noise: float) -> None:
     base = fmean(record.pv[:k]) if k else record.pv[0]
     begin = fmean(record.time[:k]) if k else record.time[0]
     moved = [y - base - drift * (t - begin) for t, y in zip(record.time[k:], record.pv[k:], strict=True)]
-    width = max(1, len(moved) // WINDOWS)
+    width = max(1, len(moved) // SHAPE_MEANS)
     means = [fmean(moved[i : i + width]) for i in range(0, len(moved) - width + 1, width)]
     times = [record.time[k + i] for i in range(0, len(moved) - width + 1, width)]
     tail = max(1, len(means) // 5)

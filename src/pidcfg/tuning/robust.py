@@ -45,7 +45,7 @@ DIGITS = 12
 
 
 @frozen
-class Fitted:
+class FittedNumber:
     """One number for a vendor: its key, what is wanted, what the register holds (None: it cannot), and why not."""
 
     key: str
@@ -62,7 +62,7 @@ class Fitted:
         return float((self.stored / self.wanted - 1) * 100)
 
 
-def fit(gains: Gains, vendor: Vendor, pv_span: float, output_span: float) -> list[Fitted]:
+def fit_gains(gains: Gains, vendor: Vendor, pv_span: float, output_span: float) -> list[FittedNumber]:
     """Gain, integral and derivative time for a vendor; spans are engineering units from 0 % to 100 %.
 
     An integral time that does not fit in s is in min where the PLC has both.
@@ -72,20 +72,22 @@ def fit(gains: Gains, vendor: Vendor, pv_span: float, output_span: float) -> lis
     return [gain, fit_in_other_unit(gains, vendor.model, loop, integral) or integral, derivative]
 
 
-def fit_loop(gains: Gains, model: type[BaseModel], loop: LoopTuning) -> list[Fitted]:
+def fit_loop(gains: Gains, model: type[BaseModel], loop: LoopTuning) -> list[FittedNumber]:
     """The three numbers as a loop of a file holds them; raises `ValueError` where it lacks the PV's span."""
-    words, integral = loop.words, _integral(gains, loop)
+    words, integral = loop.words, _integral_value(gains, loop)
     derivative = gains.kd if loop.independent else gains.derivative_time
     wanted = (_decimal(gains.gain * gain_factor(loop)), integral, _decimal(derivative))
     rows = zip(words.names, loop.units(), wanted, strict=True)
-    return [_fitted(model, words, *row) for row in rows]
+    return [_fit_number(model, words, *row) for row in rows]
 
 
-def fit_in_other_unit(gains: Gains, model: type[BaseModel], loop: LoopTuning, integral: Fitted) -> Fitted | None:
+def fit_in_other_unit(
+    gains: Gains, model: type[BaseModel], loop: LoopTuning, integral: FittedNumber
+) -> FittedNumber | None:
     """An integral time that does not fit in s or in min, in the other unit; None: it fits, or not there either."""
     other = in_other_unit(loop) if integral.problem is not None else None
-    held = None if other is None else fit_loop(gains, model, other)[1]
-    return held if held is not None and held.problem is None else None
+    fitted = None if other is None else fit_loop(gains, model, other)[1]
+    return fitted if fitted is not None and fitted.problem is None else None
 
 
 def in_other_unit(loop: LoopTuning) -> LoopTuning | None:
@@ -105,7 +107,7 @@ def gain_factor(loop: LoopTuning) -> float:
     return float(loop.pv_span / span)
 
 
-def _integral(gains: Gains, loop: LoopTuning) -> Decimal:
+def _integral_value(gains: Gains, loop: LoopTuning) -> Decimal:
     """What the integral term is written as: a time in s or min, or a gain in 1/s."""
     if isinf(gains.integral_time):
         return loop.words.no_integral
@@ -118,19 +120,19 @@ def _decimal(value: float) -> Decimal:
     return Decimal(f"{value:.{DIGITS}g}")
 
 
-def _fitted(model: type[BaseModel], words: Tuned, name: str, unit: str, value: Decimal) -> Fitted:
+def _fit_number(model: type[BaseModel], words: Tuned, name: str, unit: str, value: Decimal) -> FittedNumber:
     key, limits = words.key(name), words.limits(model, name)
     try:
         stored = words.stored(name, value)
     except EncodeError as error:
-        return Fitted(key, unit, value, None, f"{_text(value)} {error}")
+        return FittedNumber(key, unit, value, None, f"{_number_text(value)} {error}")
     if limits is not None and not limits.holds(value):
         low, high = (end if end is not None else "-" for end in (limits.low, limits.high))
-        return Fitted(key, unit, value, None, f"{_text(value)} is outside {low} to {high}")
-    return Fitted(key, unit, value, stored)
+        return FittedNumber(key, unit, value, None, f"{_number_text(value)} is outside {low} to {high}")
+    return FittedNumber(key, unit, value, stored)
 
 
-def _text(value: Decimal) -> str:
+def _number_text(value: Decimal) -> str:
     return decimal_text(value.quantize(Decimal("0.000001")) if abs(value) < 1 else value)
 
 
@@ -147,7 +149,7 @@ def _text(value: Decimal) -> str:
 #
 # Real numbers are grids that become finer around the best of the coarser one.
 
-SPREAD, FEW_ROWS = 16, 64
+ROW_STRIDE, FEW_ROWS = 16, 64
 """Every so many rows are searched first, where there are not few, for a good bound and the plants that decide."""
 LOW_GAIN = 0.5
 """Of the highest gain that two times allow: where Ms is too large from there up, the frequencies were too few."""
@@ -160,7 +162,7 @@ EQUAL_SHARE = 1e-9
 class Axis(Protocol):
     """Numbers that a gain or a time may have."""
 
-    def between(self, low: float, high: float) -> Iterator[float]:
+    def values_between(self, low: float, high: float) -> Iterator[float]:
         """Those above ``low`` and up to ``high``, the largest first."""
 
 
@@ -172,7 +174,7 @@ class Words:
     first: int
     last: int
 
-    def between(self, low: float, high: float) -> Iterator[float]:
+    def values_between(self, low: float, high: float) -> Iterator[float]:
         """Those above ``low`` and up to ``high``, the largest first."""
         top = self.last if high == inf else min(self.last, floor(high / self.step * (1 + EQUAL_SHARE)))
         for word in range(top, self.first - 1, -1):
@@ -181,7 +183,7 @@ class Words:
                 return
             yield value
 
-    def around(self, value: float, reach: float) -> Words:
+    def narrow(self, value: float, reach: float) -> Words:
         """Those within a ratio of a number."""
         first, last = floor(value / reach / self.step), ceil(value * reach / self.step)
         return Words(self.step, max(self.first, first), min(self.last, last))
@@ -195,7 +197,7 @@ class Ratios:
     low: float
     high: float
 
-    def between(self, low: float, high: float) -> Iterator[float]:
+    def values_between(self, low: float, high: float) -> Iterator[float]:
         """From ``high`` down, above ``low``."""
         value = min(high, self.high)
         while value > low and value >= self.low:
@@ -234,57 +236,57 @@ class Search:
         ]
         self.deciding = self.curves[:1]
         """Of the plants that have decided so far."""
-        self.tried = 0
+        self.tried_gains = 0
         """Gains whose run in time was looked at."""
 
     def begin(self, gains: Gains) -> None:
         """Finds the plants that decide for some gains, which are a first guess."""
-        result = self.judged(gains)
+        result = self.try_gains(gains)
         if result.error == inf:
-            result = self.judged(replace(gains, gain=gains.gain / 2, integral_time=gains.integral_time * 2))
+            result = self.try_gains(replace(gains, gain=gains.gain / 2, integral_time=gains.integral_time * 2))
         self.deciding = [self.curves[i] for i in dict.fromkeys((0, result.worst_ms, result.worst_error))]
 
-    def best(self, search: Callable[[], Candidate | None]) -> Result | None:
+    def find_best(self, search: Callable[[], Candidate | None]) -> Result | None:
         """What a search among the plants that decide finds, when it holds on all; None: Ms allows nothing."""
         while True:
-            found = search()
-            if found is None:
+            candidate = search()
+            if candidate is None:
                 return None
-            result = self.judged(found.gains)
-            if not self._add_deciding(result, found):
+            result = self.try_gains(candidate.gains)
+            if not self._add_deciding(result, candidate):
                 return result
 
-    def among(
+    def search_rows(
         self, gains: Axis, rows: Sequence[tuple[float, float]], known: Candidate | None = None
     ) -> Candidate | None:
         """The best for the plants that decide: a gain with one of the pairs of times, or what is known."""
         if len(rows) > FEW_ROWS:
-            known = self.among(gains, rows[::SPREAD], known)
-            rows = self._not_too_long(rows, known)
+            known = self.search_rows(gains, rows[::ROW_STRIDE], known)
+            rows = self._drop_long_times(rows, known)
         best, least = known, inf if known is None else known.error
         for integral, derivative in rows:
-            if self._at_least(integral, derivative) >= least:
+            if self._least_error(integral, derivative) >= least:
                 continue
             for low, high in allowed_gains(self.deciding, integral, derivative):
-                for gain in gains.between(low, high):
+                for gain in gains.values_between(low, high):
                     if integral / gain >= least or (best is None and gain < LOW_GAIN * high):
                         break
-                    one = Gains(gain, integral, derivative)
-                    if best is None and not self._is_robust(one):
+                    candidate = Gains(gain, integral, derivative)
+                    if best is None and not self._is_robust(candidate):
                         continue
-                    error = self._error(one, least)
-                    if error < least and self._is_robust(one):
-                        best, least = Candidate(one, error), error
+                    error = self._largest_error(candidate, least)
+                    if error < least and self._is_robust(candidate):
+                        best, least = Candidate(candidate, error), error
         return best
 
-    def judged(self, gains: Gains) -> Result:
+    def try_gains(self, gains: Gains) -> Result:
         """Gains on all plants."""
         errors = [absolute_error(gains, curve.plant, self.sampling) for curve in self.curves]
         ms = [inf if error == inf else curve.sensitivity(gains, least=inf) for curve, error in self._with(errors)]
         near = max(ms) * NEAR_MS
         ms = [
-            one if one < near or one == inf else curve.sensitivity(gains)
-            for curve, one in zip(self.curves, ms, strict=True)
+            value if value < near or value == inf else curve.sensitivity(gains)
+            for curve, value in zip(self.curves, ms, strict=True)
         ]
         error, highest = max(errors), max(ms)
         return Result(gains, error, highest, errors.index(error), ms.index(highest))
@@ -296,18 +298,18 @@ class Search:
         """Of the sampled loop on one plant."""
         return sampled_margins(SampledLoop(gains, self.curves[plant].plant, self.sampling))
 
-    def _add_deciding(self, result: Result, found: Candidate) -> bool:
+    def _add_deciding(self, result: Result, candidate: Candidate) -> bool:
         """Adds the plants that show that gains are not good enough; whether there are any."""
         failing = []
         if result.ms > self.ms:
             failing.append(self.curves[result.worst_ms])
-        if result.error > found.error * (1 + EQUAL_SHARE):
+        if result.error > candidate.error * (1 + EQUAL_SHARE):
             failing.append(self.curves[result.worst_error])
         added = [curve for curve in dict.fromkeys(failing) if curve not in self.deciding]
         self.deciding = [*self.deciding, *added]
         return bool(added)
 
-    def _not_too_long(
+    def _drop_long_times(
         self, rows: Sequence[tuple[float, float]], known: Candidate | None
     ) -> Sequence[tuple[float, float]]:
         """Without the integral times that are too long whatever the gain is: Ti/Kp is then larger than the error."""
@@ -316,14 +318,14 @@ class Search:
         most = min(curve.bound_by_error(known.error) for curve in self.deciding)
         return [row for row in rows if row[0] < most * known.error]
 
-    def _at_least(self, integral: float, derivative: float) -> float:
+    def _least_error(self, integral: float, derivative: float) -> float:
         """A lower bound of the error with these times."""
         most = min(curve.bound_at_known(integral, derivative) for curve in self.deciding)
         return 0.0 if most == inf else integral / most
 
-    def _error(self, gains: Gains, least: float) -> float:
+    def _largest_error(self, gains: Gains, least: float) -> float:
         """The largest of the plants that decide; infinite: not below ``least``."""
-        self.tried += 1
+        self.tried_gains += 1
         largest = 0.0
         for curve in reversed(self.deciding):
             largest = max(largest, absolute_error(gains, curve.plant, self.sampling, least))
@@ -375,7 +377,7 @@ WORDS_AROUND = ((1.08, 1.2, 12), (1.025, 1.05, inf))
 
 
 @frozen
-class Robust:
+class RobustTuning:
     """The gains that a loop gets, and the best real numbers beside them."""
 
     result: Result
@@ -397,24 +399,24 @@ class Robust:
         return (self.result.error / self.real.error - 1) * 100
 
 
-def robust(
+def find_robust_gains(
     form: Form,
     search: Search,
     loop: LoopTuning | None,
     model: type[BaseModel] | None,
     spreads: Sequence[Spread] = (),
-) -> Robust:
+) -> RobustTuning:
     """The gains for a loop, or real numbers; raises `TuningError` where none keep Ms below its limit."""
     grid = _Grid(search, form, loop, model)
     limit = search.ms
     search.begin(simc("PI", search.plants[0]))
-    real = grid.real()
+    real = grid.best_numbers()
     result, words, every = real, False, False
     if loop is not None and model is not None:
         words = loop.words.step(loop.words.names[0]) is not None
         every = words and form == "PI"
-        result = grid.words(real) if words else grid.rounded(real)
-    return Robust(result, real, words, every, tuple(spreads), len(search.plants), limit, search)
+        result = grid.best_words(real) if words else grid.round_gains(real)
+    return RobustTuning(result, real, words, every, tuple(spreads), len(search.plants), limit, search)
 
 
 @dataclass
@@ -426,9 +428,9 @@ class _Grid:
     loop: LoopTuning | None
     model: type[BaseModel] | None
 
-    def real(self) -> Result:
+    def best_numbers(self) -> Result:
         """The best real numbers."""
-        best = self.search.best(self._levels)
+        best = self.search.find_best(self._search_levels)
         if best is None:
             process, limit = self.search.plants[0], self.search.ms
             raise TuningError(
@@ -438,21 +440,21 @@ class _Grid:
             )
         return best
 
-    def _levels(self) -> Candidate | None:
+    def _search_levels(self) -> Candidate | None:
         """The best of grids that become finer."""
         best: Candidate | None = None
         for time_ratio, gain_ratio, reach, *derivative in PID_LEVELS if self.form == "PID" else PI_LEVELS:
-            around = None if best is None else best.gains
-            times = self._times(1, time_ratio, reach, around)
-            rates = self._times(2, derivative[0], derivative[1], around) if derivative else [0.0]
-            around_gain = (0.0, inf) if around is None else (around.gain / reach**2, around.gain * reach**2)
-            axis = Ratios(gain_ratio, *self._range(0, around_gain))
-            best = self.search.among(axis, [(time, rate) for time in times for rate in rates], best)
+            known = None if best is None else best.gains
+            times = self._list_times(1, time_ratio, reach, known)
+            rates = self._list_times(2, derivative[0], derivative[1], known) if derivative else [0.0]
+            around_gain = (0.0, inf) if known is None else (known.gain / reach**2, known.gain * reach**2)
+            axis = Ratios(gain_ratio, *self._limit_range(0, around_gain))
+            best = self.search.search_rows(axis, [(time, rate) for time in times for rate in rates], best)
             if best is None:
                 return None
         return best
 
-    def _times(self, number: int, ratio: float, reach: float, around: Gains | None) -> list[float]:
+    def _list_times(self, number: int, ratio: float, reach: float, known: Gains | None) -> list[float]:
         """Times that grow by a ratio, ascending."""
         plants, sample = self.search.plants, self.search.sampling.sample_time
         dead = plants[0].dead_time + sample / 2
@@ -463,29 +465,29 @@ class _Grid:
             if number == 1
             else (LEAST_DERIVATIVE * dead, MOST_DERIVATIVE * (dead + second))
         )
-        if around is not None:
-            middle = around.integral_time if number == 1 else around.derivative_time
+        if known is not None:
+            middle = known.integral_time if number == 1 else known.derivative_time
             low, high = middle / reach, middle * reach
-        least, most = self._range(number, (low, high))
+        least, most = self._limit_range(number, (low, high))
         count = max(0, int(log(most / least) / log(ratio) + 0.5)) if most > least else 0
         return [min(least * ratio**i, most) for i in range(count + 1)]
 
-    def _range(self, number: int, wanted: tuple[float, float]) -> tuple[float, float]:
+    def _limit_range(self, number: int, ends: tuple[float, float]) -> tuple[float, float]:
         """A range within what the PLC holds of a number, in the units of the search."""
         if self.loop is None or self.model is None:
-            return wanted
+            return ends
         words = self.loop.words
         limits = words.limits(self.model, words.names[number])
         if limits is None or self.loop.independent:
-            return wanted
-        scale = self._scale(number)
+            return ends
+        scale = self._unit_scale(number)
         low = float(limits.low or 0) / scale
         high = inf if limits.high is None else float(limits.high) / scale
         if number == 1 and Decimal(limits.high or 0) == words.no_integral:
             high *= BELOW_MS
-        return max(low, wanted[0]), min(high, wanted[1])
+        return max(low, ends[0]), min(high, ends[1])
 
-    def _scale(self, number: int) -> float:
+    def _unit_scale(self, number: int) -> float:
         """From the search's unit to that of a word."""
         if self.loop is None:
             return 1.0
@@ -493,31 +495,39 @@ class _Grid:
 
     # --- words -------------------------------------------------------------------------------------------------------
 
-    def words(self, real: Result) -> Result:
+    def best_words(self, real: Result) -> Result:
         """The best words: all of PI, those around the best of PID; raises `TuningError` where they are too coarse."""
-        best = self.search.best(self._all_words if self.form == "PI" else lambda: self._words_around(real.gains))
+        best = self.search.find_best(
+            self._search_all_words if self.form == "PI" else lambda: self._search_words_around(real.gains)
+        )
         if best is None:
             raise TuningError("no word of the PLC keeps Ms below its limit: its gain is too coarse for this process")
         return best
 
-    def _all_words(self) -> Candidate | None:
-        rows = [(time, 0.0) for time in reversed(list(self._axis(1).between(0, inf)))]
-        return self.search.among(self._axis(0), rows)
+    def _search_all_words(self) -> Candidate | None:
+        rows = [(time, 0.0) for time in reversed(list(self._word_axis(1).values_between(0, inf)))]
+        return self.search.search_rows(self._word_axis(0), rows)
 
-    def _words_around(self, near: Gains) -> Candidate | None:
-        best, times, rates = None, self._axis(1), self._axis(2)
-        for time_reach, rate_reach, many in WORDS_AROUND:
-            ours = list(times.between(near.integral_time / time_reach, near.integral_time * time_reach))
-            theirs = list(rates.between(near.derivative_time / rate_reach, near.derivative_time * rate_reach))
-            rows = [(time, rate) for time in _thinned(ours, many) for rate in _thinned(theirs, many)]
-            gains = self._axis(0).around(near.gain, time_reach)
-            best = self.search.among(gains, sorted(rows), best)
+    def _search_words_around(self, near: Gains) -> Candidate | None:
+        best, times, rates = None, self._word_axis(1), self._word_axis(2)
+        for time_reach, rate_reach, count in WORDS_AROUND:
+            integral_times = list(
+                times.values_between(near.integral_time / time_reach, near.integral_time * time_reach)
+            )
+            derivative_times = list(
+                rates.values_between(near.derivative_time / rate_reach, near.derivative_time * rate_reach)
+            )
+            rows = [
+                (time, rate) for time in _thin_out(integral_times, count) for rate in _thin_out(derivative_times, count)
+            ]
+            gains = self._word_axis(0).narrow(near.gain, time_reach)
+            best = self.search.search_rows(gains, sorted(rows), best)
             if best is None:
                 return None
             near = best.gains
         return best
 
-    def _axis(self, number: int) -> Words:
+    def _word_axis(self, number: int) -> Words:
         """All words of a number, in the units of the search."""
         if self.loop is None or self.model is None:
             raise AssertionError("words are those of a PLC")
@@ -526,27 +536,27 @@ class _Grid:
         limits = self.loop.words.limits(self.model, name)
         first = 1
         last = int(Decimal(limits.high) / step) if limits is not None and limits.high is not None else 9999
-        while last > first and not self._holds(name, last * step):
+        while last > first and not self._is_word(name, last * step):
             last -= 1
-        return Words(float(step) / self._scale(number), first, last)
+        return Words(float(step) / self._unit_scale(number), first, last)
 
-    def _holds(self, name: str, value: Decimal) -> bool:
+    def _is_word(self, name: str, value: Decimal) -> bool:
         """Whether a word has a value and keeps its term on."""
         try:
             return self.loop is not None and self.loop.words.stored(name, value) == value
         except EncodeError:
             return False
 
-    def rounded(self, real: Result) -> Result:
+    def round_gains(self, real: Result) -> Result:
         """Real numbers as registers in floating point hold them; a last digit less gain where Ms would be too large."""
         gains = real.gains
         while True:
-            result = self.search.judged(self._stored(gains))
+            result = self.search.try_gains(self._stored_gains(gains))
             if result.ms <= self.search.ms:
                 return result
             gains = replace(gains, gain=gains.gain * BELOW_MS)
 
-    def _stored(self, gains: Gains) -> Gains:
+    def _stored_gains(self, gains: Gains) -> Gains:
         """As the registers hold them; a number that does not fit stays, and is told with the result."""
         if self.loop is None or self.model is None:
             return gains
@@ -554,12 +564,12 @@ class _Grid:
         if None in values:
             return gains
         gain, integral, derivative = (float(value or 0) for value in values)
-        gain /= self._scale(0)
+        gain /= self._unit_scale(0)
         if self.loop.independent:
             return Gains(gain, gain / integral, derivative / gain)
-        return Gains(gain, integral / self._scale(1), derivative)
+        return Gains(gain, integral / self._unit_scale(1), derivative)
 
 
-def _thinned(values: Sequence[float], many: float) -> Iterator[float]:
+def _thin_out(values: Sequence[float], count: float) -> Iterator[float]:
     """About so many of them, evenly."""
-    yield from values[:: max(1, round(len(values) / many))]
+    yield from values[:: max(1, round(len(values) / count))]

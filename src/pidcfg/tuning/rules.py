@@ -188,12 +188,12 @@ def least_error_after_setpoint_steps(table: Mapping[Form, tuple[float, ...]]) ->
 
     def gains(form: Form, process: Process) -> Gains:
         row, pu = table[form], process.delay / process.time_constant
-        rest = row[2] - row[3] * pu
-        if rest <= 0:
+        denominator = row[2] - row[3] * pu
+        if denominator <= 0:
             limit = row[2] / row[3]
             raise ValueError(f"the rule has no integral time where dead time / time constant is above {limit:.3g}")
         derivative = row[4] * process.time_constant * pu ** row[5] if form == "PID" else 0.0
-        return Gains(row[0] / process.gain * pu ** row[1], process.time_constant / rest, derivative)
+        return Gains(row[0] / process.gain * pu ** row[1], process.time_constant / denominator, derivative)
 
     return gains
 
@@ -285,7 +285,7 @@ def closed_loop_time(process: Process) -> float:
     return process.closed_loop or process.delay
 
 
-def _simc(process: Process, constant: float, derivative_time: float) -> Gains:
+def _simc_gains(process: Process, constant: float, derivative_time: float) -> Gains:
     total = closed_loop_time(process) + process.delay
     gain = 1 / (process.gain * total) if process.integrating else constant / (process.gain * total)
     integral = 4 * total if process.integrating else min(constant, 4 * total)
@@ -296,30 +296,32 @@ def simc(form: Form, process: Process) -> Gains:
     """Skogestad's rule: PI of a first-order process or an integrator, PID of two lags; else raises `ValueError`."""
     if form == "PID" and not process.second_time_constant:
         raise ValueError("the rule has a derivative for a second time constant only; use PI, or simc-improved")
-    return _simc(process, process.time_constant, process.second_time_constant if form == "PID" else 0.0)
+    return _simc_gains(process, process.time_constant, process.second_time_constant if form == "PID" else 0.0)
 
 
 def simc_improved(form: Form, process: Process) -> Gains:
     """The rule with a third of the dead time more: in the integral time of PI, or as derivative time of PID."""
     third = process.delay / 3
     if form == "PID":
-        return _simc(process, process.time_constant, third)
-    return _simc(process, process.time_constant + third, 0.0)
+        return _simc_gains(process, process.time_constant, third)
+    return _simc_gains(process, process.time_constant + third, 0.0)
 
 
 def lambda_rule(form: Form, process: Process) -> Gains:
     """The closed loop becomes a lag of the time constant that is asked for."""
     dead, constant = process.delay, process.time_constant
     slowest = dead if process.integrating else max(constant, dead)
-    wanted = process.closed_loop or LAMBDA_FACTOR * slowest
+    closed_loop = process.closed_loop or LAMBDA_FACTOR * slowest
     if process.integrating:
         if form == "PID":
             raise ValueError("the rule has PI only for a process that integrates")
-        return Gains((2 * wanted + dead) / (process.gain * (wanted + dead) ** 2), 2 * wanted + dead, 0.0)
+        return Gains((2 * closed_loop + dead) / (process.gain * (closed_loop + dead) ** 2), 2 * closed_loop + dead, 0.0)
     if form == "PI":
-        return Gains(constant / (process.gain * (wanted + dead)), constant, 0.0)
+        return Gains(constant / (process.gain * (closed_loop + dead)), constant, 0.0)
     integral = constant + dead / 2
-    return Gains(integral / (process.gain * (wanted + dead / 2)), integral, constant * dead / (2 * constant + dead))
+    return Gains(
+        integral / (process.gain * (closed_loop + dead / 2)), integral, constant * dead / (2 * constant + dead)
+    )
 
 
 def amigo(form: Form, process: Process) -> Gains:
@@ -382,13 +384,13 @@ D852 = Decision(
     "A promise for every plant is about the worst of them. `tests/test_robust.py` compares with all words.",
 )
 SAMPLES, SEED = 200, 1
-NAMES = ("gain", "time_constant", "second_time_constant", "dead_time")
-WHOLE = 100.0
+VARIED_NUMBERS = ("gain", "time_constant", "second_time_constant", "dead_time")
+PERCENT = 100.0
 NUMBER = r"[0-9]+(?:\.[0-9]*)?|\.[0-9]+"
-AROUND = re.compile(rf"(?:±|\+-|\+/-) ?({NUMBER}) ?%")
-SHARES = re.compile(rf"({NUMBER}) ?% ?\.\. ?({NUMBER}) ?%")
-ENDS = re.compile(rf"(-?(?:{NUMBER})) ?\.\. ?(-?(?:{NUMBER}))")
-FORMS = "write ±30%, 80%..130% (of the process's number), or both ends as numbers: 6..10"
+PLUS_MINUS = re.compile(rf"(?:±|\+-|\+/-) ?({NUMBER}) ?%")
+SHARE_RANGE = re.compile(rf"({NUMBER}) ?% ?\.\. ?({NUMBER}) ?%")
+NUMBER_RANGE = re.compile(rf"(-?(?:{NUMBER})) ?\.\. ?(-?(?:{NUMBER}))")
+SPREAD_FORMS = "write ±30%, 80%..130% (of the process's number), or both ends as numbers: 6..10"
 
 
 @frozen
@@ -405,53 +407,53 @@ def read_spreads(text: str, process: Process, *, negative: bool = False) -> list
 
     ``negative``: the process's gain is, so that the ends of a gain are written with their sign.
     """
-    found: dict[str, Spread] = {}
+    spreads: dict[str, Spread] = {}
     for part in text.split(","):
         name, sign, value = (word.strip() for word in part.partition("="))
         key = name.replace("-", "_")
         if not sign:
             raise TuningError(f"vary: {part.strip()!r} has no =; write it like gain=±30%,dead-time=80%..130%")
-        if key not in NAMES:
+        if key not in VARIED_NUMBERS:
             raise TuningError(f"vary: there is no {name!r}; gain, time-constant, second-time-constant, dead-time vary")
-        if key in found:
+        if key in spreads:
             raise TuningError(f"vary: {name} stands there twice")
-        low, high = _ends(name, value, getattr(process, key))
+        low, high = _read_ends(name, value, getattr(process, key))
         if key == "gain" and negative and "%" not in value:
             low, high = -high, -low
-        found[key] = spread_of(key, low, high, process)
-    return list(found.values())
+        spreads[key] = spread_of(key, low, high, process)
+    return list(spreads.values())
 
 
-def _ends(name: str, text: str, stands: float) -> tuple[float, float]:
+def _read_ends(name: str, text: str, nominal: float) -> tuple[float, float]:
     """Both ends of one number as they are written."""
-    if match := AROUND.fullmatch(text):
-        share = float(match[1]) / WHOLE
-        return stands * (1 - share), stands * (1 + share)
-    if match := SHARES.fullmatch(text):
-        return stands * float(match[1]) / WHOLE, stands * float(match[2]) / WHOLE
-    if match := ENDS.fullmatch(text):
+    if match := PLUS_MINUS.fullmatch(text):
+        share = float(match[1]) / PERCENT
+        return nominal * (1 - share), nominal * (1 + share)
+    if match := SHARE_RANGE.fullmatch(text):
+        return nominal * float(match[1]) / PERCENT, nominal * float(match[2]) / PERCENT
+    if match := NUMBER_RANGE.fullmatch(text):
         return float(match[1]), float(match[2])
-    raise TuningError(f"vary: {name}={text!r} does not say how far it varies; {FORMS}")
+    raise TuningError(f"vary: {name}={text!r} does not say how far it varies; {SPREAD_FORMS}")
 
 
 def spread_of(key: str, low: float, high: float, process: Process) -> Spread:
     """A spread that the process lies in; raises `TuningError` for one that no process has."""
-    name, stands = key.replace("_", "-"), getattr(process, key)
-    if not stands or (key == "time_constant" and process.integrating):
-        _refuse(name, "varies, and the process has none")
+    name, nominal = key.replace("_", "-"), getattr(process, key)
+    if not nominal or (key == "time_constant" and process.integrating):
+        _refuse_spread(name, "varies, and the process has none")
     if not (isfinite(low) and isfinite(high)):
-        _refuse(name, "goes beyond what a number holds")
+        _refuse_spread(name, "goes beyond what a number holds")
     if low <= 0:
         sign = ", in the direction of the process's gain" if key == "gain" else ""
-        _refuse(name, f"from {low:g} to {high:g} must stay above 0{sign}")
+        _refuse_spread(name, f"from {low:g} to {high:g} must stay above 0{sign}")
     if low >= high:
-        _refuse(name, f"from {low:g} to {high:g} does not ascend; write the lower end first")
-    if not low <= stands * (1 + 1e-9) or not stands <= high * (1 + 1e-9):
-        _refuse(name, f"from {low:g} to {high:g} leaves out the process's own {stands:g}")
+        _refuse_spread(name, f"from {low:g} to {high:g} does not ascend; write the lower end first")
+    if not low <= nominal * (1 + 1e-9) or not nominal <= high * (1 + 1e-9):
+        _refuse_spread(name, f"from {low:g} to {high:g} leaves out the process's own {nominal:g}")
     return Spread(key, low, high)
 
 
-def _refuse(name: str, why: str) -> NoReturn:
+def _refuse_spread(name: str, why: str) -> NoReturn:
     raise TuningError(f"vary: {name} {why}")
 
 
@@ -481,7 +483,7 @@ D706 = Decision(
     "Tuning Rules (2009) lists them; the least-error rules give absurd gains below them.",
 )
 
-FITTED = (0.1, 1.0)
+FITTED_RATIO = (0.1, 1.0)
 """Of dead time over time constant: the range for which most rules were fitted."""
 LAST_DIGITS = 1e-9
 
@@ -510,12 +512,12 @@ class Method:
     def gains(self, form: Form, process: Process, cycle: Cycle) -> Gains:
         """The result, from whichever of the two the rule is for; raises `ValueError` beyond the rule's own range."""
         if self.of_process is not None:
-            return self.of_process(form, self.taken(form, process))
+            return self.of_process(form, self.reduce_process(form, process))
         if self.of_ultimate is not None:
             return self.of_ultimate(form, cycle)
         raise ValueError(f"{self.name} is made of nothing")
 
-    def taken(self, form: Form, process: Process) -> Process:
+    def reduce_process(self, form: Form, process: Process) -> Process:
         """The process as the rule takes it: by the half rule without the second lag, where it has no use for it."""
         second = process.second_time_constant
         if not second or (form == "PID" and "second-order" in self.models):
@@ -527,17 +529,17 @@ class Method:
 
     def range_of_validity(self, form: Form, process: Process) -> tuple[bool, str]:
         """Whether a process is one that the rule was made for, and the range in words."""
-        taken = self.taken(form, process)
+        reduced = self.reduce_process(form, process)
         if self.searches:
             return True, "for the plants that were tried, in this loop; nothing is said of others"
         if process.integrating or self.of_process is None:
             return True, "it has no limits"
         low, high = self.ratio
-        ratio = taken.delay / taken.time_constant
-        if self.aims and taken.closed_loop:
-            fast = taken.closed_loop < taken.delay * (1 - LAST_DIGITS)
-            text = f"for a closed loop of {taken.delay:.4g} s (the dead time) or slower"
-            return not fast, f"{text}; it is to have {taken.closed_loop:.4g} s"
+        ratio = reduced.delay / reduced.time_constant
+        if self.aims and reduced.closed_loop:
+            fast = reduced.closed_loop < reduced.delay * (1 - LAST_DIGITS)
+            text = f"for a closed loop of {reduced.delay:.4g} s (the dead time) or slower"
+            return not fast, f"{text}; it is to have {reduced.closed_loop:.4g} s"
         if (low, high) == (0.0, inf):
             return True, "for every dead time / time constant"
         holds = low * (1 - LAST_DIGITS) <= ratio <= high * (1 + LAST_DIGITS)
@@ -548,60 +550,60 @@ class Method:
         return method_named, (self.name,)
 
 
-PROCESS = ("gain", "time_constant", "dead_time")
-DELAYED = ("gain", "time_constant", "delay")
-ALL: tuple[Form, ...] = ("P", "PI", "PID")
+PROCESS_NUMBERS = ("gain", "time_constant", "dead_time")
+DELAY_NUMBERS = ("gain", "time_constant", "delay")
+ALL_FORMS: tuple[Form, ...] = ("P", "PI", "PID")
 PI_PID: tuple[Form, ...] = ("PI", "PID")
 ANY_LAG: tuple[Model, ...] = ("first-order", "integrating")
-ANY: tuple[Model, ...] = ("first-order", "second-order", "integrating")
+ANY_MODEL: tuple[Model, ...] = ("first-order", "second-order", "integrating")
 IAE = NEXTOPID.at("Minimization of Integral of Absolute Error")
 
 
-def _fitted(
+def _fitted_rule(
     name: str,
     title: str,
     basis: Basis,
     forms: tuple[Form, ...],
     rule: Callable[[Form, Process], Gains],
-    ratio: tuple[float, float] = FITTED,
+    ratio: tuple[float, float] = FITTED_RATIO,
 ) -> Method:
     """A rule that was fitted to lags with a dead time of some share."""
-    return Method(name, title, basis, forms, rule, needs=DELAYED, ratio=ratio)
+    return Method(name, title, basis, forms, rule, needs=DELAY_NUMBERS, ratio=ratio)
 
 
-def _aiming(
+def _rule_with_aim(
     name: str, title: str, basis: Basis, rule: Callable[[Form, Process], Gains], models: tuple[Model, ...]
 ) -> Method:
     """A rule that makes the closed loop as fast as is asked for."""
-    return Method(name, title, basis, PI_PID, rule, needs=DELAYED, models=models, aims=True)
+    return Method(name, title, basis, PI_PID, rule, needs=DELAY_NUMBERS, models=models, aims=True)
 
 
-def _cycle(name: str, title: str, basis: Basis, table: dict[Form, Row]) -> Method:
+def _rule_of_cycle(name: str, title: str, basis: Basis, table: dict[Form, Row]) -> Method:
     """A rule of multiples of the ultimate cycle."""
-    return Method(name, title, basis, ALL, of_ultimate=rule_of_cycle(table))
+    return Method(name, title, basis, ALL_FORMS, of_ultimate=rule_of_cycle(table))
 
 
 after_disturbances, after_steps = least_error_after_disturbances, least_error_after_setpoint_steps
 CHIEN, CHR_RANGE = "Chien, Hrones and Reswick, ", (0.11, 1.0)
 # fmt: off
-ROWS = (
+METHOD_ROWS = (
     Method("synthesis", "a closed-loop time constant that you choose", NEXTOPID.at("Synthesis Method"), PI_PID,
            synthesis, needs=("gain", "time_constant", "closed_loop"), aims=True),
-    _fitted("iae-disturbance", "least absolute error after disturbances", IAE, ALL,
-            after_disturbances(DISTURBANCE)),
-    _fitted("iae-setpoint", "least absolute error after set-point changes", D92, PI_PID, after_steps(SETPOINT)),
-    _fitted("itae-disturbance", "least absolute error times time after disturbances", D705, ALL,
-            after_disturbances(ITAE_DISTURBANCE)),
-    _fitted("itae-setpoint", "least absolute error times time after set-point changes", D705, PI_PID,
-            after_steps(ITAE_SETPOINT)),
-    _aiming("simc", "Skogestad's SIMC", D700, simc, ANY),
-    _aiming("simc-improved", "Skogestad's SIMC, improved for dead time", D700, simc_improved,
-            ANY_LAG),
-    _aiming("lambda", "lambda tuning", D701, lambda_rule, ANY_LAG),
-    Method("amigo", "Åström and Hägglund's AMIGO", D702, PI_PID, amigo, None, DELAYED, ANY_LAG),
-    _fitted("cohen-coon", "Cohen and Coon", D703, ALL, cohen_coon),
+    _fitted_rule("iae-disturbance", "least absolute error after disturbances", IAE, ALL_FORMS,
+                 after_disturbances(DISTURBANCE)),
+    _fitted_rule("iae-setpoint", "least absolute error after set-point changes", D92, PI_PID, after_steps(SETPOINT)),
+    _fitted_rule("itae-disturbance", "least absolute error times time after disturbances", D705, ALL_FORMS,
+                 after_disturbances(ITAE_DISTURBANCE)),
+    _fitted_rule("itae-setpoint", "least absolute error times time after set-point changes", D705, PI_PID,
+                 after_steps(ITAE_SETPOINT)),
+    _rule_with_aim("simc", "Skogestad's SIMC", D700, simc, ANY_MODEL),
+    _rule_with_aim("simc-improved", "Skogestad's SIMC, improved for dead time", D700, simc_improved,
+                   ANY_LAG),
+    _rule_with_aim("lambda", "lambda tuning", D701, lambda_rule, ANY_LAG),
+    Method("amigo", "Åström and Hägglund's AMIGO", D702, PI_PID, amigo, None, DELAY_NUMBERS, ANY_LAG),
+    _fitted_rule("cohen-coon", "Cohen and Coon", D703, ALL_FORMS, cohen_coon),
     *(
-        _fitted(name, CHIEN + aim, D704, ALL, chien_hrones_reswick(name), CHR_RANGE)
+        _fitted_rule(name, CHIEN + aim, D704, ALL_FORMS, chien_hrones_reswick(name), CHR_RANGE)
         for name, aim in (
             ("chr", "set points without overshoot"),
             ("chr-20", "set points with 20 % overshoot"),
@@ -609,17 +611,17 @@ ROWS = (
             ("chr-disturbance-20", "disturbances with 20 % overshoot"),
         )
     ),
-    Method("zn-open", "Ziegler-Nichols, reaction curve", D90, ALL, reaction_curve, needs=PROCESS, models=ANY_LAG,
-           ratio=FITTED),
-    Method("robust", "least error after a load with Ms below a limit on every plant", D852, PI_PID, needs=DELAYED,
-           models=ANY, searches=True),
-    _cycle("zn-closed", "Ziegler-Nichols, ultimate cycle", D91, ZIEGLER_NICHOLS_CLOSED),
-    _cycle("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, TYREUS_LUYBEN),
-    _cycle("nextopid-autotune", "what NextoPID's auto-tune makes of its relay test", D93, NEXTOPID_CLOSED),
-    _cycle("dl06-autotune", "what the virtual DL06 makes of its closed-loop auto-tune", D91, GENTLE_CLOSED),
+    Method("zn-open", "Ziegler-Nichols, reaction curve", D90, ALL_FORMS, reaction_curve, needs=PROCESS_NUMBERS,
+           models=ANY_LAG, ratio=FITTED_RATIO),
+    Method("robust", "least error after a load with Ms below a limit on every plant", D852, PI_PID, needs=DELAY_NUMBERS,
+           models=ANY_MODEL, searches=True),
+    _rule_of_cycle("zn-closed", "Ziegler-Nichols, ultimate cycle", D91, ZIEGLER_NICHOLS_CLOSED),
+    _rule_of_cycle("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, TYREUS_LUYBEN),
+    _rule_of_cycle("nextopid-autotune", "what NextoPID's auto-tune makes of its relay test", D93, NEXTOPID_CLOSED),
+    _rule_of_cycle("dl06-autotune", "what the virtual DL06 makes of its closed-loop auto-tune", D91, GENTLE_CLOSED),
 )
 # fmt: on
-METHODS = {method.name: method for method in ROWS}
+METHODS = {method.name: method for method in METHOD_ROWS}
 """By name, in the order in which they are listed."""
 
 

@@ -8,7 +8,7 @@ from math import ceil, exp, expm1, floor, inf, isclose, log10, pi, sqrt
 
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-from pidcfg.tuning.margins import TURNS, Margins, gain_margin, peak, phase_margin
+from pidcfg.tuning.margins import FOLLOWED_RADIANS, Margins, gain_margin, peak_sensitivity, phase_margin
 from pidcfg.tuning.rules import Gains, Process
 
 # --- The loop as a PLC runs it: samples, a held output, the PV's filter, and the vendor's difference equation ---------
@@ -50,8 +50,8 @@ D937 = Decision(
     "A continuous loop overshoots by 2 % where the words of a loop of 5 s overshoot by 25 to 48 %.",
 )
 
-PER_DEAD_TIME, PER_TIME_CONSTANT, SHORTEST, LONGEST = 10, 100, 0.1, 20.0
-ALIKE = 1e-6
+SAMPLES_PER_DEAD_TIME, SAMPLES_PER_TIME_CONSTANT, SHORTEST_SAMPLE_TIME, LONGEST_SAMPLE_TIME = 10, 100, 0.1, 20.0
+LEAST_SPACING = 1e-6
 """Two time constants nearer than this are set apart by as much: their modes would cancel."""
 LAST_DIGITS = 1e-9
 DECADES_BELOW, PER_DECADE, PER_RADIAN = 3, 60, 8
@@ -71,7 +71,7 @@ class Sampling:
     derivative_limit: float | None = None
     """The derivative's filter has the derivative time over this, by Ts/(Ts + Td/limit); None: it has not."""
 
-    def lag(self, derivative_time: float) -> float:
+    def filter_share(self, derivative_time: float) -> float:
         """The share that the derivative's filter takes."""
         if self.derivative_limit is None:
             return self.derivative_share
@@ -106,7 +106,7 @@ def hold_process(process: Process, sample_time: float) -> HeldProcess:
     delay = floor(samples + LAST_DIGITS)
     late = max(0.0, (samples - delay) * sample_time)
     slowest = process.time_constant + process.second_time_constant + process.dead_time + sample_time
-    modes = [_mode(gain, lag, sample_time, late) for gain, lag in _lags_of(process)]
+    modes = [_mode_of_lag(gain, lag, sample_time, late) for gain, lag in _lags_of(process)]
     first, second, *_ = (*modes, NO_MODE)
     return HeldProcess((first, second), delay, sample_time, slowest, process.dead_time)
 
@@ -120,12 +120,12 @@ def _lags_of(process: Process) -> list[tuple[float, float]]:
     first = process.time_constant
     if not second:
         return [(gain, first)]
-    if isclose(first, second, rel_tol=ALIKE):
-        second = first * (1 + ALIKE)
+    if isclose(first, second, rel_tol=LEAST_SPACING):
+        second = first * (1 + LEAST_SPACING)
     return [(gain * first / (first - second), first), (-gain * second / (first - second), second)]
 
 
-def _mode(gain: float, lag: float, sample_time: float, late: float) -> Mode:
+def _mode_of_lag(gain: float, lag: float, sample_time: float, late: float) -> Mode:
     """A lag over one sample, in which the output of the sample before still acts for ``late`` s."""
     rest = sample_time - late
     if lag == inf:
@@ -163,7 +163,7 @@ def filtered_process(plant: HeldProcess, sampling: Sampling, z: complex) -> comp
 
 def filtered_difference(back: complex, sampling: Sampling, derivative_time: float) -> complex:
     """The difference to the last sample, per s, behind the derivative's filter; ``back`` is 1/z."""
-    lag = sampling.lag(derivative_time)
+    lag = sampling.filter_share(derivative_time)
     return (1 - back) / sampling.sample_time * lag / (1 - (1 - lag) * back)
 
 
@@ -175,7 +175,7 @@ def frequencies(plant: HeldProcess) -> tuple[list[float], list[float]]:
     top = pi / plant.sample_time * (1 - LAST_DIGITS)
     ratio = 10 ** (1 / PER_DECADE)
     step = 1 / PER_RADIAN / (plant.dead_time + plant.sample_time)
-    followed = min(top, TURNS / plant.dead_time if plant.dead_time else top)
+    followed = min(top, FOLLOWED_RADIANS / plant.dead_time if plant.dead_time else top)
     w = 10**-DECADES_BELOW / plant.slowest
     near, beyond = [], []
     while w < followed:
@@ -191,7 +191,7 @@ def highest_sensitivity(loop: SampledLoop) -> float:
     """Ms of a stable loop: the largest 1/|1 + L|."""
     near, beyond = frequencies(loop.plant)
     loudest = max((abs(loop(w)) for w in beyond), default=0.0)
-    return inf if loudest >= 1 else max(peak(loop, near, [loop(w) for w in near]), 1 / (1 - loudest), 1.0)
+    return inf if loudest >= 1 else max(peak_sensitivity(loop, near, [loop(w) for w in near]), 1 / (1 - loudest), 1.0)
 
 
 def sampled_margins(loop: SampledLoop) -> Margins:
@@ -205,9 +205,12 @@ def sampled_margins(loop: SampledLoop) -> Margins:
 def default_sample_time(process: Process) -> float:
     """A tenth of the dead time, or a hundredth of the time constant, rounded down to 1, 2, 5, 10 and so on."""
     constant = 0.0 if process.integrating else process.time_constant
-    wanted = min(max(process.dead_time / PER_DEAD_TIME, constant / PER_TIME_CONSTANT, SHORTEST), LONGEST)
-    decade = 10.0 ** floor(log10(wanted) + 1e-9)
-    return float(f"{max(n * decade for n in (1, 2, 5) if n * decade <= wanted * (1 + 1e-9)):.3g}")
+    longest = min(
+        max(process.dead_time / SAMPLES_PER_DEAD_TIME, constant / SAMPLES_PER_TIME_CONSTANT, SHORTEST_SAMPLE_TIME),
+        LONGEST_SAMPLE_TIME,
+    )
+    decade = 10.0 ** floor(log10(longest) + 1e-9)
+    return float(f"{max(n * decade for n in (1, 2, 5) if n * decade <= longest * (1 + 1e-9)):.3g}")
 
 
 # --- What a sampled loop does after a step of 1 that is added to its output: the integral of the absolute error -------
@@ -231,7 +234,7 @@ def absolute_error(gains: Gains, plant: HeldProcess, sampling: Sampling, most: f
     whole, limit = gains.integral_time / (gains.gain * sampling.sample_time), most / sampling.sample_time
     block = end = SAMPLES_A_LOOK * ceil(max(SAMPLES_A_LOOK, 2 * (plant.delay + 1)) / SAMPLES_A_LOOK)
     total = signed = highest = first = now = 0.0
-    for n, errors in enumerate(_errors(gains, plant, sampling), 1):
+    for n, errors in enumerate(_sampled_errors(gains, plant, sampling), 1):
         low, high, part = min(errors), max(errors), sum(errors)
         signed += part
         total += part if low >= 0 else -part if high <= 0 else sum(map(abs, errors))
@@ -251,10 +254,10 @@ def absolute_error(gains: Gains, plant: HeldProcess, sampling: Sampling, most: f
     return inf
 
 
-def _errors(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
+def _sampled_errors(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
     """The PV at the samples after the step, `SAMPLES_A_LOOK` of them at a time."""
-    alone = plant.modes[1] == NO_MODE and sampling.pv_share == 1 and not gains.derivative_time
-    return _errors_of_one_lag(gains, plant, sampling) if alone else _errors_of_all_parts(gains, plant, sampling)
+    has_one_part = plant.modes[1] == NO_MODE and sampling.pv_share == 1 and not gains.derivative_time
+    return _errors_of_one_lag(gains, plant, sampling) if has_one_part else _errors_of_all_parts(gains, plant, sampling)
 
 
 def _errors_of_one_lag(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
@@ -278,15 +281,15 @@ def _errors_of_one_lag(gains: Gains, plant: HeldProcess, sampling: Sampling) -> 
 def _errors_of_all_parts(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
     """Two modes, filters of PV and derivative."""
     (a1, b1, c1), (a2, b2, c2) = plant.modes
-    share, lag = sampling.pv_share, sampling.lag(gains.derivative_time)
+    share, lag = sampling.pv_share, sampling.filter_share(gains.derivative_time)
     kp, ki = gains.gain, gains.gain * sampling.sample_time / gains.integral_time
     kd = gains.gain * gains.derivative_time / sampling.sample_time
     outputs = [0.0] * (plant.delay + 1)
-    one = two = pv = slow = integral = old = 0.0
+    first = second = pv = slow = integral = old = 0.0
     for begin in range(1, MOST_SAMPLES + 1, SAMPLES_A_LOOK):
         errors = []
         for n in range(begin, begin + SAMPLES_A_LOOK):
-            y = one + two
+            y = first + second
             errors.append(y)
             pv += (y - pv) * share
             integral += ki * pv
@@ -294,8 +297,8 @@ def _errors_of_all_parts(gains: Gains, plant: HeldProcess, sampling: Sampling) -
             outputs.append(1.0 - kp * pv - integral - kd * (new - slow))
             slow = new
             fresh = outputs[n]
-            one = a1 * one + b1 * fresh + c1 * old
-            two = a2 * two + b2 * fresh + c2 * old
+            first = a1 * first + b1 * fresh + c1 * old
+            second = a2 * second + b2 * fresh + c2 * old
             old = fresh
         yield errors
 
@@ -322,13 +325,13 @@ class Curve:
         near, beyond = frequencies(plant)
         self.end = None if beyond else len(near) - 1
         """Index of half the sample frequency: there the loop is a real number, and below 0 it has turned."""
-        rows = [self._row(w) for w in near]
+        rows = [self._frequency_row(w) for w in near]
         if not derivative:
-            kept = self._count_deciding([row[0] for row in rows])
-            near, rows, beyond = near[:kept], rows[:kept], beyond if kept == len(rows) else []
+            count = self._count_deciding([row[0] for row in rows])
+            near, rows, beyond = near[:count], rows[:count], beyond if count == len(rows) else []
         self.near = near
         self.plant_at, self.integral_at, self.back_at = (list(column) for column in zip(*rows, strict=True))
-        self.beyond = [self._row(w) for w in beyond]
+        self.beyond = [self._frequency_row(w) for w in beyond]
 
     def _count_deciding(self, plant_at: Sequence[complex]) -> int:
         """How many frequencies matter without a derivative.
@@ -344,7 +347,7 @@ class Curve:
         """Whether -180° is reached, with less than another half turn: a larger gain goes round -1."""
         return g.real < 0 and (g.imag >= 0 or i == self.end)
 
-    def _row(self, w: float) -> tuple[complex, complex, complex]:
+    def _frequency_row(self, w: float) -> tuple[complex, complex, complex]:
         """Process, integral over 1/Ti, and 1/z at a frequency."""
         time = self.sampling.sample_time
         z = turn(complex(0, w * time))
@@ -353,17 +356,21 @@ class Curve:
     def sensitivity(self, gains: Gains, *, least: float = 0.0) -> float:
         """Ms; only as close as the frequencies are where it is below ``least``."""
         gain, derivative = gains.gain, gains.derivative_time
-        distances = [abs(1 + gain * g) for g in self._all(gains.integral_time, derivative)]
+        distances = [abs(1 + gain * g) for g in self._unit_loops(gains.integral_time, derivative)]
         highest = 1 / min(distances)
         if highest >= least:
             loop = SampledLoop(gains, self.plant, self.sampling)
             nearest = distances.index(min(distances))
             around = self.near[max(0, nearest - 1) : nearest + 2]
-            highest = max(highest, peak(loop, around, [loop(w) for w in around]))
-        loudest = max((gain * abs(self._times(row, gains.integral_time, derivative)) for row in self.beyond), default=0)
+            highest = max(highest, peak_sensitivity(loop, around, [loop(w) for w in around]))
+        loudest = max(
+            (gain * abs(self._unit_loop(row, gains.integral_time, derivative)) for row in self.beyond), default=0
+        )
         return inf if loudest >= 1 else max(highest, 1 / (1 - loudest), 1.0)
 
-    def _times(self, row: tuple[complex, complex, complex], integral_time: float, derivative_time: float) -> complex:
+    def _unit_loop(
+        self, row: tuple[complex, complex, complex], integral_time: float, derivative_time: float
+    ) -> complex:
         """The open loop of a gain of 1 at a frequency."""
         h, integral, back = row
         value = 1 + integral / integral_time
@@ -371,37 +378,37 @@ class Curve:
             value += derivative_time * filtered_difference(back, self.sampling, derivative_time)
         return h * value
 
-    def at(self, i: int, integral_time: float, derivative_time: float) -> complex:
+    def unit_loop_at(self, i: int, integral_time: float, derivative_time: float) -> complex:
         """The open loop of a gain of 1 at a frequency of the list."""
-        return self._times((self.plant_at[i], self.integral_at[i], self.back_at[i]), integral_time, derivative_time)
+        return self._unit_loop((self.plant_at[i], self.integral_at[i], self.back_at[i]), integral_time, derivative_time)
 
-    def _all(self, integral_time: float, derivative_time: float) -> list[complex]:
+    def _unit_loops(self, integral_time: float, derivative_time: float) -> list[complex]:
         """The open loop of a gain of 1 at all frequencies of the list."""
         if derivative_time:
-            return [self.at(i, integral_time, derivative_time) for i in range(len(self.near))]
+            return [self.unit_loop_at(i, integral_time, derivative_time) for i in range(len(self.near))]
         share = 1 / integral_time
         return [h * (1 + i * share) for h, i in zip(self.plant_at, self.integral_at, strict=True)]
 
     def bound_at_known(self, integral_time: float, derivative_time: float) -> float:
         """A bound of the gain from the frequencies that were in the way before; infinite: nothing is known."""
-        most = self._still_turned(integral_time, derivative_time)
+        most = self._bound_of_turned(integral_time, derivative_time)
         if self.inner_at is not None and most < inf:
-            g = self.at(self.inner_at, integral_time, derivative_time)
-            low, high = roots(g, self.ms)
+            g = self.unit_loop_at(self.inner_at, integral_time, derivative_time)
+            low, high = circle_gains(g, self.ms)
             if low < most <= high or g.imag >= 0:
                 most = min(low, most)
         return most
 
-    def _still_turned(self, integral_time: float, derivative_time: float) -> float:
+    def _bound_of_turned(self, integral_time: float, derivative_time: float) -> float:
         """The gain that the first frequency with -180° or beyond allows, from the one that was in the way before.
 
         With other times that one may be in front of -180°, where gains beyond the circle are allowed again.
         """
         for i in range(len(self.near) if self.upper_at is None else self.upper_at, len(self.near)):
-            g = self.at(i, integral_time, derivative_time)
+            g = self.unit_loop_at(i, integral_time, derivative_time)
             if self._is_turned(i, g):
                 self.upper_at = i
-                return roots(g, self.ms)[0]
+                return circle_gains(g, self.ms)[0]
         return inf
 
     def bound_by_error(self, error: float) -> float:
@@ -413,17 +420,17 @@ class Curve:
         i = next((i for i, h in enumerate(self.plant_at) if self._is_turned(i, h)), None)
         if i is None:
             return inf
-        last = roots(self.plant_at[i], self.ms)[0]
-        return inf if last == inf else max(last, roots(self.at(i, last * error, 0.0), self.ms)[0])
+        last = circle_gains(self.plant_at[i], self.ms)[0]
+        return inf if last == inf else max(last, circle_gains(self.unit_loop_at(i, last * error, 0.0), self.ms)[0])
 
-    def forbidden(self, integral_time: float, derivative_time: float) -> tuple[float, list[Interval]]:
+    def forbidden_gains(self, integral_time: float, derivative_time: float) -> tuple[float, list[Interval]]:
         """The gain from which on none is allowed, and the intervals below it that are not."""
         most, inner = inf, list[tuple[float, float, int]]()
         self.upper_at = None
-        for i, g in enumerate(self._all(integral_time, derivative_time)):
+        for i, g in enumerate(self._unit_loops(integral_time, derivative_time)):
             if g.real >= 0:
                 continue
-            low, high = roots(g, self.ms)
+            low, high = circle_gains(g, self.ms)
             if low == inf:
                 continue
             if not self._is_turned(i, g):
@@ -431,13 +438,13 @@ class Curve:
             elif low < most:
                 most, self.upper_at = low, i
         for row in self.beyond:
-            most = min(most, (1 - 1 / self.ms) / abs(self._times(row, integral_time, derivative_time)))
+            most = min(most, (1 - 1 / self.ms) / abs(self._unit_loop(row, integral_time, derivative_time)))
         last = min((row for row in inner if row[1] >= most), default=None)
         self.inner_at = None if last is None else last[2]
         return most, [(low, high) for low, high, _ in inner if low < most]
 
 
-def roots(g: complex, ms: float) -> Interval:
+def circle_gains(g: complex, ms: float) -> Interval:
     """The gains between which k g lies in the circle; infinite: it never does."""
     square, along = g.real * g.real + g.imag * g.imag, g.real
     inner = along * along - square * (1 - 1 / ms**2)
@@ -451,16 +458,16 @@ def allowed_gains(curves: Sequence[Curve], integral_time: float, derivative_time
     """The intervals of gains that no curve forbids at its frequencies, the highest first."""
     most, inner = inf, list[Interval]()
     for curve in curves:
-        bound, intervals = curve.forbidden(integral_time, derivative_time)
+        bound, intervals = curve.forbidden_gains(integral_time, derivative_time)
         most = min(most, bound)
         inner += intervals
-    left, low = [], 0.0
+    allowed, low = [], 0.0
     for begin, end in sorted(inner):
         if begin >= most:
             break
         if begin > low:
-            left.append((low, begin))
+            allowed.append((low, begin))
         low = max(low, end)
     if low < most:
-        left.append((low, most))
-    return left[::-1]
+        allowed.append((low, most))
+    return allowed[::-1]

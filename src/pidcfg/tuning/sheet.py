@@ -64,47 +64,47 @@ def read_stamp(text: str) -> Stamp | None:
     """A time, a date, or both; None for anything else."""
     text = text.strip()
     if CLOCK.fullmatch(text):
-        return _clock(text)
-    day, _, rest = _split(text)
+        return _read_clock(text)
+    day, _, rest = _split_stamp(text)
     if not day:
-        return _iso(text)
-    found = _date(day)
-    if found is None:
+        return _read_iso(text)
+    stamp = _read_date(day)
+    if stamp is None:
         return None
     if not rest:
-        return found
-    clock = _clock(rest)
+        return stamp
+    clock = _read_clock(rest)
     if clock is None:
-        return _iso(text)
-    return Stamp(found.year, found.first, found.second, found.sign, clock.clock, clock.minutes, clock.hours)
+        return _read_iso(text)
+    return Stamp(stamp.year, stamp.first, stamp.second, stamp.sign, clock.clock, clock.minutes, clock.hours)
 
 
-def _split(text: str) -> tuple[str, str, str]:
+def _split_stamp(text: str) -> tuple[str, str, str]:
     """Date and clock of a text."""
     for pattern in (YEAR_FIRST, YEAR_LAST, NAMED_MONTH, MONTH_FIRST):
-        found = pattern.match(text)
-        if found:
-            rest = text[found.end() :]
-            return (found[0], "", rest.lstrip(" T,-_")) if not rest or rest[0] in " T,-_" else ("", "", "")
+        match = pattern.match(text)
+        if match:
+            rest = text[match.end() :]
+            return (match[0], "", rest.lstrip(" T,-_")) if not rest or rest[0] in " T,-_" else ("", "", "")
     return "", "", ""
 
 
-def _date(text: str) -> Stamp | None:
-    if found := YEAR_FIRST.fullmatch(text):
-        return _stamp_of(int(found[1]), int(found[3]), int(found[4]))
-    if found := YEAR_LAST.fullmatch(text):
-        return Stamp(_year(found[4]), int(found[1]), int(found[3]), "." if found[2] == "." else "/")
-    if found := NAMED_MONTH.fullmatch(text):
-        month, day, year = found[2], found[1], found[3]
-    elif found := MONTH_FIRST.fullmatch(text):
-        month, day, year = found[1], found[2], found[3]
+def _read_date(text: str) -> Stamp | None:
+    if match := YEAR_FIRST.fullmatch(text):
+        return _stamp_of(int(match[1]), int(match[3]), int(match[4]))
+    if match := YEAR_LAST.fullmatch(text):
+        return Stamp(_read_year(match[4]), int(match[1]), int(match[3]), "." if match[2] == "." else "/")
+    if match := NAMED_MONTH.fullmatch(text):
+        month, day, year = match[2], match[1], match[3]
+    elif match := MONTH_FIRST.fullmatch(text):
+        month, day, year = match[1], match[2], match[3]
     else:
         return None
     name = month.lower()
-    return _stamp_of(_year(year), MONTHS.index(name) + 1, int(day)) if name in MONTHS else None
+    return _stamp_of(_read_year(year), MONTHS.index(name) + 1, int(day)) if name in MONTHS else None
 
 
-def _year(text: str) -> int:
+def _read_year(text: str) -> int:
     return int(text) + (CENTURY if len(text) == 2 else 0)
 
 
@@ -116,11 +116,11 @@ def _stamp_of(year: int, month: int, day: int) -> Stamp | None:
     return Stamp(year, month, day, "-")
 
 
-def _clock(text: str) -> Stamp | None:
-    found = CLOCK.fullmatch(text)
-    if found is None:
+def _read_clock(text: str) -> Stamp | None:
+    match = CLOCK.fullmatch(text)
+    if match is None:
         return None
-    first, second, third, fraction, half = found.groups()
+    first, second, third, fraction, half = match.groups()
     part = float(f"0.{fraction}") if fraction else 0.0
     if third is None and fraction:
         return Stamp(clock=int(first) * 60 + int(second) + part) if int(second) < 60 else None
@@ -135,7 +135,7 @@ def _clock(text: str) -> Stamp | None:
     return Stamp(clock=seconds, minutes=third is None and not half, hours=hours)
 
 
-def _iso(text: str) -> Stamp | None:
+def _read_iso(text: str) -> Stamp | None:
     """What the standard library reads, with its offset from UTC."""
     if not text[:4].isdigit() or len(text) < len("2026-01-01T00"):
         return None
@@ -172,7 +172,7 @@ def seconds_of(texts: Sequence[str], *, minutes_first: bool = False) -> tuple[li
             remarks.append("times are read as hours:minutes")
     if stamps[0].year is None:
         return _over_midnight(clocks, remarks), remarks
-    days = _days(stamps, remarks)
+    days = _count_days(stamps, remarks)
     return [day * DAY + clock for day, clock in zip(days, clocks, strict=True)], remarks
 
 
@@ -192,7 +192,7 @@ def _over_midnight(clocks: Sequence[float], remarks: list[str]) -> list[float]:
     return out
 
 
-def _days(stamps: Sequence[Stamp], remarks: list[str]) -> list[int]:
+def _count_days(stamps: Sequence[Stamp], remarks: list[str]) -> list[int]:
     """Dates as numbers of days; which number is the day is told by the signs, by the numbers, or by the shorter way."""
     if len({(s.year, s.first, s.second) for s in stamps}) == 1 and stamps[0].sign == "/":
         return [0] * len(stamps)
@@ -201,7 +201,7 @@ def _days(stamps: Sequence[Stamp], remarks: list[str]) -> list[int]:
         ways = [day_first for day_first in ways if _is_date(stamp, day_first=day_first)]
         if not ways:
             raise StampError("there is no such date", i)
-    readings = {day_first: [_day(stamp, day_first=day_first) for stamp in stamps] for day_first in ways}
+    readings = {day_first: [_day_number(stamp, day_first=day_first) for stamp in stamps] for day_first in ways}
     spans = {key: max(days) - min(days) for key, days in readings.items()}
     best = min(readings, key=lambda key: spans[key])
     if len(readings) > 1 and spans[True] != spans[False]:
@@ -211,13 +211,13 @@ def _days(stamps: Sequence[Stamp], remarks: list[str]) -> list[int]:
 
 def _is_date(stamp: Stamp, *, day_first: bool) -> bool:
     try:
-        _day(stamp, day_first=day_first)
+        _day_number(stamp, day_first=day_first)
     except ValueError:
         return False
     return True
 
 
-def _day(stamp: Stamp, *, day_first: bool) -> int:
+def _day_number(stamp: Stamp, *, day_first: bool) -> int:
     month, day = stamp.first, stamp.second
     if stamp.sign == "." or (stamp.sign == "/" and day_first):
         month, day = day, month
@@ -296,8 +296,8 @@ class Sheet:
 
 def number_of(text: str, *, comma: bool) -> float | None:
     """A finite number with its decimal sign; a unit may stand behind it."""
-    found = WITH_UNIT.fullmatch(text)
-    bare = found[1] if found else text
+    match = WITH_UNIT.fullmatch(text)
+    bare = match[1] if match else text
     grouped = THOUSANDS[comma].fullmatch(bare)
     bare = bare.replace("." if comma else ",", "") if grouped else bare
     if not NUMBER.fullmatch(bare) or (not comma and "," in bare) or (comma and "." in bare):
@@ -310,25 +310,25 @@ def read_sheet(data: bytes, name: str) -> Sheet:
     """The table in a file's bytes; raises `TuningError`."""
     if other := binary_file(data):
         raise TuningError(f"{name}: {other[0]}, no table of a record; {other[1]}")
-    text, remarks = _text(data, name)
+    text, remarks = _decode_table(data, name)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), start=1) if line.strip()]
     lines = [(n, line) for n, line in lines if not line.lstrip().startswith(("#", "//"))]
-    between = _delimiter([line for _, line in lines])
-    rows = [Row(n, _cells(line, between, f"{name}:{n}")) for n, line in lines]
+    separator = _find_separator([line for _, line in lines])
+    rows = [Row(n, _split_cells(line, separator, f"{name}:{n}")) for n, line in lines]
     first = next((i for i, row in enumerate(rows) if _holds_values(row.cells)), None)
     if first is None:
         raise TuningError(f"{name} holds no samples; a record has a row a sample, with time, output and PV")
-    width = _width(rows[first:])
-    names, units = _header(rows[:first], width)
-    body = _body(rows[first:], width, names, name)
+    width = _table_width(rows[first:])
+    names, units = _read_header(rows[:first], width)
+    body = _read_body(rows[first:], width, names, name)
     comma = _decimal_comma(body, name)
-    shown = {"\t": "tabs", None: "blanks"}.get(between, f"{between!r}")
+    separator_name = {"\t": "tabs", None: "blanks"}.get(separator, f"{separator!r}")
     if comma:
-        remarks.append(f"numbers have a decimal comma, cells are separated by {shown}")
+        remarks.append(f"numbers have a decimal comma, cells are separated by {separator_name}")
     return Sheet(name, names, units, body, comma, tuple(remarks))
 
 
-def _text(data: bytes, name: str) -> tuple[str, list[str]]:
+def _decode_table(data: bytes, name: str) -> tuple[str, list[str]]:
     try:
         return listing_text(data), []
     except ListingError as error:
@@ -337,7 +337,7 @@ def _text(data: bytes, name: str) -> tuple[str, list[str]]:
         return data.decode("cp1252", "replace"), ["the file is not UTF-8; it was read as Windows-1252"]
 
 
-def _delimiter(lines: Sequence[str]) -> str | None:
+def _find_separator(lines: Sequence[str]) -> str | None:
     """What stands between cells; None: blanks."""
     for sign in (";", "\t", "|"):
         if sum(sign in line for line in lines) * 2 > len(lines):
@@ -348,11 +348,11 @@ def _delimiter(lines: Sequence[str]) -> str | None:
     return "," if sum("," in line for line in lines) * 2 > len(lines) else None
 
 
-def _cells(line: str, between: str | None, place: str) -> tuple[str, ...]:
-    if between is None:
+def _split_cells(line: str, separator: str | None, place: str) -> tuple[str, ...]:
+    if separator is None:
         return tuple(line.split())
     try:
-        cells = next(csv.reader([line], delimiter=between, strict=True))
+        cells = next(csv.reader([line], delimiter=separator, strict=True))
     except csv.Error as error:
         raise TuningError(f"{place}: not CSV: {error}") from None
     # without blanks of any width around a cell, and with the minus of the keyboard
@@ -367,7 +367,7 @@ def _holds_values(cells: Iterable[str]) -> bool:
     return sum(map(_is_value, cells)) >= LEAST_COLUMNS
 
 
-def _width(rows: Sequence[Row]) -> int:
+def _table_width(rows: Sequence[Row]) -> int:
     """The number of columns that most rows have, without empty ones at the end."""
     counts = Counter(len(row.cells) for row in rows)
     width = max(counts, key=lambda n: (counts[n], n))
@@ -377,7 +377,7 @@ def _width(rows: Sequence[Row]) -> int:
     return width
 
 
-def _header(above: Sequence[Row], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _read_header(above: Sequence[Row], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units of the columns, from the last row above the values, and a row of units below it."""
     rows = [row.cells for row in above if len(row.cells) >= width or sum(map(bool, row.cells)) >= LEAST_COLUMNS]
     units = [""] * width
@@ -385,9 +385,9 @@ def _header(above: Sequence[Row], width: int) -> tuple[tuple[str, ...], tuple[st
         units = [cell.strip("[]()") for cell in _fill_cells(rows.pop(), width)]
     names = _fill_cells(rows[-1], width) if rows else [""] * width
     for i, name in enumerate(names):
-        found = UNIT_IN_NAME.fullmatch(name)
-        if found:
-            names[i], units[i] = found[1] or name, units[i] or found[2]
+        match = UNIT_IN_NAME.fullmatch(name)
+        if match:
+            names[i], units[i] = match[1] or name, units[i] or match[2]
     return tuple(names), tuple(units)
 
 
@@ -399,7 +399,7 @@ def _fill_cells(cells: Sequence[str], width: int) -> list[str]:
     return [*cells, *[""] * width][:width]
 
 
-def _body(rows: Sequence[Row], width: int, names: Sequence[str], name: str) -> list[Row]:
+def _read_body(rows: Sequence[Row], width: int, names: Sequence[str], name: str) -> list[Row]:
     """The rows of values, each with as many cells as there are columns."""
     body = []
     for row in rows:
@@ -421,21 +421,21 @@ def _body(rows: Sequence[Row], width: int, names: Sequence[str], name: str) -> l
 
 def _decimal_comma(rows: Sequence[Row], name: str) -> bool:
     """Whether numbers have a decimal comma; a file with both signs is refused."""
-    seen: dict[bool, tuple[int, int, str]] = {}
+    places: dict[bool, tuple[int, int, str]] = {}
     for row in rows:
         for column, cell in enumerate(row.cells):
-            found = WITH_UNIT.fullmatch(cell)
-            bare = found[1] if found else cell
+            match = WITH_UNIT.fullmatch(cell)
+            bare = match[1] if match else cell
             for comma in (False, True):
-                one = (COMMA if comma else POINT).fullmatch(bare) and NUMBER.fullmatch(bare)
-                if one or THOUSANDS[comma].fullmatch(bare):
-                    seen.setdefault(comma, (row.line, column + 1, cell))
-    if len(seen) > 1:
-        (line, column, cell), (_, _, other) = seen[True], seen[False]
+                plain = (COMMA if comma else POINT).fullmatch(bare) and NUMBER.fullmatch(bare)
+                if plain or THOUSANDS[comma].fullmatch(bare):
+                    places.setdefault(comma, (row.line, column + 1, cell))
+    if len(places) > 1:
+        (line, column, cell), (_, _, other) = places[True], places[False]
         raise TuningError(
             f"{name}:{line}:{column}: {cell!r} has a decimal comma, and {other!r} a decimal point; write all alike"
         )
-    return True in seen
+    return True in places
 
 
 # --- Which column of a record is time, output and PV: as the user says, by their names, or by what they hold ----------
@@ -496,96 +496,96 @@ class Columns:
     time: tuple[int, ...]
     output: int
     pv: int
-    by: str
+    basis: str
     """How they were found."""
 
     def text(self, sheet: Sheet) -> str:
         """The columns for people."""
         time = " and ".join(sheet.title(column) for column in self.time)
-        return f"columns ({self.by}): time {time}, output {sheet.title(self.output)}, PV {sheet.title(self.pv)}"
+        return f"columns ({self.basis}): time {time}, output {sheet.title(self.output)}, PV {sheet.title(self.pv)}"
 
 
-def wanted_columns(text: str) -> dict[str, str]:
+def stated_columns(text: str) -> dict[str, str]:
     """What ``time=…,output=…,pv=…`` says; raises `TuningError`."""
     marks = list(STATED_COLUMNS.finditer(text))
     if not marks or text[: marks[0].start()].strip():
         raise TuningError(f"columns {text[:60]!r}; write time=…,output=…,pv=… with names or numbers, time=1+2 for two")
-    found = {}
+    stated = {}
     for mark, after in zip(marks, [*(m.start() for m in marks[1:]), len(text)], strict=True):
         key, value = mark[1].lower(), text[mark.end() : after].strip()
-        if key in found or not value:
-            raise TuningError(f"columns {text[:60]!r}: {key} is given {'twice' if key in found else 'no column'}")
-        found[key] = value
-    return found
+        if key in stated or not value:
+            raise TuningError(f"columns {text[:60]!r}: {key} is given {'twice' if key in stated else 'no column'}")
+        stated[key] = value
+    return stated
 
 
-def find_columns(sheet: Sheet, given: Mapping[str, str]) -> Columns:
+def find_columns(sheet: Sheet, stated: Mapping[str, str]) -> Columns:
     """The three columns; raises `TuningError` with the columns that there are where one cannot be told."""
-    named = {role: _given(sheet, role, given[role]) for role in ROLES if role in given}
-    taken = {column for columns in named.values() for column in columns}
+    named = {role: _stated_columns(sheet, role, stated[role]) for role in ROLES if role in stated}
+    used = {column for columns in named.values() for column in columns}
     ways = ["as given"] if named else []
-    by_name = {role: _by_name(sheet, role, taken) for role in ROLES if role not in named}
+    by_name = {role: _columns_by_name(sheet, role, used) for role in ROLES if role not in named}
     for role, columns in by_name.items():
         if columns and (role == "time" or len(columns) == 1):
-            named[role] = columns if role != "time" else _time(sheet, columns)
-            taken.update(named[role])
+            named[role] = columns if role != "time" else _time_columns(sheet, columns)
+            used.update(named[role])
     if any(role in by_name for role in named):
         ways.append("by their names")
     missing = [role for role in ROLES if role not in named]
     if missing:
         ambiguous = next((role for role in missing if len(by_name[role]) > 1), None)
         if ambiguous:
-            raise _untold(sheet, ambiguous, f"{len(by_name[ambiguous])} columns are named so")
-        ways.append(_by_content(sheet, named, missing, taken))
+            raise _ambiguity_error(sheet, ambiguous, f"{len(by_name[ambiguous])} columns are named so")
+        ways.append(_tell_by_content(sheet, named, missing, used))
     return Columns(named["time"], named["output"][0], named["pv"][0], " and ".join(ways))
 
 
-def _given(sheet: Sheet, role: str, text: str) -> tuple[int, ...]:
+def _stated_columns(sheet: Sheet, role: str, text: str) -> tuple[int, ...]:
     """Columns by number or name."""
-    column = _one(sheet, text)
+    column = _find_column(sheet, text)
     if column is not None:
         return (column,)
     parts = text.split("+")
     if role == "time" and len(parts) == 2:
-        both = [_one(sheet, part.strip()) for part in parts]
+        both = [_find_column(sheet, part.strip()) for part in parts]
         if None not in both:
             return tuple(column for column in both if column is not None)
-    raise TuningError(f"{sheet.name}: there is no column {text[:40]!r} for {role}; there are {_all(sheet)}")
+    raise TuningError(f"{sheet.name}: there is no column {text[:40]!r} for {role}; there are {_list_columns(sheet)}")
 
 
-def _one(sheet: Sheet, text: str) -> int | None:
+def _find_column(sheet: Sheet, text: str) -> int | None:
     if text.isascii() and text.isdecimal() and text not in sheet.names:
         return int(text) - 1 if 1 <= int(text) <= sheet.width else None
-    for same in (str, str.casefold):
-        found = [i for i, name in enumerate(sheet.names) if same(name) == same(text)]
-        if len(found) == 1:
-            return found[0]
+    for fold in (str, str.casefold):
+        matches = [i for i, name in enumerate(sheet.names) if fold(name) == fold(text)]
+        if len(matches) == 1:
+            return matches[0]
     whole = UNIT_IN_NAME.fullmatch(text)
     if whole is None:
         return None
-    wanted = whole[1].casefold(), whole[2].casefold()
+    name_and_unit = whole[1].casefold(), whole[2].casefold()
     pairs = zip(sheet.names, sheet.units, strict=True)
-    found = [i for i, (name, unit) in enumerate(pairs) if (name.casefold(), unit.casefold()) == wanted]
-    return found[0] if len(found) == 1 else None
+    matches = [i for i, (name, unit) in enumerate(pairs) if (name.casefold(), unit.casefold()) == name_and_unit]
+    return matches[0] if len(matches) == 1 else None
 
 
-def _by_name(sheet: Sheet, role: str, taken: set[int]) -> tuple[int, ...]:
-    found = []
+def _columns_by_name(sheet: Sheet, role: str, used: set[int]) -> tuple[int, ...]:
+    columns = []
     for column, name in enumerate(sheet.names):
         words = {word.lower() for word in TOKEN.findall(name)}
         roles = [r for r in ROLES if words & COLUMN_WORDS[r]]
         if "pv" in words:
             roles = ["pv"]
-        if column not in taken and roles == [role] and not words & OTHER_WORDS:
-            found.append(column)
+        if column not in used and roles == [role] and not words & OTHER_WORDS:
+            columns.append(column)
     if role != "time":
-        found = [column for column in found if _numbers(sheet, column) is not None]
-        exact = [column for column in found if sheet.names[column].casefold() in COLUMN_WORDS[role]]
-        found = exact if len(exact) == 1 else found
-    return tuple(found)
+        columns = [column for column in columns if _column_numbers(sheet, column) is not None]
+        exact = [column for column in columns if sheet.names[column].casefold() in COLUMN_WORDS[role]]
+        columns = exact if len(exact) == 1 else columns
+    return tuple(columns)
 
 
-def _time(sheet: Sheet, columns: Sequence[int]) -> tuple[int, ...]:
+def _time_columns(sheet: Sheet, columns: Sequence[int]) -> tuple[int, ...]:
     """Of several columns with a name of time: a date with its clock, else the first."""
     texts = {column: sheet.rows[0].cells[column] for column in columns}
     dates = [c for c, t in texts.items() if (s := read_stamp(t)) and s.year is not None and ":" not in t]
@@ -595,7 +595,7 @@ def _time(sheet: Sheet, columns: Sequence[int]) -> tuple[int, ...]:
     return (columns[0],)
 
 
-def _numbers(sheet: Sheet, column: int) -> list[float] | None:
+def _column_numbers(sheet: Sheet, column: int) -> list[float] | None:
     """The numbers of a column; None where mostly something else stands there."""
     out, others = [], 0
     for row in sheet.rows[:JUDGED_ROWS]:
@@ -610,38 +610,40 @@ def _numbers(sheet: Sheet, column: int) -> list[float] | None:
     return out if len(out) > MOST_OTHERS * others else None
 
 
-def _by_content(sheet: Sheet, named: dict[str, tuple[int, ...]], missing: list[str], taken: set[int]) -> str:
+def _tell_by_content(sheet: Sheet, named: dict[str, tuple[int, ...]], missing: list[str], used: set[int]) -> str:
     """Finds what names did not tell; what is told stands in ``named``. The way, for people."""
-    stamps = [c for c in range(sheet.width) if c not in taken and read_stamp(sheet.rows[0].cells[c])]
+    stamps = [c for c in range(sheet.width) if c not in used and read_stamp(sheet.rows[0].cells[c])]
     if "time" in missing and stamps:
-        named["time"] = _time(sheet, stamps)
+        named["time"] = _time_columns(sheet, stamps)
         missing.remove("time")
-    others = {c: n for c in range(sheet.width) if c not in taken and c not in stamps and (n := _numbers(sheet, c))}
+    others = {
+        c: n for c in range(sheet.width) if c not in used and c not in stamps and (n := _column_numbers(sheet, c))
+    }
     others = {c: n for c, n in others.items() if not {w.lower() for w in TOKEN.findall(sheet.names[c])} & OTHER_WORDS}
     if "time" in missing:
         rising = [c for c, numbers in others.items() if _goes_one_way(numbers)]
         if not rising:
-            raise _untold(sheet, "time", "no column goes one way")
+            raise _ambiguity_error(sheet, "time", "no column goes one way")
         named["time"] = (rising[0],)
         others.pop(rising[0])
         missing.remove("time")
     if len(others) > len(missing):
         others = {c: n for c, n in others.items() if min(n) != max(n)} or others
     if len(others) != len(missing):
-        raise _untold(sheet, missing[0], f"{len(others)} columns could be it")
+        raise _ambiguity_error(sheet, missing[0], f"{len(others)} columns could be it")
     if len(missing) == 1:
         named[missing[0]] = tuple(others)
     elif missing:
-        _output_and_pv(sheet, others, named)
+        _tell_output_and_pv(sheet, others, named)
     return "by their content"
 
 
-def _output_and_pv(sheet: Sheet, others: Mapping[int, Sequence[float]], named: dict[str, tuple[int, ...]]) -> None:
+def _tell_output_and_pv(sheet: Sheet, others: Mapping[int, Sequence[float]], named: dict[str, tuple[int, ...]]) -> None:
     """Of two columns, the output is the one that is held, changes a few times, and before the other moves.
 
     Raises `ColumnsError` where neither is, or both are.
     """
-    pairs = [(a, b) for a, b in (tuple(others), tuple(others)[::-1]) if _leads(others[a], others[b])]
+    pairs = [(a, b) for a, b in (tuple(others), tuple(others)[::-1]) if _leads_pv(others[a], others[b])]
     if len(pairs) != 1:
         time = "+".join(str(column + 1) for column in named["time"])
         first, second = others
@@ -655,10 +657,10 @@ def _output_and_pv(sheet: Sheet, others: Mapping[int, Sequence[float]], named: d
     named["output"], named["pv"] = ((column,) for column in pairs[0])
 
 
-def _leads(output: Sequence[float], pv: Sequence[float]) -> bool:
+def _leads_pv(output: Sequence[float], pv: Sequence[float]) -> bool:
     """Whether a column is one of an output that is held, and the other one moves more often and later."""
-    moves = _moves(output)
-    if _held(output) < HELD_SHARE or not 0 < moves <= MOST_MOVES or _moves(pv) <= moves:
+    moves = _count_moves(output)
+    if _held_share(output) < HELD_SHARE or not 0 < moves <= MOST_MOVES or _count_moves(pv) <= moves:
         return False
     begin, reach = _first_move(output, 0.0), max(pv) - min(pv)
     return begin <= _first_move(pv, BEGINS_SHARE * reach)
@@ -669,11 +671,11 @@ def _first_move(numbers: Sequence[float], least: float) -> int:
     return next((i for i, value in enumerate(numbers) if abs(value - numbers[0]) > least), len(numbers))
 
 
-def _held(numbers: Sequence[float]) -> float:
+def _held_share(numbers: Sequence[float]) -> float:
     return sum(a == b for a, b in pairwise(numbers)) / max(1, len(numbers) - 1)
 
 
-def _moves(numbers: Sequence[float]) -> int:
+def _count_moves(numbers: Sequence[float]) -> int:
     return sum(a != b for a, b in pairwise(numbers))
 
 
@@ -684,12 +686,12 @@ def _goes_one_way(numbers: Sequence[float]) -> bool:
     return one_way and len(set(numbers)) * 4 > len(numbers) and len(steps) > 0
 
 
-def _untold(sheet: Sheet, role: str, why: str) -> TuningError:
+def _ambiguity_error(sheet: Sheet, role: str, why: str) -> TuningError:
     return ColumnsError(
-        f"{sheet.name}: which column is the {role} cannot be told ({why}); there are {_all(sheet)}; say which with "
-        "--columns time=…,output=…,pv=…"
+        f"{sheet.name}: which column is the {role} cannot be told ({why}); there are {_list_columns(sheet)}; say "
+        "which with --columns time=…,output=…,pv=…"
     )
 
 
-def _all(sheet: Sheet) -> str:
+def _list_columns(sheet: Sheet) -> str:
     return ", ".join(sheet.title(column) for column in range(sheet.width))

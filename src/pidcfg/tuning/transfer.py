@@ -101,13 +101,13 @@ def phase_at(transfer: Transfer, w: float) -> float:
 
 def _halve_small_lags(transfer: Transfer, order: int) -> Process:
     """The largest lags, half of the next one, and the dead time that all others make."""
-    kept = order - transfer.integrators
+    count = order - transfer.integrators
     lags = sorted(transfer.poles, reverse=True)
     leads = any(zero > 0 for zero in transfer.zeros)
     # Nothing that stays takes the other half: with leads the whole counts, as E6 is printed, without them half, as E8.
-    share = 1.0 if leads and not kept else 0.5
-    whole, part = lags[:kept], sum(lags[kept : kept + 1])
-    dead = transfer.dead_time + part * share + sum(lags[kept + 1 :]) - sum(zero for zero in transfer.zeros if zero < 0)
+    share = 1.0 if leads and not count else 0.5
+    whole, part = lags[:count], sum(lags[count : count + 1])
+    dead = transfer.dead_time + part * share + sum(lags[count + 1 :]) - sum(zero for zero in transfer.zeros if zero < 0)
     if whole:
         whole[-1] += part / 2
         whole.sort(reverse=True)
@@ -173,7 +173,7 @@ class Product:
     below: list[Polynomial] = field(default_factory=list)
     dead_time: float = 0.0
 
-    def times(self, other: Product, *, inverse: bool = False) -> Product:
+    def multiply(self, other: Product, *, inverse: bool = False) -> Product:
         """The product with another one, or with its inverse."""
         above, below = (other.below, other.above) if inverse else (other.above, other.below)
         sign = -1 if inverse else 1
@@ -182,7 +182,7 @@ class Product:
 
 def read_transfer(text: str) -> Transfer:
     """The transfer function; raises `TuningError` with the place of what cannot be read."""
-    product = _Reader(text).whole()
+    product = _Reader(text).read_all()
     gain, zeros, at_zero = _factorize(product.above)
     below, poles, integrators = _factorize(product.below)
     if not gain or not below:
@@ -209,7 +209,7 @@ class _Reader:
     def __init__(self, text: str) -> None:
         if len(text) > MOST_CHARACTERS:
             raise TuningError(f"a transfer function of more than {MOST_CHARACTERS} characters")
-        self.text, self.tokens, self.at = text, list[re.Match[str]](), 0
+        self.text, self.tokens, self.position = text, list[re.Match[str]](), 0
         place = 0
         while text[place:].strip():
             match = TOKEN.match(text, place)
@@ -219,92 +219,92 @@ class _Reader:
             self.tokens.append(match)
             place = match.end()
 
-    def whole(self) -> Product:
+    def read_all(self) -> Product:
         """Everything that is there."""
-        product = self.sum(0)
-        if self.at < len(self.tokens):
-            self.refuse()
+        product = self.read_sum(0)
+        if self.position < len(self.tokens):
+            self.refuse_token()
         return product
 
-    def refuse(self) -> NoReturn:
+    def refuse_token(self) -> NoReturn:
         """Raises `TuningError` at the token that does not fit."""
-        if self.at == len(self.tokens):
+        if self.position == len(self.tokens):
             raise TuningError("the transfer function ends too early: a bracket or a factor is missing")
-        token = self.tokens[self.at]
+        token = self.tokens[self.position]
         column = token.end() - len(token.group().strip()) + 1
         raise TuningError(f"the transfer function cannot be read at column {column}: {self.text[column - 1 :][:20]!r}")
 
-    def sign(self, *signs: str) -> str | None:
+    def take_sign(self, *signs: str) -> str | None:
         """The next token, taken, if it is one of these signs."""
-        if self.at < len(self.tokens) and self.tokens[self.at]["sign"] in signs:
-            self.at += 1
-            return self.tokens[self.at - 1]["sign"]
+        if self.position < len(self.tokens) and self.tokens[self.position]["sign"] in signs:
+            self.position += 1
+            return self.tokens[self.position - 1]["sign"]
         return None
 
-    def sum(self, depth: int) -> Product:
+    def read_sum(self, depth: int) -> Product:
         """Terms with + and - between them; several become one polynomial."""
         if depth > LARGEST_POWER:
             raise TuningError("the transfer function has too many brackets in each other")
-        negative = self.sign("+", "-") == "-"
-        terms = [self.quotient(depth)]
+        negative = self.take_sign("+", "-") == "-"
+        terms = [self.read_quotient(depth)]
         signs = [-1.0 if negative else 1.0]
-        while sign := self.sign("+", "-"):
+        while sign := self.take_sign("+", "-"):
             signs.append(-1.0 if sign == "-" else 1.0)
-            terms.append(self.quotient(depth))
+            terms.append(self.read_quotient(depth))
         if len(terms) == 1:
-            return terms[0].times(Product([(signs[0],)]))
-        return Product([_sum([_polynomial(term, sign) for term, sign in zip(terms, signs, strict=True)])])
+            return terms[0].multiply(Product([(signs[0],)]))
+        return Product([_add_polynomials([_multiply_out(term, sign) for term, sign in zip(terms, signs, strict=True)])])
 
-    def quotient(self, depth: int) -> Product:
+    def read_quotient(self, depth: int) -> Product:
         """Factors with * and / between them."""
-        product = self.factors(depth)
-        while sign := self.sign("*", "/"):
-            product = product.times(self.factors(depth), inverse=sign == "/")
+        product = self.read_factors(depth)
+        while sign := self.take_sign("*", "/"):
+            product = product.multiply(self.read_factors(depth), inverse=sign == "/")
         return product
 
-    def factors(self, depth: int) -> Product:
+    def read_factors(self, depth: int) -> Product:
         """Factors without a sign between them."""
-        product = self.factor(depth)
-        while self.at < len(self.tokens) and self.tokens[self.at]["sign"] in {None, "(", "s"}:
-            product = product.times(self.factor(depth))
+        product = self.read_factor(depth)
+        while self.position < len(self.tokens) and self.tokens[self.position]["sign"] in {None, "(", "s"}:
+            product = product.multiply(self.read_factor(depth))
             if len(product.above) + len(product.below) > MOST_FACTORS:
                 raise TuningError(f"a transfer function of more than {MOST_FACTORS} factors")
         return product
 
-    def factor(self, depth: int) -> Product:
+    def read_factor(self, depth: int) -> Product:
         """A number, s, a dead time or a bracket, with its power."""
-        if self.at == len(self.tokens):
-            self.refuse()
-        token = self.tokens[self.at]
+        if self.position == len(self.tokens):
+            self.refuse_token()
+        token = self.tokens[self.position]
         if token["delay"]:
-            self.at += 1
-            return self.power(Product(dead_time=float(token["dead"] or 1)))
+            self.position += 1
+            return self.read_power(Product(dead_time=float(token["dead"] or 1)))
         if token["number"]:
-            self.at += 1
+            self.position += 1
             base = Product([(float(token["number"]),)])
-        elif self.sign("s"):
+        elif self.take_sign("s"):
             base = Product([(0.0, 1.0)])
-        elif self.sign("("):
-            base = self.sum(depth + 1)
-            if not self.sign(")"):
-                self.refuse()
+        elif self.take_sign("("):
+            base = self.read_sum(depth + 1)
+            if not self.take_sign(")"):
+                self.refuse_token()
         else:
-            self.refuse()
-        return self.power(base)
+            self.refuse_token()
+        return self.read_power(base)
 
-    def power(self, base: Product) -> Product:
+    def read_power(self, base: Product) -> Product:
         """A factor so many times."""
-        if not self.sign("^", "**"):
+        if not self.take_sign("^", "**"):
             return base
-        number = self.tokens[self.at]["number"] if self.at < len(self.tokens) else None
+        number = self.tokens[self.position]["number"] if self.position < len(self.tokens) else None
         if number is None or not number.isdigit() or not 0 < int(number) <= LARGEST_POWER:
-            self.refuse()
-        self.at += 1
+            self.refuse_token()
+        self.position += 1
         times = int(number)
         return Product(base.above * times, base.below * times, base.dead_time * times)
 
 
-def _polynomial(product: Product, sign: float) -> Polynomial:
+def _multiply_out(product: Product, sign: float) -> Polynomial:
     """A term of a sum, multiplied out; raises `TuningError` for a quotient or a dead time."""
     if product.below or product.dead_time:
         raise TuningError("a quotient or a dead time stands in a sum: write the transfer function as factors")
@@ -319,7 +319,7 @@ def _polynomial(product: Product, sign: float) -> Polynomial:
     return result
 
 
-def _sum(polynomials: list[Polynomial]) -> Polynomial:
+def _add_polynomials(polynomials: list[Polynomial]) -> Polynomial:
     size = max(map(len, polynomials))
     return tuple(sum(row[k] for row in polynomials if k < len(row)) for k in range(size))
 

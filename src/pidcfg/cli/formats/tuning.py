@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pidcfg.output.retune import Around, Forecast, Written
     from pidcfg.output.robust import Confirmation, RobustGains
     from pidcfg.text.paths import Data
-    from pidcfg.tuning.identify import Identified
+    from pidcfg.tuning.identify import Identification
     from pidcfg.tuning.margins import Judgement
     from pidcfg.tuning.response import Record
     from pidcfg.tuning.rules import Gains
@@ -31,7 +31,7 @@ LOUDEST = 12.0
 
 def margin_chart(result: TuneResult) -> Chart:
     """The picture of a loop; ends the command where its process is not known, or it is unstable."""
-    from pidcfg.tuning.margins import curves, trace_curve
+    from pidcfg.tuning.margins import step_curves, trace_curve
 
     judgement, gains = result.judgement, result.gains
     margins, plant = judgement.margins, judgement.plant
@@ -39,7 +39,7 @@ def margin_chart(result: TuneResult) -> Chart:
         raise click.ClickException("--plot needs the process: add its --gain")
     if margins is None:
         raise click.ClickException("--plot: with these gains the loop is unstable, there is nothing to be drawn")
-    trace, moves = trace_curve(gains, plant), curves(gains, plant)
+    trace, moves = trace_curve(gains, plant), step_curves(gains, plant)
     points = tuple(point for point in trace.points if abs(point) < LOUDEST)
     locus = Locus(
         points, margins.ms, trace.nearest, margins.gain_margin, trace.turn, margins.phase_margin, trace.crossover
@@ -251,7 +251,7 @@ def _for_vendor(gains: Data) -> list[str]:
     return lines
 
 
-def _identified(fit: Identified) -> str:
+def _identified(fit: Identification) -> str:
     process, (gain, constant, dead) = fit.process, fit.confidence
     numbers = [
         f"gain {process.gain:.5g} ± {gain:.2g}" + (" per s (integrating)" if fit.integrating else ""),
@@ -259,19 +259,19 @@ def _identified(fit: Identified) -> str:
         *([f"second {second:.5g} ± {fit.second_confidence:.2g} s"] if (second := process.second_time_constant) else []),
         f"dead time {process.dead_time:.5g} ± {dead:.2g} s",
     ]
-    change = f"change of {fit.step:.5g} at {fit.at:g} s; noise {fit.noise:.3g}"
+    change = f"change of {fit.step:.5g} at {fit.step_time:g} s; noise {fit.noise:.3g}"
     left = f"what is left is {fit.misfit * 100:.2g} % of the answer; ± is 95 % confidence"
     lines = [f"identified: {', '.join(numbers)}", f"  {change}; {left}", *(f"  {remark}" for remark in fit.remarks)]
     return "\n".join(lines)
 
 
-def chart_of(fit: Identified, record: Record) -> Chart:
+def chart_of(fit: Identification, record: Record) -> Chart:
     """Recorded and fitted PV over time."""
     from pidcfg.pictures import Chart, Line, Panel
 
     times = tuple(record.time)
     lines = (
         Line("PV", "pv", times, tuple(record.pv), "before"),
-        Line("PV", "pv", times, fit.fitted, "after"),
+        Line("PV", "pv", times, fit.fitted_pv, "after"),
     )
     return Chart("", "", (Panel("PV", "", lines),), sides=("recorded", "fitted"))
