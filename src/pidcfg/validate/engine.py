@@ -102,11 +102,13 @@ FREE_TEXTS = frozenset(("name", "description", "unit", "scenario"))
 """Keys whose values are texts for people, in which a # may stand."""
 CUT = re.compile(r" #(?! *pidcfg:).*")
 """What follows a text that is cut off: two blanks and more are those of a comment (D931)."""
+CUT_OFF = re.compile(rf"[^ ]{CUT.pattern}")
+"""The same in any line."""
 
 
 def odd_texts(doc: Document) -> list[Diagnostic]:
     """A warning for each plain text of a file that is not what it looks like."""
-    if not any(sign in doc.text for sign in ("#", *QUOTES)):
+    if not (CUT_OFF.search(doc.text) or any(sign in doc.text for sign in QUOTES)):
         return []
     texts = [*_plain_texts(doc.data, ())]
     quoted = [_quotes_warning(doc, path, text) for path, text in texts if in_curly_quotes(text)]

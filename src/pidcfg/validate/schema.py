@@ -196,7 +196,7 @@ M = TypeVar("M", bound=BaseModel)
 
 def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic]]:
     """The document as a model, or what is wrong with it."""
-    findings = [_no_value(doc, path) for path in _nulls(doc.data, ())]
+    findings = [_no_value(doc, path) for path in _nulls(doc.data, ())] if _has_null(doc.data) else []
     try:
         config = model.model_validate(doc.data)
     except ValidationError as error:
@@ -207,6 +207,12 @@ def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic
         with_edits = [replace(d, edits=edits[d.path]) if d.path in edits else d for d, _ in errors]
         return None, [*findings, *_without_echoes(with_edits)]
     return (None if findings else config), findings
+
+
+def _has_null(value: object) -> bool:
+    """Whether there is a key without a value."""
+    items = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return any(inner is None or (isinstance(inner, dict | list) and _has_null(inner)) for inner in items)
 
 
 def _nulls(value: object, path: Path) -> Iterator[Path]:
