@@ -28,7 +28,7 @@ from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import Loop
-from pidcfg.text.paths import dotted, given_fields, leaves, put
+from pidcfg.text.paths import dotted_text, given_fields, leaves, set_value
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
@@ -77,7 +77,7 @@ def unspoken(config, i, rows):
     """The fields that a loop's file gives and no line speaks of."""
     plc = getattr(config, "plc", None)
     given = [*given_fields(config.loops[i]), *(given_fields(plc, ("plc",)) if i == 0 and plc is not None else ())]
-    paths = [dotted(path) for path, _ in given]
+    paths = [dotted_text(path) for path, _ in given]
     lines = {row.field for row in rows}
     return [path for path in paths if not any(overlap(path, line) for line in lines)]
 
@@ -201,7 +201,7 @@ def spoils(config, one, two):
             if (other := spoiled(value)) is None:
                 continue
             data = copy.deepcopy(result.data)
-            put(data["loops"][j], place, other)
+            set_value(data["loops"][j], place, other)
             try:
                 after = target.load("to_neutral")(target.model.model_validate(data))[j]
                 held = Loop.model_validate(after.data)
@@ -217,7 +217,7 @@ def spoils(config, one, two):
             found = any(row.kind != "exact" for row in correct_lines(rows, before, held))
             count["found"] += found
             if not found:
-                count[f"left {two} {dotted(path)}"] += 1
+                count[f"left {two} {dotted_text(path)}"] += 1
     return count
 
 

@@ -27,7 +27,7 @@ import pidcfg
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.listing import UnwritableError
-from pidcfg.text.paths import dotted, has_key, value_at
+from pidcfg.text.paths import dotted_text, has_key, value_at
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
@@ -211,7 +211,7 @@ def beside_refused(text):
 
 def named(path):
     """A path below its loop as differences name it."""
-    return dotted(path[2:]) if path[0] in {"loops", "blocks"} else dotted(path[path[0] == "signals" :])
+    return dotted_text(path[2:]) if path[0] in {"loops", "blocks"} else dotted_text(path[path[0] == "signals" :])
 
 
 def overlap(key, other):

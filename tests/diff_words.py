@@ -17,7 +17,7 @@ from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.parameters import Program
 from pidcfg.schemas.iec import Wire
-from pidcfg.text.paths import put
+from pidcfg.text.paths import set_value
 from pidcfg.text.reader import DEFAULT
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -56,7 +56,7 @@ def refused(image, where, value):
     if cell is not None:
         return with_word(image, cell.number, value)
     settings = [deepcopy(dict(entry)) for entry in image.settings]
-    put(next(entry for entry in settings if "loop" in entry), tuple(where.split(".")), value)
+    set_value(next(entry for entry in settings if "loop" in entry), tuple(where.split(".")), value)
     return replace(image, settings=tuple(settings))
 
 

@@ -7,8 +7,8 @@ from decimal import Decimal
 from hypothesis import strategies as st
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.schemas.dpide import BLOCK, DpideFile
-from pidcfg.schemas.iec import BOOL, Timed
+from pidcfg.schemas.dpide import BLOCK_REGISTERS, DpideFile
+from pidcfg.schemas.iec import BOOL, TimeNumber
 
 LARGEST = Decimal("3.4e38")
 TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs", "Cn", "Co")), min_size=1, max_size=20)
@@ -93,7 +93,7 @@ def loops(draw, name: str) -> dict:
             },
         )
     )
-    return {"name": name, "device": f"D{BLOCK * draw(st.integers(0, 900))}", **data}
+    return {"name": name, "device": f"D{BLOCK_REGISTERS * draw(st.integers(0, 900))}", **data}
 
 
 @st.composite
@@ -108,4 +108,4 @@ def configurations(draw, named: st.SearchStrategy = NAMES) -> DpideFile:
 
 def timed(config: DpideFile) -> int:
     """How many values were written with a unit of time."""
-    return sum(isinstance(getattr(loop, key), Timed) for loop in config.loops for key in ("Ti_Ki", "Td_Kd", "Tf"))
+    return sum(isinstance(getattr(loop, key), TimeNumber) for loop in config.loops for key in ("Ti_Ki", "Td_Kd", "Tf"))

@@ -376,7 +376,7 @@ def yaml_texts(draw):
 def test_a_hash_inside_a_value_is_no_comment(made, end, last):
     lines, expected = made
     text = end.join(lines) + (end if last else "")
-    found = [(c.line, c.text, c.alone) for c in comments_in(text)]
+    found = [(c.line, c.text, c.is_alone) for c in comments_in(text)]
     assert found == expected
     for comment in comments_in(text):
         assert lines[comment.line - 1][comment.column - 1 :] == comment.text
@@ -558,7 +558,7 @@ def test_the_comment_of_an_anchor_does_not_speak_for_its_aliases(bare):
     def judged(text):
         doc = read_document(text.encode(), "case.yaml")
         found = list(check_document(doc).findings)
-        return suppress(found, doc.bare() if bare else doc)
+        return suppress(found, doc.without_data() if bare else doc)
 
     text = SHARED.replace("90}}", "90}}  # pidcfg: ignore[DL242, DL254] A is a spare")
     found = judged(text)

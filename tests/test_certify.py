@@ -295,14 +295,14 @@ def test_jobs_give_the_same_bytes(folder):
 
 def test_a_killed_process_costs_nothing_but_time(tmp_path, monkeypatch):
     monkeypatch.setenv("KILLED_ONCE", str(tmp_path / "mark"))
-    monkeypatch.setattr(processes, "_work", killed_once)
+    monkeypatch.setattr(processes, "_run_item", killed_once)
     found = certify(scenario(), samples=40, jobs=2).to_json()
     assert (tmp_path / "mark").exists()
     assert found == certify(scenario(), samples=40).to_json()
 
 
 def test_where_each_process_ends_the_batch_ends(monkeypatch, folder):
-    monkeypatch.setattr(processes, "_work", killed_always)
+    monkeypatch.setattr(processes, "_run_item", killed_always)
     result = CliRunner().invoke(cli, ["certify", "run.scenario.yaml", "--samples", "40", "--jobs", "2"])
     assert (result.exit_code, result.stdout) == (1, "")  # click's own; `main` makes it 2
     assert "a process ended at samples 0 to 39, perhaps for want of memory" in result.stderr

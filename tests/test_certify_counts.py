@@ -36,7 +36,7 @@ from pidcfg.study.certification.samples import (
 )
 from pidcfg.study.certification.tally import BLOCK_SAMPLES, MOST_WORST, Tally, json_of
 from pidcfg.text.document import Document, Node, Plain
-from pidcfg.text.processes import AHEAD
+from pidcfg.text.processes import ITEMS_AHEAD
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 
@@ -370,13 +370,13 @@ def crew_that_ends(ends):
 
 
 def test_what_an_ended_process_had_begun_is_run_again(monkeypatch):
-    monkeypatch.setattr(workers, "Crew", crew_that_ends([2, 1]))
+    monkeypatch.setattr(workers, "WorkerPool", crew_that_ends([2, 1]))
     assert list(workers.process_results(None, 5, 50, 3)) == list(range(5, 50))
     ends = [2, 0]
-    monkeypatch.setattr(workers, "Crew", crew_that_ends(ends))
+    monkeypatch.setattr(workers, "WorkerPool", crew_that_ends(ends))
     ran = workers.process_results(None, 5, 50, 3)
     assert [next(ran) for _ in range(16)] == list(range(5, 21))
-    most = min(21 + 3 * AHEAD * workers.SAMPLES_AT_ONCE, 50) - 1
+    most = min(21 + 3 * ITEMS_AHEAD * workers.SAMPLES_AT_ONCE, 50) - 1
     with pytest.raises(workers.WorkersError, match=f"a process ended at samples 21 to {most}, perhaps for want"):
         next(ran)
 
@@ -402,7 +402,7 @@ def test_recordings_are_those_of_the_samples_that_ran(monkeypatch):
             """What each part gives."""
             return map(self.work, parts)
 
-    monkeypatch.setattr(workers, "Crew", Crew)
+    monkeypatch.setattr(workers, "WorkerPool", Crew)
     fan = workers.recordings("job", 9, 3)
     assert (asked, fan.samples, fan.quantiles["a"][4]) == ([(3, ("job",))], 8, [8.0, 8.5])
     assert fan == workers.recordings("job", 9, 1)

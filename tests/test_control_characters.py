@@ -23,7 +23,7 @@ from pidcfg.cli import terminal as glyphs
 from pidcfg.cli.formats import FORMATS, Kind, formats_of, load
 from pidcfg.cli.formats.findings import cell
 from pidcfg.cli.main import main
-from pidcfg.text.signs import UNPRINTABLE, pad_left, pad_right, printable, width_of
+from pidcfg.text.signs import UNPRINTABLE, pad_left, pad_right, to_printable, width_of
 from pidcfg.text.writer import json_line, json_text
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg
@@ -318,7 +318,7 @@ def test_json_escapes_what_a_terminal_would_take():
 
 
 def test_a_text_for_people_keeps_its_lines():
-    assert printable("a\tb\nü\N{PILE OF POO}\x1b[0m\u202e") == "a\tb\nü\N{PILE OF POO}\ufffd[0m\ufffd"
+    assert to_printable("a\tb\nü\N{PILE OF POO}\x1b[0m\u202e") == "a\tb\nü\N{PILE OF POO}\ufffd[0m\ufffd"
 
 
 # --- Umlauts, Cyrillic and Chinese signs in loops, files and paths, under every command and on consoles ---------------

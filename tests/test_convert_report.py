@@ -29,7 +29,7 @@ from pidcfg.conversion.builder import correct_lines
 from pidcfg.conversion.operation import Operation, Windup, differing_rules
 from pidcfg.conversion.pipeline import UNKNOWN, convert, items_beside_loops, unreported_fields
 from pidcfg.schemas.generic import GenericFile
-from pidcfg.text.paths import leaves, put, steps, value_at
+from pidcfg.text.paths import leaves, parse_path, set_value, value_at
 from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
 from standing_rig import SIDES
@@ -110,7 +110,7 @@ def alone(vendor):
         if path[0] in {"name", "registers", "discretes", "bits", "integers", "floats", "device"}:
             continue
         loop = copy.deepcopy(plain)
-        put(loop, path, value)
+        set_value(loop, path, value)
         try:
             file(loop)
         except ValidationError:
@@ -152,7 +152,7 @@ def test_each_line_of_a_source_has_the_value_of_its_key_and_names_neutral_ones(s
     loops = VENDORS[source].load("to_neutral")(config)
     for loop, given in zip(loops, config.loops, strict=True):
         for field in loop.fields:
-            value = value_at(given, steps(field.path))
+            value = value_at(given, parse_path(field.path))
             if isinstance(value, bool | int | str | Decimal) and field.path not in {"sample_rate", "remote_setpoint"}:
                 assert str(field.value) == str(value), field.path
     fields = [field for loop in loops for field in loop.fields]

@@ -14,8 +14,8 @@ from pidcfg import api
 from pidcfg.encoders.codecs import DecodeError, single_bits
 from pidcfg.encoders.dpide.image import decode, encode
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
-from pidcfg.schemas.dpide import BLOCK, WORD, Devices, DpideFile, Loop, Place, place_of
-from pidcfg.schemas.iec import BOOL, DINT, Timed, Wire
+from pidcfg.schemas.dpide import BLOCK_REGISTERS, WORD_REGISTERS, DeviceRange, Devices, DpideFile, Loop, device_range
+from pidcfg.schemas.iec import BOOL, DINT, TimeNumber, Wire
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
@@ -172,8 +172,8 @@ def test_times_may_carry_a_unit_and_are_known_as_times_then(operand, written, se
     found = getattr(configuration(**{operand: written}).loops[0], operand)
 
     assert found == seconds
-    assert isinstance(found, Timed)
-    assert not isinstance(getattr(configuration(**{operand: 5}).loops[0], operand), Timed)
+    assert isinstance(found, TimeNumber)
+    assert not isinstance(getattr(configuration(**{operand: 5}).loops[0], operand), TimeNumber)
 
 
 @pytest.mark.parametrize("key", NEEDED)
@@ -204,7 +204,7 @@ def test_operands_without_a_default_must_be_given(key):
 def test_devices_that_exist(operand, device):
     config = configuration(devices={operand: device})
 
-    assert config.loops[0].devices.given() == {operand: device}
+    assert config.loops[0].devices.by_operand() == {operand: device}
     assert next(c.device for c in encode(config).image.cells if c.field == operand) == device
 
 
@@ -267,15 +267,15 @@ def test_devices_are_given_in_the_order_of_the_instruction():
 
 
 def test_a_block_takes_30_registers_a_number_2_and_a_flag_its_bit():
-    assert place_of("I_MV", "D500") == Place("D", 500, 529)
-    assert place_of("SV", "D500") == Place("D", 500, 501)
-    assert (BLOCK, WORD) == (30, 2)
-    assert place_of("PID_RUN", "D500.15") == Place("D", 500, 500, 15)
-    assert place_of("PID_RUN", "SM400") == Place("SM", 400, 400)
-    assert place_of("I_MV", "D500").overlaps(place_of("PID_RUN", "D529.0"))
-    assert not place_of("I_MV", "D500").overlaps(place_of("SV", "D530"))
-    assert not place_of("PID_RUN", "M1").overlaps(place_of("PID_RUN", "SM1"))
-    assert not place_of("PID_RUN", "D1.0").overlaps(place_of("PID_MAN", "D1.1"))
+    assert device_range("I_MV", "D500") == DeviceRange("D", 500, 529)
+    assert device_range("SV", "D500") == DeviceRange("D", 500, 501)
+    assert (BLOCK_REGISTERS, WORD_REGISTERS) == (30, 2)
+    assert device_range("PID_RUN", "D500.15") == DeviceRange("D", 500, 500, 15)
+    assert device_range("PID_RUN", "SM400") == DeviceRange("SM", 400, 400)
+    assert device_range("I_MV", "D500").overlaps(device_range("PID_RUN", "D529.0"))
+    assert not device_range("I_MV", "D500").overlaps(device_range("SV", "D530"))
+    assert not device_range("PID_RUN", "M1").overlaps(device_range("PID_RUN", "SM1"))
+    assert not device_range("PID_RUN", "D1.0").overlaps(device_range("PID_MAN", "D1.1"))
 
 
 def test_what_no_operand_holds_stands_beside_them():

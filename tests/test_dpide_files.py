@@ -142,7 +142,7 @@ def test_a_table_that_somebody_wrote_is_read_with_its_devices():
     loop = read_back("operands", BY_HAND + BLOCK_ROW).loops[0]
 
     assert (loop.name, loop.device, loop.SV, loop.PID_DIR) == ("OVEN", "D500", 80, True)
-    assert loop.devices.given() == {"PID_DIR": "M7", "SV": "D100", "PV": "D102"}
+    assert loop.devices.by_operand() == {"PID_DIR": "M7", "SV": "D100", "PV": "D102"}
 
 
 def test_a_table_without_the_block_needs_its_device_as_an_option():

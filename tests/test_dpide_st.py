@@ -224,7 +224,7 @@ PLAIN = again(by_name())
 
 def test_a_call_by_hand():
     loop = PLAIN.loops[0]
-    assert (loop.name, loop.device, loop.devices.given()) == (
+    assert (loop.name, loop.device, loop.devices.by_operand()) == (
         "LOOP-1",
         "D500",
         {"PID_RUN": "M10", "PV": "D102", "MV": "D104"},

@@ -161,7 +161,7 @@ def test_symbols_of_any_name_are_those_that_the_program_calls():
 
     (loop,) = DpideFile.model_validate(result.data).loops
     assert (loop.SV, loop.BIAS, loop.device, loop.PID_DIR) == (61.5, -4, "D500", True)
-    assert loop.devices.given() == {
+    assert loop.devices.by_operand() == {
         "SV": "D100",
         "BIAS": "D106",
         "MV": "D104",

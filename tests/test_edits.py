@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from edited_files import NAME, checked, inserted, moved, pool, renamed, reordered, spaced
 from pidcfg.cli.options import select_findings
 from pidcfg.schemas.generic import Loop
-from pidcfg.text.paths import dotted, given_fields, has_key, is_given, leaves, put, steps, value_at
+from pidcfg.text.paths import dotted_text, given_fields, has_key, is_given, leaves, parse_path, set_value, value_at
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.baseline import compare, entry, may_be_in_baseline, suppress
@@ -334,32 +334,32 @@ LOOP = Loop.model_validate(
 
 @given(st.lists(st.one_of(KEYS, st.integers(0, 99)), max_size=5))
 def test_a_path_comes_back_from_its_text(path):
-    assert steps(dotted(path)) == tuple(path)
+    assert parse_path(dotted_text(path)) == tuple(path)
 
 
 def test_only_numbers_are_indices():
-    assert steps("x.²") == ("x", "²")
-    assert steps("x.2") == ("x", 2)
+    assert parse_path("x.²") == ("x", "²")
+    assert parse_path("x.2") == ("x", 2)
 
 
 @given(st.lists(KEYS, min_size=1, max_size=5), st.integers())
 def test_what_is_put_is_found(path, value):
     data = {}
-    put(data, path, value)
+    set_value(data, path, value)
     assert value_at(data, path) == value
     assert has_key(data, path)
 
 
 def test_sections_that_are_there_are_kept_and_items_of_lists_are_reached():
     data = {"a": {"b": 1}, "l": [{"x": 1}]}
-    put(data, ("a", "c"), 2)
-    put(data, ("l", 0, "x"), 3)
+    set_value(data, ("a", "c"), 2)
+    set_value(data, ("l", 0, "x"), 3)
     assert data == {"a": {"b": 1, "c": 2}, "l": [{"x": 3}]}
 
 
 def test_a_list_that_stands_where_a_section_belongs_gives_way():
     data = {"output": [1]}
-    put(data, ("output", "unit"), "%")
+    set_value(data, ("output", "unit"), "%")
     assert data == {"output": {"unit": "%"}}
 
 
@@ -371,11 +371,11 @@ def test_where_there_is_nothing_there_is_none(path):
 
 
 def test_models_are_walked_by_their_fields():
-    assert value_at(LOOP, steps("setpoint.limits.1")) == 90
-    assert value_at(LOOP, steps("setpoint.limits.2")) is None
+    assert value_at(LOOP, parse_path("setpoint.limits.1")) == 90
+    assert value_at(LOOP, parse_path("setpoint.limits.2")) is None
     assert is_given(LOOP, ("tuning", "gain"))
     assert not is_given(LOOP, ("tuning", "integral_time"))
-    assert [dotted(path) for path, _ in given_fields(LOOP)] == [
+    assert [dotted_text(path) for path, _ in given_fields(LOOP)] == [
         "name",
         "output_raises_pv",
         "sample_time",

@@ -446,7 +446,7 @@ def test_what_a_process_has_open_is_waited_for(monkeypatch, form):
     place, begun = Path(form.format(end)), Event()
     if not place.exists():
         pytest.skip("no names of what is open")
-    monkeypatch.setattr(reader.DISK, "opened", lambda _: begun.set(), raising=False)
+    monkeypatch.setattr(reader.DISK, "on_open", lambda _: begun.set(), raising=False)
 
     def write():
         begun.wait(10)

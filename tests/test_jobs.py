@@ -25,7 +25,7 @@ from pidcfg.conversion.pipeline import convert
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text import processes, source
-from pidcfg.text.processes import A_FILE, WORTH_STARTING, Crew
+from pidcfg.text.processes import FILE_MICROSECONDS, START_MICROSECONDS, WorkerPool
 from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
 
@@ -51,31 +51,31 @@ def in_group(place, group):
 
 
 def test_results_come_back_in_order_from_other_processes():
-    found = list(Crew(2, doubling, (1,)).results(range(12)))
+    found = list(WorkerPool(2, doubling, (1,)).results(range(12)))
     assert [number for number, _ in found] == [2 * i + 1 for i in range(12)]
     assert os.getpid() not in {place for _, place in found}
 
 
 def test_processes_are_started_only_where_they_pay():
-    few = WORTH_STARTING // A_FILE - 1
-    here = list(Crew(2, doubling, (0,)).results_soon(range(2, few + 2), lambda _: 0.0))
+    few = START_MICROSECONDS // FILE_MICROSECONDS - 1
+    here = list(WorkerPool(2, doubling, (0,)).results_soon(range(2, few + 2), lambda _: 0.0))
     assert {place for _, place in here} == {os.getpid()}
-    mixed = list(Crew(2, doubling, (0,)).results_soon(range(6), lambda _: WORTH_STARTING / 4))
+    mixed = list(WorkerPool(2, doubling, (0,)).results_soon(range(6), lambda _: START_MICROSECONDS / 4))
     assert [number for number, _ in mixed] == [0, 2, 4, 6, 8, 10]
     assert [place == os.getpid() for _, place in mixed] == [True] + [False] * 5
-    alone = list(Crew(1, doubling, (0,)).results_soon(range(2, 5), lambda _: WORTH_STARTING))
+    alone = list(WorkerPool(1, doubling, (0,)).results_soon(range(2, 5), lambda _: START_MICROSECONDS))
     assert {place for _, place in alone} == {os.getpid()}
 
 
 def test_a_process_that_is_gone_is_one_clear_error():
     with pytest.raises(ChildProcessError) as caught:
-        list(Crew(2, dying).results(range(8)))
+        list(WorkerPool(2, dying).results(range(8)))
     assert system_refusal(caught.value) == "a process ended in the middle of its work; try --jobs 1"
     assert "No child" in system_refusal(ChildProcessError(10, "No child processes"))
 
 
 def test_who_stops_looking_leaves_no_process():
-    results = Crew(2, waiting).results(range(4))
+    results = WorkerPool(2, waiting).results(range(4))
     worker = next(results)
     assert alive(worker)
     results.close()
@@ -85,7 +85,7 @@ def test_who_stops_looking_leaves_no_process():
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """Two scenarios, what one of them runs, a configuration with an error, and processes from the first file on."""
-    monkeypatch.setattr(processes, "WORTH_STARTING", 0)
+    monkeypatch.setattr(processes, "START_MICROSECONDS", 0)
     monkeypatch.chdir(tmp_path)
     for name in ("dpide/oven", "dl06/flow"):
         scenario = (EXAMPLES / f"{name}.scenario.yaml").read_bytes()

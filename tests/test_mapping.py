@@ -32,7 +32,7 @@ from pidcfg.vendors import VENDORS
 
 # --- The walk of a register map, on a loop with one field of each kind: what follows, and what is left out ------------
 
-BASIS = CLICK.at("PV Alarm")
+BASIS = CLICK.cite("PV Alarm")
 WHOLE = Implied(least=-1000, most=1000)
 
 

@@ -14,7 +14,7 @@ from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.encoders.nextopid.st_scope import Wiring
 from pidcfg.encoders.nextopid.st_write import PLAIN, print_expression, write_st
 from pidcfg.encoders.structured_text import tokens_of
-from pidcfg.schemas.expressions import ExpressionError, Typed, lengths_of
+from pidcfg.schemas.expressions import ExpressionError, TypedParser, lengths_of
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.sim.controllers.nextopid.memory import value_of
@@ -35,8 +35,8 @@ def loop(manual: str) -> str:
     return f"{SIGNALS}loops:\n  - {block}\n"
 
 
-def parsed(text: str) -> Typed:
-    parser = Typed(text, NUMBERS, lengths_of(NUMBERS), types=KINDS.__getitem__)
+def parsed(text: str) -> TypedParser:
+    parser = TypedParser(text, NUMBERS, lengths_of(NUMBERS), types=KINDS.__getitem__)
     parser.read()
     return parser
 
@@ -47,17 +47,19 @@ def value(text: str, signals: list[float]) -> tuple[float, float]:
     aux = [0.0, *(float(x) for x in with_constants(parser))]
     stack, code = len(aux), len(aux)
     aux[0] = float(stack)
-    aux += [0.0] * (parser.deepest + 2)
+    aux += [0.0] * (parser.max_stack_height + 2)
     found = value_of(aux, 1, code, signals)
     return found, aux[stack]
 
 
-def with_constants(parser: Typed):
+def with_constants(parser: TypedParser):
     """The code as the PLC's memory has it."""
     from pidcfg.schemas.expressions import Expression
     from pidcfg.sim.controllers.nextopid.memory import _code
 
-    return list(_code(Expression("", tuple(parser.code), tuple(parser.constants), frozenset(), parser.deepest)))
+    return list(
+        _code(Expression("", tuple(parser.code), tuple(parser.constants), frozenset(), parser.max_stack_height))
+    )
 
 
 @pytest.mark.parametrize(

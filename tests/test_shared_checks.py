@@ -11,7 +11,7 @@ import pytest
 
 import pidcfg as api
 from one_loop import PLANT
-from pidcfg.schemas.numbers import NUMBER, cure
+from pidcfg.schemas.numbers import NUMBER, number_cure
 from pidcfg.study.scenario import check_scenario
 from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.frozen import frozen
@@ -292,7 +292,7 @@ events:
 
 def first(text):
     data = text if isinstance(text, bytes) else text.encode()
-    return min(check_document(read_document(data, "a.yaml")).findings, key=lambda d: d.order)
+    return min(check_document(read_document(data, "a.yaml")).findings, key=lambda d: d.sort_key)
 
 
 def test_the_plant_is_a_good_one():
@@ -340,7 +340,7 @@ def test_the_plant_is_a_good_one():
     ],
 )
 def test_the_cure_of_a_text_that_is_no_number(text, says):
-    assert cure(text) == says
+    assert number_cure(text) == says
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from pidcfg.output.report.formats import workbook
 from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet, word_of
 from pidcfg.output.sheets import as_csv, as_workbook, key_of, number_or_text, plain_text
 from pidcfg.text.reader import DEFAULT, Limits
-from pidcfg.text.signs import FORMULA
+from pidcfg.text.signs import FORMULA_STARTS
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import checked_of
 from pidcfg.vendors import VENDORS
@@ -379,14 +379,14 @@ def test_names_that_are_formulas_are_texts_in_the_sheet_and_the_same_when_read()
         assert config(from_sheet(data, "x", None, DEFAULT).text) == config(text)
 
 
-@pytest.mark.parametrize("begin", [*(sign for sign in FORMULA if sign != "\r"), "5'=", "it''s "])
+@pytest.mark.parametrize("begin", [*(sign for sign in FORMULA_STARTS if sign != "\r"), "5'=", "it''s "])
 def test_a_text_that_a_spreadsheet_would_calculate_is_the_same_when_read(begin):
     doc = read_document(
         (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8").replace("Reactor 2", json.dumps(f"{begin}1+1")).encode(),
         "x.yaml",
     )
     text = as_csv(doc, VENDORS["dl06"])
-    assert not any(cell.startswith(FORMULA[:-1]) for row in csv.reader(io.StringIO(text)) for cell in row)
+    assert not any(cell.startswith(FORMULA_STARTS[:-1]) for row in csv.reader(io.StringIO(text)) for cell in row)
     assert config(from_sheet(text.encode(), "x", None, DEFAULT).text).name == f"{begin}1+1"
 
 

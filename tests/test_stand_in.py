@@ -39,7 +39,7 @@ from pidcfg.study.verification.verify import (
     unsaid_rules,
     verify,
 )
-from pidcfg.text.paths import put
+from pidcfg.text.paths import set_value
 from test_verify import BENCH, FEW, SWEPT, side
 from verify_measure import PLCS, ROOT, Conversion, checked, of_vendor, spoils, verdict, wild_loop, wild_source
 
@@ -469,7 +469,7 @@ def test_a_number_that_no_line_makes_another_one_is_told_whatever_the_stages_sho
     sides = one.sides(one.result)
     assert list(unsaid_numbers(sides.twin.loops[0], sides.target.loops[0])) == []
     data = deepcopy(one.outcome.data)
-    put(data, ("loops", 0, *path), value)
+    set_value(data, ("loops", 0, *path), value)
     sides = one.sides(checked(data))
     found = [row.signal for row in unsaid_numbers(sides.twin.loops[0], sides.target.loops[0])]
     assert number in found
@@ -487,7 +487,7 @@ def test_a_rule_that_no_line_names_is_told(target, path, value, rule):
     one = Conversion.of(check_text(RANGED), target, "ranged")
     assert list(unsaid_rules(one.sides(one.result), 0, 0)) == []
     data = deepcopy(one.outcome.data)
-    put(data, ("loops", 0, *path), value)
+    set_value(data, ("loops", 0, *path), value)
     found = [row.signal for row in unsaid_rules(one.sides(checked(data)), 0, 0)]
     assert found == ([rule] if rule else [])
 
@@ -524,8 +524,8 @@ def test_a_single_sample_at_the_edge_of_a_limit_is_no_difference(changes, wanted
 def test_the_verdict_tells_what_no_line_names_in_words_and_json():
     one = Conversion.of(check_text(RANGED), "ezlogix", "ranged")
     data = deepcopy(one.outcome.data)
-    put(data, ("loops", 0, "pv", "range", 1), 160)
-    put(data, ("loops", 0, "anti_windup"), value=False)
+    set_value(data, ("loops", 0, "pv", "range", 1), 160)
+    set_value(data, ("loops", 0, "anti_windup"), value=False)
     result = checked(data)
     sides = (one.source.vendor, one.source.config), (result.vendor, result.config)
     (found,) = verify(*sides, one.pairs, one.outcome.loops)

@@ -28,7 +28,7 @@ from pidcfg.encoders.regmap import BIT, INT16, SINGLE, WORD, Written, writer_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.text.references import DL06
 
-BASIS = DL06.at("Loop Table Word Definitions")
+BASIS = DL06.cite("Loop Table Word Definitions")
 
 WORDS = range(0x10000)
 

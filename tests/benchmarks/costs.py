@@ -20,7 +20,7 @@ from rounds import QUICK_ROUNDS, cpu, race
 from pidcfg.sim import costs
 from pidcfg.sim.costs import COSTS, Cost
 from pidcfg.sim.engine import choice as engine
-from pidcfg.text.store import PLACE
+from pidcfg.text.store import FOLDER_VARIABLE
 
 STEPS = 20_000
 TABLE = Path(costs.__file__)
@@ -36,7 +36,7 @@ def microseconds(vendor: str) -> float:
 def seconds_to_compile(vendor: str) -> float:
     """What compiling a vendor's kernels takes beyond running them."""
     case = loaded(configuration(vendor, 1), scenario(vendor, 1, 200, noise=False))
-    with TemporaryDirectory() as folder, patch.dict(os.environ, {PLACE: folder}):
+    with TemporaryDirectory() as folder, patch.dict(os.environ, {FOLDER_VARIABLE: folder}):
         engine.KEPT.clear()
         times = [cpu(lambda: ours(case, "numba"))() for _ in range(2)]
     return times[0] - times[1]

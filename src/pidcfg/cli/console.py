@@ -20,7 +20,7 @@ from pidcfg.about import VERSION
 from pidcfg.cli import environment
 from pidcfg.cli.environment import hint
 from pidcfg.cli.terminal import LINE, encodable, fits, is_coloured, paint_report
-from pidcfg.text.signs import CI_COMMAND, break_ci_commands, find_ci_command, one_line, printable
+from pidcfg.text.signs import CI_COMMAND, break_ci_commands, find_ci_command, to_one_line, to_printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -62,7 +62,7 @@ def show_ci_commands(text: str) -> None:
     Where a person watches, control characters in it are shown and not obeyed.
     """
     if sys.stdout.isatty():
-        text = printable(text.replace("\r\n", "\n"))
+        text = to_printable(text.replace("\r\n", "\n"))
     _print(text, color=False)
     if not fits(text, sys.stdout.encoding):
         lacking = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
@@ -113,12 +113,12 @@ def note(text: str) -> None:
 
 def remark(text: str) -> None:
     """A note that has one line to itself, whatever the names and values in it hold."""
-    note(one_line(text))
+    note(to_one_line(text))
 
 
 def _for_people(text: str, stream: TextIO) -> str:
     """Text that hides nothing and orders nothing, also once a code page has replaced some of it."""
-    return break_ci_commands(encodable(printable(text), stream.encoding))
+    return break_ci_commands(encodable(to_printable(text), stream.encoding))
 
 
 def _refuse_ci_commands(text: str) -> None:
@@ -242,7 +242,7 @@ def print_error(error: click.ClickException) -> None:
         text.write(f"Also missing: {named}\n")
     shown = text.getvalue().rstrip("\n")
     if error.message and not isinstance(error, click.exceptions.NoArgsIsHelpError):
-        shown = shown.replace(click.unstyle(error.message), one_line(error.message))  # show leaves sequences out
+        shown = shown.replace(click.unstyle(error.message), to_one_line(error.message))  # show leaves sequences out
     note(shown)
 
 
@@ -264,4 +264,4 @@ def system_refusal(error: OSError) -> str:
     except OSError:
         return "the working directory is gone; change to one that is there"
     what = f" {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
-    return one_line(f"cannot write or read{what}: {error.strerror or error}")
+    return to_one_line(f"cannot write or read{what}: {error.strerror or error}")

@@ -268,7 +268,7 @@ def check_input(entry: Input) -> tuple[Document, list[Diagnostic], Reads]:
 
     reads = Reads(entry.name)
     result = check(document(entry), files=reads, comments=False, limits=entry.limits)
-    return result.document.bare(), list(result.findings), reads
+    return result.document.without_data(), list(result.findings), reads
 
 
 def one_configuration(path: str, limits: Limits) -> Document:

@@ -20,7 +20,7 @@ from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
-from pidcfg.text.reader import DEFAULT, SUFFIXES, Disk, near_name, read_file, refusal
+from pidcfg.text.reader import DEFAULT, SUFFIXES, Disk, near_name, read_failure, read_file
 from pidcfg.text.signs import UTF16_MARKS
 from pidcfg.text.source import read_document
 
@@ -575,7 +575,7 @@ def _in_folder(path: Path, limits: Limits) -> Input:
 class RememberedFiles(Disk):
     """The files of the disk, which no output of this run takes the place of."""
 
-    def opened(self, stream: IO[bytes]) -> None:
+    def on_open(self, stream: IO[bytes]) -> None:
         """Notes the file as an input of the running command."""
         remember(stream)
 
@@ -606,11 +606,11 @@ def read_input(name: str, limits: Limits) -> Input:
             if sys.stdin is None:
                 return Input(name_of(name), problem="cannot read standard input: it is closed", piped=True)
             with hold_line():
-                FILES.opened(sys.stdin.buffer)
+                FILES.on_open(sys.stdin.buffer)
                 return Input(name_of(name), sys.stdin.buffer.read(most), piped=True, limits=limits)
         return Input(name, FILES.read(name, most), limits=limits)
     except (OSError, ValueError) as error:
-        return Input(name_of(name), problem=refusal(name_of(name), error), piped=name == STDIN)
+        return Input(name_of(name), problem=read_failure(name_of(name), error), piped=name == STDIN)
 
 
 def readable_input(name: str, limits: Limits) -> Input:

@@ -59,13 +59,13 @@ class Number(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number; the message says how to write what is none."""
-        from pidcfg.schemas.numbers import alone
+        from pidcfg.schemas.numbers import unitless_cure
 
         number = None
         with suppress(ValueError):
             number = float(value) if is_plain(value) else None
         if number is None:
-            self.fail(f"{value!r} is not a number; {alone(str(value))}", param, ctx)
+            self.fail(f"{value!r} is not a number; {unitless_cure(str(value))}", param, ctx)
         return number
 
 

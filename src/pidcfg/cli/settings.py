@@ -17,7 +17,7 @@ from pidcfg.cli.formats import formats_of
 from pidcfg.cli.inputs import EXCLUDED, Exclusion, relative
 from pidcfg.cli.options import only_file
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import UP, Data
+from pidcfg.text.paths import PARENT, Data
 from pidcfg.text.reader import read_file
 from pidcfg.text.signs import closest_name
 
@@ -210,7 +210,7 @@ def _per_file(key: str, value: object, file: _File) -> dict[str, list[str]]:
     for glob in value:
         if not glob.strip("/") or "\\" in glob:
             file.refuse(key, f"{glob!r} is no pattern of paths", "write it with forward slashes", glob)
-        if UP in glob.split("/"):
+        if PARENT in glob.split("/"):
             file.refuse(
                 key,
                 f"{glob!r} leads out of the folder of the settings file, and fits nothing there",

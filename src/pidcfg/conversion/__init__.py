@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pidcfg.schemas.base import Duration, Quantity, Rate
 from pidcfg.schemas.numbers import NUMBER, decimal_text, plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import beginnings
+from pidcfg.text.paths import outer_keys
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -225,11 +225,11 @@ class FieldIndex:
 
     def __init__(self, fields: Iterable[str]) -> None:
         self._fields = set(fields)
-        self._around = {above for field in self._fields for above in beginnings(field)}
+        self._around = {above for field in self._fields for above in outer_keys(field)}
 
     def overlaps(self, name: str) -> bool:
         """Whether `overlap` holds of a field and one of these."""
-        return name in self._around or name in self._fields or any(one in self._fields for one in beginnings(name))
+        return name in self._around or name in self._fields or any(one in self._fields for one in outer_keys(name))
 
 
 def _worst(*kinds: Kind) -> Kind:

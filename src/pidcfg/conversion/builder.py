@@ -24,7 +24,7 @@ from pidcfg.encoders.image import present
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import EXACT_CONTEXT, plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import is_given, put, steps, value_at
+from pidcfg.text.paths import is_given, parse_path, set_value, value_at
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ class NeutralBuilder:
 
     def set(self, to: str, value: Any) -> None:
         """A neutral field alone; the fields of the source that it comes from are marked."""
-        put(self.loop.data, steps(to), value)
+        set_value(self.loop.data, parse_path(to), value)
 
     def mark(self, path: str, value: object, *to: str, note: str = "", assumed: bool = False) -> None:
         """A field of the source that is part of neutral fields which are set elsewhere."""
@@ -160,7 +160,7 @@ class NeutralBuilder:
 
     def require(self, path: str, message: str) -> None:
         """What the source must say first, by its path below the loop; empty: the loop."""
-        self.loop.missing.append(Missing(("loops", self.index, *steps(path)), message))
+        self.loop.missing.append(Missing(("loops", self.index, *parse_path(path)), message))
 
 
 @dataclass(slots=True)
@@ -176,14 +176,14 @@ class TargetBuilder:
 
         Decimals become plain numbers without the noise of their last digits; ``details``: see `TargetField`.
         """
-        put(self.data, steps(path), _plain(value))
+        set_value(self.data, parse_path(path), _plain(value))
         self.mark(path, neutral, note, **details)
 
     def same(self, row: Same, value: object) -> None:
         """A field that keeps its value."""
         to = row.to or row.path
         if row.is_pair:
-            put(self.data, steps(to), _plain(value))
+            set_value(self.data, parse_path(to), _plain(value))
             for i in range(2):
                 self.mark(f"{to}.{i}", f"{row.path}.{i}", row.note)
         else:
@@ -204,7 +204,7 @@ class TargetBuilder:
 
     def refuse(self, path: str, message: str) -> NoReturn:
         """Ends the conversion for a value that the target cannot have at all."""
-        raise ConvertError([Missing(("loops", self.index, *steps(path)), message)])
+        raise ConvertError([Missing(("loops", self.index, *parse_path(path)), message)])
 
 
 def target_file(vendor: str, file: GenericFile, builders: Sequence[TargetBuilder], **sections: object) -> TargetFile:
@@ -329,7 +329,7 @@ class Same:
 
     def value_of(self, model: object) -> Any:
         """The field's value in a loop; None: it says nothing."""
-        value = value_at(model, steps(self.path))
+        value = value_at(model, parse_path(self.path))
         return None if self.skip_falsy and not value else value
 
     def convert(self, value: object) -> Any:
@@ -380,7 +380,7 @@ HARMLESS = {"setpoint.follows_pv": False}
 def drop_unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Those of these fields that a loop gives (with more than the default), with what to program instead."""
     for path, note in notes.items():
-        *above, key = steps(path)
+        *above, key = parse_path(path)
         value, section = value_at(loop, (*above, key)), value_at(loop, above)
         default = type(section).model_fields[str(key)].default if isinstance(section, BaseModel) else None
         idle = path == HYSTERESIS and not has_alarms(loop)
@@ -504,7 +504,7 @@ def scaled_words(encoding: AnyEncoding) -> Iterator[tuple[Path, Word, Scale, int
             if isinstance(word.codec, SCALED) and word.path is not None:
                 scale = block.scales[word.codec.scale]
                 if scale.range is not None:
-                    yield (*block.place, *steps(word.path)), word, scale, block.encoded.words[word.offset]
+                    yield (*block.place, *parse_path(word.path)), word, scale, block.encoded.words[word.offset]
 
 
 @frozen

@@ -24,7 +24,7 @@ from pidcfg.encoders.image import present
 from pidcfg.schemas.dpide import LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.schemas.dpide import Loop as SourceLoop
 from pidcfg.schemas.numbers import plain_number
-from pidcfg.text.paths import steps, value_at
+from pidcfg.text.paths import parse_path, value_at
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def to_neutral(config: DpideFile) -> list[NeutralLoop]:
             ends = plain_number(loop.MV_MAX)
             b.require("MV_MAX", f"MV_MAX and MV_MIN of {loop.name} are both {ends}: write the limits of MV")
         if not b.loop.missing:
-            driven = {key: drivers[place] for key, place in loop.devices.given().items() if place in drivers}
+            driven = {key: drivers[place] for key, place in loop.devices.by_operand().items() if place in drivers}
             others = {key: other for key, other in driven.items() if key != "MV" and other is not loop}
             first = set_points.setdefault(loop.devices.SV, loop) if loop.devices.SV is not None else loop
             apply_table(b, loop, Instruction(loop, config.plc.interrupt_task, others, first), NEUTRAL_FIELDS)
@@ -230,7 +230,7 @@ def _output(b: NeutralBuilder, d: Instruction) -> None:
 
 def _call(b: NeutralBuilder, d: Instruction) -> None:
     for path, note in CALL_KEYS.items():
-        value = value_at(d.loop, steps(path))
+        value = value_at(d.loop, parse_path(path))
         if value is not None:
             b.drop(path, value, note)
 

@@ -41,7 +41,7 @@ from pidcfg.conversion.operation import (
 from pidcfg.encoders.codecs import is_raw, nearest
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL, R_BLOCK
-from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, WORD_MOST, parse_counts
+from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, WORD_MAX, parse_counts
 from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text, plain_number
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import is_given
@@ -512,7 +512,7 @@ def _alarms(b: TargetBuilder, e: EzlogixLoop) -> None:
 
 def _point_advice(e: EzlogixLoop, point: Decimal, *, is_high: bool) -> str:
     """What to compare the PV with, unless its register cannot come beyond that."""
-    raw, most = _raw(e.neutral, point, e.counts), WORD_MOST if e.pv_tag.startswith(REGISTERS.prefix) else CV_FULL
+    raw, most = _raw(e.neutral, point, e.counts), WORD_MAX if e.pv_tag.startswith(REGISTERS.prefix) else CV_FULL
     what = f"{'above' if is_high else 'below'} {raw} counts"
     if raw >= most if is_high else raw <= 0:
         return f"{e.pv_tag} is never {what}, so that it never trips: nothing to program"

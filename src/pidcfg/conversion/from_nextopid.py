@@ -25,7 +25,7 @@ from pidcfg.conversion.builder import (
 )
 from pidcfg.encoders.nextopid.image import Placed, bumpless_moves, encode
 from pidcfg.schemas import expressions as ops
-from pidcfg.schemas.expressions import CONDITIONAL, Expression
+from pidcfg.schemas.expressions import CONDITION_OPERATORS, Expression
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, LowFilter, Move, NextopidFile, Pida, Pwm
 from pidcfg.schemas.numbers import EXACT_CONTEXT
@@ -44,7 +44,7 @@ D292 = Decision(
     "the neutral link hands the output on in units of the slave's PV.",
 )
 OPERATIONS: dict[int, Callable[[Any, Any], Any]] = {
-    **{op: ops.TWO_OPERANDS[op] for op in CONDITIONAL - {ops.NOT}},
+    **{op: ops.TWO_OPERANDS[op] for op in CONDITION_OPERATORS - {ops.NOT}},
     ops.ADD: EXACT_CONTEXT.add,
     ops.SUBTRACT: EXACT_CONTEXT.subtract,
     ops.MULTIPLY: EXACT_CONTEXT.multiply,

@@ -19,7 +19,7 @@ from pidcfg.conversion.operation import (
     Windup,
 )
 from pidcfg.schemas.numbers import plain_number
-from pidcfg.text.paths import dotted, given_fields
+from pidcfg.text.paths import dotted_text, given_fields
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -45,7 +45,7 @@ def to_neutral(config: GenericFile) -> list[NeutralLoop]:
 def fields_by_path(loop: Loop) -> Iterator[tuple[str, object]]:
     """Every field that is given, by its path, with its value; limits as two."""
     for keys, value in given_fields(loop):
-        path = dotted(keys)
+        path = dotted_text(keys)
         if path in NOTHING_LOST:
             continue
         if isinstance(value, tuple) and path not in RANGE_FIELDS:

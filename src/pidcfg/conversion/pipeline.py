@@ -43,7 +43,7 @@ from pidcfg.schemas.base import Parser, limits_at
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import plain_number
-from pidcfg.text.paths import dotted, given_fields, is_given, put, steps, value_at
+from pidcfg.text.paths import dotted_text, given_fields, is_given, parse_path, set_value, value_at
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -86,7 +86,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
         if all(value_at(file.data, path) == stored.value for path, stored in outside.items()):
             break
         for path, stored in outside.items():
-            put(file.data, path, stored.value)
+            set_value(file.data, path, stored.value)
     image = encoding.image
     file.model, file.encoding = model, encoding
     held = encoder_of(target).decode(image.words, image.settings, image.plc).data
@@ -116,7 +116,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
 
 def path_in_file(loop: int, path: str) -> Path:
     """Where a field of a loop stands in the file; with ``/`` before it, it is one of the file."""
-    return steps(path[1:]) if path.startswith("/") else ("loops", loop, *steps(path))
+    return parse_path(path[1:]) if path.startswith("/") else ("loops", loop, *parse_path(path))
 
 
 def validate_data(target: Vendor, data: dict[str, object]) -> Any:
@@ -127,7 +127,7 @@ def validate_data(target: Vendor, data: dict[str, object]) -> Any:
         first = error.errors(include_url=False)[0]
         text = (first.get("ctx") or {}).get("text", first["msg"])
         path = tuple(first["loc"])
-        raise ConvertError([Missing(path, f"{dotted(path)}: {text}")]) from None
+        raise ConvertError([Missing(path, f"{dotted_text(path)}: {text}")]) from None
 
 
 def _beyond_registers(data: Mapping[str, object], encoding: AnyEncoding, target: Vendor) -> dict[Path, Stored]:
@@ -185,7 +185,7 @@ def _of_register(
     error = abs(held - wanted) / (width or size)
     if not isinstance(written, str):
         written = plain_number(held)
-        put(data, path, written)
+        set_value(data, path, written)
     return Stored(written, "rounded", float(error * 100))
 
 
@@ -273,7 +273,7 @@ def write_own_settings(data: dict[str, object], lines: Mapping[int, Sequence[Cha
     """Puts what is kept into the result."""
     for j, rows in lines.items():
         for row in rows:
-            put(data, path_in_file(j, row.field), row.target)
+            set_value(data, path_in_file(j, row.field), row.target)
 
 
 def merge_own_lines(rows: Sequence[Change], kept: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
@@ -305,7 +305,7 @@ def unreported_fields(
 ) -> Iterator[Change]:
     """The lines of those fields that no row is about; ``target``: the loop's data there."""
     for path, value in given:
-        key, text = dotted(path), _plain_value(value)
+        key, text = dotted_text(path), _plain_value(value)
         if any(overlap(key, row.field) for row in rows):
             continue
         if key in COMMON and target.get(key) == value:
@@ -343,7 +343,7 @@ def items_beside_loops(
     for block in getattr(config, "blocks", ()):
         is_told = told.overlaps(f"blocks.{block.name}")
         for path, value in given_fields(block):
-            key = f"blocks.{block.name}.{dotted(path)}"
+            key = f"blocks.{block.name}.{dotted_text(path)}"
             if not told.overlaps(key):
                 note = WITH_LOOP if is_told else UNKNOWN
                 yield Change(key, "dropped", _plain_value(value), None, note=note, loss=not is_told)
@@ -656,7 +656,7 @@ def _is_default(loop: BaseModel, field: str) -> bool:
     if field == HYSTERESIS and not has_alarms(loop):
         return True
     item: Any = loop
-    for key in steps(field):
+    for key in parse_path(field):
         if not isinstance(item, BaseModel) or key not in type(item).model_fields:
             return False
         default, item = type(item).model_fields[str(key)].default, getattr(item, str(key))

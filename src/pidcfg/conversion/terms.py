@@ -36,14 +36,14 @@ from pidcfg.schemas.expressions import (
     TRUTHS,
     WORDS,
     ExpressionError,
-    Typed,
+    TypedParser,
     lengths_of,
 )
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, beginnings, dotted, steps
+from pidcfg.text.paths import Path, dotted_text, outer_keys, parse_path
 from pidcfg.vendors import Vendor
 
 # --- The values of a configuration one by one, each with the unit that a reader needs ---------------------------------
@@ -134,7 +134,7 @@ def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
 def _terms_at(vendor: Vendor) -> tuple[Tuned, Mapping[Path, int]]:
     """How a vendor's gains are stored, and where the three terms stand, in their order."""
     tuned = tables_of(vendor).TUNED
-    return tuned, {steps(tuned.key(name)): i for i, name in enumerate(tuned.names)}
+    return tuned, {parse_path(tuned.key(name)): i for i, name in enumerate(tuned.names)}
 
 
 def _table_unit(leaf: Leaf, vendor: Vendor) -> str:
@@ -216,7 +216,7 @@ def order_moves(entry: Mapping[str, object]) -> Mapping[str, object]:
 
 
 def _code(text: str, names: list[str]) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    expression = Typed(text, {name: i for i, name in enumerate(names)}, lengths_of(names)).read()
+    expression = TypedParser(text, {name: i for i, name in enumerate(names)}, lengths_of(names)).read()
     return expression.code, expression.constants
 
 
@@ -409,10 +409,10 @@ def other_keys(model: Any, subject: Subject, taken: Iterable[str]) -> Iterator[t
     if subject.reading is not None:
         return
     ids, units = set(taken), unit_names(model)
-    above_ids = {outer for name in ids for outer in beginnings(name)}
+    above_ids = {outer for name in ids for outer in outer_keys(name)}
     for leaf in leaves(model):
-        key = dotted(leaf.path)
-        if key in TOP or key in ids or key in above_ids or not ids.isdisjoint(beginnings(key)):
+        key = dotted_text(leaf.path)
+        if key in TOP or key in ids or key in above_ids or not ids.isdisjoint(outer_keys(key)):
             continue
         value, unit = value_and_unit(leaf, model, subject.vendor, units)
         yield key, Item(key, value, unit, value, default=is_default(leaf), file_only=True)
@@ -440,7 +440,7 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
     plc = getattr(subject.config, "plc", None)
     if plc is not None and subject.reading is None:
         for leaf in leaves(plc):
-            key = f"plc.{dotted(leaf.path)}"
+            key = f"plc.{dotted_text(leaf.path)}"
             if not any(overlap(key, other) for other in registers):
                 value, unit = value_and_unit(leaf, plc, subject.vendor, unit_names(plc))
                 items[key] = Item(key, value, unit, value, default=is_default(leaf))

@@ -40,7 +40,7 @@ from pidcfg.encoders.parameters import AnyImage, Entry, content_text, read_conte
 from pidcfg.encoders.regmap import D345, Bits, NoRegisterError, Point, Word, Written, writer_of
 from pidcfg.schemas.base import Quantity, unit_text
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
-from pidcfg.text.paths import beginnings, dotted, is_given, steps, value_at
+from pidcfg.text.paths import dotted_text, is_given, outer_keys, parse_path, value_at
 from pidcfg.text.references import Decision
 from pidcfg.vendors import Vendor
 
@@ -99,7 +99,7 @@ def _shift(subject: Subject, held: Mapping[str, object]) -> int:
     start = held.get(TABLE)
     if subject.reading is None or not subject.reading.fault or start is None:
         return 0
-    return int(start - value_at(subject.config, steps(TABLE)))
+    return int(start - value_at(subject.config, parse_path(TABLE)))
 
 
 def _named(subject: Subject, number: int) -> str:
@@ -123,7 +123,7 @@ class _Block:
         self.subject, self.block, self.model = subject, block, model
         self.outputs = outputs or {}
         """Loops by the register that their output is written to, where they choose it: in a cascade another's."""
-        inner = dotted(block.place[PLACE_OF_LOOP:])
+        inner = dotted_text(block.place[PLACE_OF_LOOP:])
         self.prefix = f"{inner}." if inner else ""
         self.units = unit_names(model)
         self.is_own = subject.reading is None or not subject.reading.fault
@@ -215,7 +215,7 @@ class _Block:
 
     def shown(self, word: Word, raw: int, key: str) -> tuple[str, object, str]:
         """The key of a register, what the file says of it, and its unit; else what its content means."""
-        other = None if word.instead is None or not self.is_own else value_at(self.model, steps(word.instead))
+        other = None if word.instead is None or not self.is_own else value_at(self.model, parse_path(word.instead))
         if other is not None and word.instead is not None:
             return word.instead, number(other), ""
         if self.fault(word.offset) or word.path is None:
@@ -234,7 +234,7 @@ class _Block:
 
     def leaf(self, key: str) -> Leaf | None:
         """The value that the configuration gives for a key; None: it gives none."""
-        path = steps(key)
+        path = parse_path(key)
         value = value_at(self.model, path)
         named = path[:-1] if isinstance(path[-1], int) else path
         model = value_at(self.model, named[:-1]) if named[:-1] else self.model
@@ -306,7 +306,7 @@ def _others(subject: Subject) -> Iterator[Entry]:
 
 def owner_of(address: str, names: Collection[str]) -> str:
     """The loop or block that a parameter belongs to: the longest name that it begins with."""
-    return next((name for name in beginnings(address) if name in names), SIGNALS)
+    return next((name for name in outer_keys(address) if name in names), SIGNALS)
 
 
 def _content(cell: Entry, reading: Reading | None) -> tuple[object, str, bool]:
@@ -351,7 +351,7 @@ def _word(cell: Entry, content: Any, fault: str) -> str:
 
 def _unit(vendor: Vendor, model: Any, key: str, content: Any, units: Mapping[str, str]) -> str:
     """The unit of a parameter with a content, by its section of the model."""
-    path = steps(key)
+    path = parse_path(key)
     named = path[:-1] if isinstance(path[-1], int) else path
     section = value_at(model, named[:-1]) if named[:-1] else model
     if section is None or named[-1] not in type(section).model_fields:
@@ -428,7 +428,7 @@ def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
     given = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     for owner, item, place in _differing(subject, listing):
         told = [f"{owner} {item.key}".lstrip()] if place in listing.words else []
-        is_said = owner in given and is_given(given[owner], steps(item.key))
+        is_said = owner in given and is_given(given[owner], parse_path(item.key))
         if item.kind in {"live", "reserved"} and not (live or is_said):
             left += told
         else:

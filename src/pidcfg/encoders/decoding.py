@@ -27,7 +27,7 @@ from pidcfg.encoders.listing import (
 from pidcfg.encoders.parameters import AnyEncoding, AnyImage, Elsewhere
 from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, dotted, has_key, put, steps, value_at
+from pidcfg.text.paths import Path, dotted_text, has_key, parse_path, set_value, value_at
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import binary_file
@@ -377,11 +377,11 @@ class _Reader:
         """Takes what a schema refuses from the other side: a setting beside the words, or words of one section."""
         path = _setting_path(error.path)
         if error.where == "plc":
-            return self._replace_setting(("", dotted(("plc", *path))), self.plc, self.image.plc, path, error)
+            return self._replace_setting(("", dotted_text(("plc", *path))), self.plc, self.image.plc, path, error)
         if error.where.startswith("settings["):
             i = int(error.where.removeprefix("settings[").removesuffix("]"))
             entry = self.settings[i]
-            return self._replace_setting((name_in(entry), dotted(path)), entry, self._other(entry, i), path, error)
+            return self._replace_setting((name_in(entry), dotted_text(path)), entry, self._other(entry, i), path, error)
         return self._replace_section(error)
 
     def _other(self, entry: Mapping[str, object], i: int) -> Mapping[str, object]:
@@ -403,7 +403,7 @@ class _Reader:
             return False
         self.refused[key] = str(error)
         if has_key(other, path):
-            put(entry, path, deepcopy(value_at(other, path)))
+            set_value(entry, path, deepcopy(value_at(other, path)))
         elif has_key(entry, path):
             del value_at(entry, path[:-1])[path[-1]]
         return True
@@ -415,7 +415,9 @@ class _Reader:
             return False
         held = self.listing.words.keys() - self.unreadable.keys()
         places = [
-            place for place in dict.fromkeys(self.like[1].places_under(name, dotted(path), self.words)) if place in held
+            place
+            for place in dict.fromkeys(self.like[1].places_under(name, dotted_text(path), self.words))
+            if place in held
         ]
         for place in places:
             self.unreadable[place] = str(error)
@@ -427,7 +429,9 @@ class _Reader:
         if i is None or not has_key(self.settings[i], path):
             return bool(places)
         entry = self.settings[i]
-        return self._replace_setting((name, dotted(path)), entry, self._other(entry, i), path, error) or bool(places)
+        return self._replace_setting((name, dotted_text(path)), entry, self._other(entry, i), path, error) or bool(
+            places
+        )
 
     def _owner(self, path: Path) -> tuple[str, Path]:
         """The loop or block that a place of the configuration is in, and the rest of the place."""
@@ -447,7 +451,7 @@ class _Reader:
 
 def _setting_path(path: Sequence[str | int]) -> Path:
     """A place up to its first list: a pair is one setting."""
-    whole = steps(dotted(path))
+    whole = parse_path(dotted_text(path))
     end = next((i for i, step in enumerate(whole) if isinstance(step, int)), len(whole))
     return whole[:end]
 

@@ -32,7 +32,7 @@ from pidcfg.encoders.regmap import (
 from pidcfg.schemas.base import Model, Quantity
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Data, Path, dotted, given_fields, has_key, put, steps, value_at
+from pidcfg.text.paths import Data, Path, dotted_text, given_fields, has_key, parse_path, set_value, value_at
 
 # --- What is downloaded to a PLC: its words in address order, and beside them what no register holds ------------------
 
@@ -121,7 +121,7 @@ class Block:
                 self.loop,
                 space.kind(a),
                 row.access,
-                None if row.path is None else (*self.place, *steps(row.path)),
+                None if row.path is None else (*self.place, *parse_path(row.path)),
             )
             for row, a in ((row, self.start + row.offset) for row in rows)
         ]
@@ -156,7 +156,7 @@ class Encoding:
     @cached_property
     def misfits(self) -> tuple[tuple[Path, Misfit], ...]:
         """Values that their registers cannot hold, each with its place."""
-        return tuple(((*b.place, *steps(m.path)), m) for b in self.blocks for m in b.encoded.misfits)
+        return tuple(((*b.place, *parse_path(m.path)), m) for b in self.blocks for m in b.encoded.misfits)
 
     @cached_property
     def outside(self) -> tuple[Block, ...]:
@@ -171,13 +171,13 @@ class Encoding:
     @cached_property
     def rounded(self) -> tuple[tuple[Path, Rounded], ...]:
         """Values that their registers hold only rounded, each with its place."""
-        return tuple(((*b.place, *steps(r.path)), r) for b in self.blocks for r in b.encoded.rounded)
+        return tuple(((*b.place, *parse_path(r.path)), r) for b in self.blocks for r in b.encoded.rounded)
 
     def places_under(self, loop: str, key: str, _: Iterable[object]) -> Iterator[int]:
         """The registers that hold a section of a loop."""
         for block in self.blocks:
             if block.loop == loop:
-                inner = dotted(block.place[2:])
+                inner = dotted_text(block.place[2:])
                 for point in block.table.points:
                     own = ".".join(part for part in (inner, point.path) if part)
                     if point.path is not None and (own == key or own.startswith(f"{key}.")):
@@ -306,7 +306,7 @@ def default_of(model: type[Model], path: str) -> Any:
     """What the schema takes for a field that is not given; None where it has no default."""
     section: type[Model] | None = model
     value: Any = None
-    for step in steps(path):
+    for step in parse_path(path):
         if section is None:
             return None if value is None else value[step]
         field = next(field for field in fields(section) if field.key == step)
@@ -322,7 +322,7 @@ def values_of(loop: Model, tables: Iterable[RegisterMap], unset: Mapping[str, ob
 def _value(loop: Model, path: str, unset: Mapping[str, object]) -> Any:
     if path.endswith(ENABLED):
         return is_enabled(loop, path)
-    value = value_at(loop, steps(path))
+    value = value_at(loop, parse_path(path))
     return _default(type(loop), path, unset) if value is None else value
 
 
@@ -338,7 +338,7 @@ def switched_on(bit: bool | None, *values: object) -> bool:  # noqa: FBT001 - a 
 
 def is_enabled(loop: object, path: str) -> bool:
     """The state of an enable bit: as written, else on when its value, or anything of its section, is given."""
-    *above, key = steps(path)
+    *above, key = parse_path(path)
     bit = value_at(loop, (*above, key))
     if bit is not None:
         return bool(bit)
@@ -424,7 +424,7 @@ def read_settings(model: type[S], entry: Mapping[str, object], place: str) -> S:
         return model.model_validate(entry)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        raise RefusedError(f"{place}: {dotted(first['loc'])}: {first['msg']}", place, first["loc"]) from None
+        raise RefusedError(f"{place}: {dotted_text(first['loc'])}: {first['msg']}", place, first["loc"]) from None
 
 
 class LoopOption(NamedTuple):
@@ -456,7 +456,7 @@ def with_options(
             raise DecodeError(f"--{flag} names {len(texts)} for {count} loops; give one for each, with commas between")
         for i, loop in enumerate(loops):
             if texts is not None:
-                put(loop, row.path, texts[0] if len(texts) == 1 else texts[i])
+                set_value(loop, row.path, texts[0] if len(texts) == 1 else texts[i])
     if not loops:
         raise _missing(rows[0], "")
     for loop in loops:
@@ -498,7 +498,7 @@ def _settings(model: type[Model], section: object, explicit: frozenset[str], abo
 
 def settings_values(settings: Any, banks: Mapping[str, str] = NOTHING) -> Data:
     """What stands beside the registers of a loop as values of its fields, by path."""
-    values = {dotted(path): value for path, value in given_fields(settings)}
+    values = {dotted_text(path): value for path, value in given_fields(settings)}
     del values["loop"]
     values.pop("setpoint", None)
     return {"name": settings.loop, **values, **{key: f"{prefix}{values[key]}" for key, prefix in banks.items()}}

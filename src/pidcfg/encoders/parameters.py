@@ -47,7 +47,7 @@ from pidcfg.schemas.iec import (
     time_text,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Data, Path, beginnings, put, steps, value_at
+from pidcfg.text.paths import Data, Path, outer_keys, parse_path, set_value, value_at
 from pidcfg.text.references import Basis, Decision
 from pidcfg.text.signs import closest_name
 
@@ -451,7 +451,7 @@ class NamedLoops:
     @cached_property
     def places(self) -> list[tuple[Parameter, Path | None]]:
         """The parameters in their order, each with its place in a loop; None for one that the file never gives."""
-        return [(row, None if row.name in self.first else steps(row.name)) for row in self.table.rows]
+        return [(row, None if row.name in self.first else parse_path(row.name)) for row in self.table.rows]
 
     def split(self, name: str) -> tuple[str, str]:
         """The loop and the parameter of a full name; two empty texts for another name.
@@ -484,7 +484,7 @@ class NamedLoops:
                 device = devices.get(row.name)
                 entries.append(Entry(f"{loop.name}.{row.name}", row.type, content, row.name, loop.name, device))
                 if misfit is not None:
-                    misfits.append((("loops", i, *steps(row.name)), misfit))
+                    misfits.append((("loops", i, *parse_path(row.name)), misfit))
         settings = tuple(settings_of(self.settings, loop) for loop in config.loops)
         values = {**dict(config), **dict(getattr(config, "plc", {}))}
         beside = present({key: plain(values.get(key)) for key in self.file.model_fields})
@@ -523,7 +523,7 @@ class NamedLoops:
         """An unknown name would leave its default in place, which may be the other direction."""
         nested = any("." in name for name in self.rows)
         for name in words:
-            loop = next((loop for loop in beginnings(name) if loop in loops), None)
+            loop = next((loop for loop in outer_keys(name) if loop in loops), None)
             key = name.removeprefix(f"{loop}.")
             if loop is not None and not self.split(name)[0] and (nested or "." not in key):
                 raise unknown_name(name, key, self.rows, self.kind)
@@ -548,7 +548,7 @@ class NamedLoops:
             notes.append(f"{settings.loop}: the listing does not hold {key}, which then is {default}")
         data = file_data(self.loop, values, always=self.always)
         for path, value in behind.items():
-            put(data, steps(path), value)
+            set_value(data, parse_path(path), value)
         return data
 
     def _check_pairs(self, loop: str, values: Mapping[str, object]) -> None:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from pidcfg.encoders.listing import Listing, ListingError, load_json
 from pidcfg.encoders.parameters import Content, read_content, store
-from pidcfg.schemas.iec import TYPED, IecType, Timed, real_text, time_seconds
+from pidcfg.schemas.iec import LITERAL_WITH_TYPE, IecType, TimeNumber, real_text, time_seconds
 from pidcfg.schemas.numbers import MAX_DIGITS
 from pidcfg.text.signs import CONTROL
 from pidcfg.text.writer import json_line
@@ -437,11 +437,11 @@ REALS = frozenset(("REAL", "LREAL"))
 
 def number_of(token: Token) -> int | Decimal | bool:
     """What a literal means: a whole number, a real one, a truth, or a time in s."""
-    if TYPED.fullmatch(token.text) and token.upper.startswith(("T#", "TIME#")):
+    if LITERAL_WITH_TYPE.fullmatch(token.text) and token.upper.startswith(("T#", "TIME#")):
         seconds = time_seconds(token.text)
         if seconds is None:
             raise token.error(f"{token.text} is not a TIME; write it as in T#1m30s or T#500ms")
-        return Timed(seconds)
+        return TimeNumber(seconds)
     text = token.text.replace("_", "")
     if len(text) > MAX_DIGITS + 8:
         raise token.error(f"a number of more than {MAX_DIGITS} digits")
@@ -482,8 +482,8 @@ def content_of(tokens: Sequence[Token], kind: IecType, name: str) -> Content | N
     if truth is None and not is_literal(token):
         return None
     value = number_of(token) if truth is None else truth
-    if isinstance(value, Timed) or kind.kind == "time":
-        if isinstance(value, Timed) and kind.kind == "time" and not signs:
+    if isinstance(value, TimeNumber) or kind.kind == "time":
+        if isinstance(value, TimeNumber) and kind.kind == "time" and not signs:
             return store(kind, value)
         raise token.error(f"{name}: {token.text} is not a value of {kind.name}; numbers are in s")
     if isinstance(value, bool) or kind.kind == "bool":

@@ -31,7 +31,7 @@ from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Data, steps, value_at
+from pidcfg.text.paths import Data, parse_path, value_at
 from pidcfg.text.paths import Path as KeyPath
 from pidcfg.text.reader import DEFAULT, Files, Limits
 from pidcfg.validate.engine import Checked, Source, checked_of
@@ -109,9 +109,11 @@ class Plc:
             return
         for key in tables_of(self.vendor).NO_REGISTER:
             if key.startswith(OF_PLC):
-                yield from [key] if value_at(config, steps(key)) is not None else ()
+                yield from [key] if value_at(config, parse_path(key)) is not None else ()
             else:
-                yield from (f"{loop.name}.{key}" for loop in config.loops if value_at(loop, steps(key)) is not None)
+                yield from (
+                    f"{loop.name}.{key}" for loop in config.loops if value_at(loop, parse_path(key)) is not None
+                )
         for item in (*config.loops, *getattr(config, "blocks", ())):
             yield from (f"{item.name}.{key}" for key, value in item if isinstance(value, Wire))
 
@@ -405,7 +407,7 @@ def _findings(loop: Compared, document: Document, register: Callable[[str], str]
         if d.key == CONFIGURATION:
             yield _finding(document, (), f"the PLC's words make no configuration{_why(d)}", "")
             continue
-        key, said = steps(d.key or d.field), _message(d, register(d.address or ""))
+        key, said = parse_path(d.key or d.field), _message(d, register(d.address or ""))
         if index is None:
             yield _finding(document, key, said, "", d.key)
         else:

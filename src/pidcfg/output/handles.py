@@ -22,7 +22,7 @@ from pidcfg.study.scenario import Loaded, load
 from pidcfg.text.diagnostics import Diagnostic
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Data, Path, dotted, has_key, steps, value_at
+from pidcfg.text.paths import Data, Path, dotted_text, has_key, parse_path, value_at
 from pidcfg.text.reader import Reader
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
@@ -186,12 +186,12 @@ def _numbers(document: Document, model: type[BaseModel], i: int, tuning: LoopTun
     out = []
     for part, name, unit, now in zip(PARTS, tuning.words.names, tuning.units(), tuning.now, strict=True):
         key, limits = tuning.words.key(name), tuning.words.limits(model, name)
-        path = ("loops", i, *steps(key))
+        path = ("loops", i, *parse_path(key))
         text = value_at(document.data, path)
         ends = (None, None) if limits is None else (limits.low, limits.high)
         low, high = (None if end is None else number_of(end) for end in ends)
         step, written = tuning.words.step(name), None if text is None else str(text)
-        out.append(HeldNumber(part, dotted(path), key, unit, written, now, low, high, step, tuning))
+        out.append(HeldNumber(part, dotted_text(path), key, unit, written, now, low, high, step, tuning))
     return tuple(out)
 
 
@@ -278,7 +278,7 @@ def change_document(document: Document, values: Mapping[Any, object]) -> ChangeR
     for name, value in values.items():
         if not isinstance(name, str) or not name:
             raise ArgumentError(f"`values`: {name!r} is no path; write it like loops.0.name", "values")
-        path = steps(name)
+        path = parse_path(name)
         texts[path] = value if isinstance(value, str) else _number(name, value)
         if not has_key(document.data, path):
             after[path] = _neighbour(document, path, name)

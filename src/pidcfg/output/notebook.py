@@ -8,7 +8,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.text.diagnostics import Severity
-from pidcfg.text.signs import one_line
+from pidcfg.text.signs import to_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -27,7 +27,7 @@ HEAD, PICTURE, PANEL, STRIP, NOTE = 90, 225, 125, 22, 18
 
 def cell(value: object) -> str:
     """A value in a table."""
-    return escape(one_line("" if value is None else str(value)))
+    return escape(to_one_line("" if value is None else str(value)))
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

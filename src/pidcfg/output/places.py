@@ -12,7 +12,7 @@ from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import Edit, Severity, Span
 from pidcfg.text.document import span_of
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import steps
+from pidcfg.text.paths import parse_path
 from pidcfg.text.reader import read_other
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import is_configuration, is_scenario
@@ -75,7 +75,7 @@ def held_words(checked: Checked) -> Iterator[Held]:
             content = entry.raw.text if isinstance(entry.raw, Wire) else content_text(entry.type, entry.raw)
             row = _parameters(checked.vendor).get(entry.field)
             about = (row.title, str(row.basis or "")) if row is not None else ("", "")
-            path = (*place, *steps(entry.field))
+            path = (*place, *parse_path(entry.field))
             yield Held(path, entry.device or entry.address, content, None, entry.loop or "", *about)
 
 
@@ -94,7 +94,7 @@ def _register(space: Space, block: Block, point: Point) -> Held:
         first, last = min(point.bits), max(point.bits)
         name += f".{first}" if first == last else f".{','.join(map(str, point.bits))}"
         shown = str(sum((raw >> bit & 1) << i for i, bit in enumerate(point.bits)))
-    path = (*block.place, *steps(point.path or ""))
+    path = (*block.place, *parse_path(point.path or ""))
     return Held(path, name, shown, raw, block.loop or "", point.title, str(getattr(point, "basis", "")))
 
 

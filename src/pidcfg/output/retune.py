@@ -22,7 +22,7 @@ from pidcfg.sim.engine.run import Run, Settings, UnusableError, base_step, begin
 from pidcfg.sim.judgement.meters import Band, overshoot, settling_time
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import steps, value_at
+from pidcfg.text.paths import parse_path, value_at
 from pidcfg.text.signs import closest_name
 from pidcfg.text.source import read_document
 from pidcfg.tuning.margins import Answer
@@ -237,7 +237,7 @@ def number_as_written(old: str | None, value: Decimal, unit: str, stored: Callab
 
 
 def _path(index: int, key: str) -> Path:
-    return ("loops", index, *steps(key))
+    return ("loops", index, *parse_path(key))
 
 
 def _write_values(where: str, doc: Document, data: bytes, index: int, values: tuple[Value, ...]) -> bytes:

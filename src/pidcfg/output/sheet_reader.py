@@ -23,13 +23,13 @@ from pidcfg.output.sheets import (
     unit_of,
 )
 from pidcfg.schemas.base import scaled_sides
-from pidcfg.schemas.terms import ENDS
+from pidcfg.schemas.terms import PAIR_ENDS
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Data, Path, put, steps, value_at
+from pidcfg.text.paths import Data, Path, parse_path, set_value, value_at
 from pidcfg.text.reader import Limits
-from pidcfg.text.signs import FORMULA
+from pidcfg.text.signs import FORMULA_STARTS
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
@@ -39,7 +39,7 @@ from pidcfg.vendors import VENDORS, Vendor
 # --- A sheet as a table of texts: CSV with any usual separator, or the first sheet of a workbook ----------------------
 
 SEPARATORS = ",;\t"
-APOSTROPHE = re.compile(f"^'(?=[{re.escape(''.join(FORMULA))}])")
+APOSTROPHE = re.compile(f"^'(?=[{re.escape(''.join(FORMULA_STARTS))}])")
 """What keeps a spreadsheet from calculating a text; written by us, and no part of it."""
 COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 POINT = re.compile(r"[+-]?\d+\.\d+(?:[eE][+-]?\d+)?")
@@ -512,8 +512,8 @@ class _Reader:
                 continue
             if key in taken:
                 self.fault(cell, f"{cell.text} and {taken[key]} are both {key}; keep one of the two")
-            pair = key.removesuffix(ENDS[0]).removesuffix(ENDS[1])
-            for other in (pair,) if pair != key else (key + ENDS[0], key + ENDS[1]):
+            pair = key.removesuffix(PAIR_ENDS[0]).removesuffix(PAIR_ENDS[1])
+            for other in (pair,) if pair != key else (key + PAIR_ENDS[0], key + PAIR_ENDS[1]):
                 if other in taken:
                     self.fault(cell, f"{cell.text} and {taken[other]} are both {pair}; keep the pair or its ends")
             taken[key] = cell.text
@@ -531,16 +531,16 @@ class _Reader:
                 self.fault(cell, f"{cell.text!r} has no header above it")
                 continue
             key, header = columns[cell.column]
-            end = next((i for i, word in enumerate(ENDS) if key.endswith(word)), None)
-            path = steps(key if end is None else key.removesuffix(ENDS[end]))
+            end = next((i for i, word in enumerate(PAIR_ENDS) if key.endswith(word)), None)
+            path = parse_path(key if end is None else key.removesuffix(PAIR_ENDS[end]))
             if end is not None:
                 pair = value_at(loop, path)
                 if pair is None:
-                    put(loop, path, pair := [None, None])
+                    set_value(loop, path, pair := [None, None])
                 pair[end] = self.value(cell, key, header)
                 path = (*path, end)
             else:
-                put(loop, path, self.value(cell, key, header))
+                set_value(loop, path, self.value(cell, key, header))
             self.places["loops", number, *path] = (cell, header)
         self._check_pairs(loop, row[0], (), number)
         return self._in_order(loop)
@@ -606,8 +606,8 @@ class _Reader:
             elif len(row) != LEAST_KNOWN:
                 self.fault(row[0], f"{key} wants one value, in the cell behind it")
             elif key != "vendor":
-                put(content, steps(key), self.value(row[1], key))
-                self.places[steps(key)] = (row[1], key)
+                set_value(content, parse_path(key), self.value(row[1], key))
+                self.places[parse_path(key)] = (row[1], key)
         return content
 
     def value(self, cell: Cell, key: str, header: str = "") -> object:

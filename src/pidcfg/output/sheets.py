@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.schemas.base import SECONDS, UNIT_WORDS, scaled_sides
 from pidcfg.schemas.document import models_in
 from pidcfg.schemas.numbers import NUMBER
-from pidcfg.schemas.terms import BANDS, ENDS, WORDS, leaves, types_of
+from pidcfg.schemas.terms import BAND_WORDS, PAIR_ENDS, WORDS, leaves, types_of
 from pidcfg.text.document import Plain
 from pidcfg.text.paths import value_at
-from pidcfg.text.signs import FORMULA, UNPRINTABLE
+from pidcfg.text.signs import FORMULA_STARTS, UNPRINTABLE
 from pidcfg.text.writer import Number, json_line, yaml_text
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def _cure(header: str, vendor: Vendor) -> str:
         if pattern.search(text):
             key = next((one for one in known if one in keys), None)
             return f"{topic} {place.format(key)}" if key else f"loops of {vendor.key} have no key for {topic}"
-    if BETWEEN_WORDS.sub("_", text.lower()) in BANDS:
+    if BETWEEN_WORDS.sub("_", text.lower()) in BAND_WORDS:
         return "a proportional band is no gain: 100 / band is the gain in % of the output per % of the PV"
     near = get_close_matches(text.lower(), [*folded, *_words(vendor)], 1, LEAST_LIKENESS)
     if near:
@@ -118,7 +118,7 @@ def _keys(vendor: Vendor) -> tuple[str, ...]:
     pairs: dict[str, bool] = {"name": False}
     for model in models_in(vendor.model.model_fields["loops"].annotation):
         pairs |= leaves(model)
-    return (*pairs, "use", *(f"{key}{end}" for key, pair in pairs.items() if pair for end in ENDS))
+    return (*pairs, "use", *(f"{key}{end}" for key, pair in pairs.items() if pair for end in PAIR_ENDS))
 
 
 def order_of(vendor: Vendor) -> dict[str, int]:
@@ -207,7 +207,7 @@ def table_of(doc: Document, vendor: Vendor) -> tuple[list[tuple[str, Value]], li
     rows = [dict(_cells(loop)) for loop in data["loops"]]
     order = order_of(vendor)
     names = {name: None for row in rows for name in row} | dict.fromkeys(_open_range(data["loops"], vendor))
-    columns = sorted(names, key=lambda name: (_base(name, order), name.endswith(ENDS[1])))
+    columns = sorted(names, key=lambda name: (_base(name, order), name.endswith(PAIR_ENDS[1])))
     return head, columns, [[row.get(name, "") for name in columns] for row in rows]
 
 
@@ -216,11 +216,11 @@ def _open_range(loops: Sequence[object], vendor: Vendor) -> list[str]:
     says_none = "output" in scaled_sides(vendor.model) and any(
         value_at(loop, ("output", "range")) is None for loop in loops
     )
-    return [f"output.range{end}" for end in ENDS] if says_none else []
+    return [f"output.range{end}" for end in PAIR_ENDS] if says_none else []
 
 
 def _base(name: str, order: dict[str, int]) -> int:
-    for end in ENDS:
+    for end in PAIR_ENDS:
         name = name.removesuffix(end)
     return order.get(name, len(order))
 
@@ -231,7 +231,7 @@ def _cells(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
         for key, inner in value.items():
             yield from _cells(inner, f"{above}.{key}" if above else key)
     elif isinstance(value, list) and len(value) == PAIR and not any(isinstance(x, dict | list) for x in value):
-        yield from ((f"{above}{end}", _value(inner)) for end, inner in zip(ENDS, value, strict=True))
+        yield from ((f"{above}{end}", _value(inner)) for end, inner in zip(PAIR_ENDS, value, strict=True))
     else:
         text = above.rpartition(".")[2] in TEXTS and isinstance(value, Plain)
         yield above, to_flow_yaml(value) if isinstance(value, list) else _cell_text(value) if text else _value(value)
@@ -278,7 +278,7 @@ def _safe(value: Value, *, comma: bool) -> str:
         return str(value).lower()
     if isinstance(value, int | float):
         return str(value).replace(".", ",") if comma else str(value)
-    return f"'{value}" if value.startswith(FORMULA) else value
+    return f"'{value}" if value.startswith(FORMULA_STARTS) else value
 
 
 def as_workbook(doc: Document, vendor: Vendor) -> bytes:

@@ -115,10 +115,10 @@ class Duration(NamedTuple):
 
 def parse_flag(value: object) -> bool:
     """``true`` or ``false`` and nothing else: ``yes`` and ``on`` are text."""
-    return flag(value, alone=True)
+    return parse_switch(value, alone=True)
 
 
-def flag(value: object, *, alone: bool) -> bool:
+def parse_switch(value: object, *, alone: bool) -> bool:
     """A switch; ``alone``: no name can stand in its place, so that a word has its one meaning."""
     if isinstance(value, bool):
         return value
@@ -218,7 +218,7 @@ def parse_quantity(value: object) -> Quantity:
     return Quantity(parse_number(value))
 
 
-def parse_pair(parse: Callable[[object], T], what: str) -> Callable[[object], tuple[T, T]]:
+def parse_pair(parse: Callable[[object], T], title: str) -> Callable[[object], tuple[T, T]]:
     """A parser of a list of two."""
 
     def pair(value: object) -> tuple[T, T]:
@@ -227,7 +227,7 @@ def parse_pair(parse: Callable[[object], T], what: str) -> Callable[[object], tu
             given = f", not of {number}" if number else ""
             comma = "; if a comma was to be a decimal sign: that is a point" if number > 2 else ""
             help_text = _range_help(value) or f"write [low, high]{comma}"
-            refuse("pair_type", f"{what} is wanted: a list of two values{given}", help=help_text)
+            refuse("pair_type", f"{title} is wanted: a list of two values{given}", help=help_text)
         return parse_item(value, 0), parse_item(value, 1)
 
     def parse_item(value: Sequence[object], step: int) -> T:
@@ -242,21 +242,21 @@ def parse_pair(parse: Callable[[object], T], what: str) -> Callable[[object], tu
 
 def _range_help(value: object) -> str | None:
     """How to write the range that a text seems to mean."""
-    from pidcfg.schemas.numbers import range_of
+    from pidcfg.schemas.numbers import range_cure
 
-    return range_of(value) if isinstance(value, str) else None
+    return range_cure(value) if isinstance(value, str) else None
 
 
 def parse_range(value: object) -> tuple[Decimal, Decimal]:
     """Engineering values at 0 % and 100 %, ascending."""
     low, high = parse_pair(parse_number, "a range")(value)
     if low >= high:
-        help_text = _ascending(high, low) if low > high else "the two ends must differ"
+        help_text = _ascending_help(high, low) if low > high else "the two ends must differ"
         refuse("range_order", f"the range [{low}, {high}] does not ascend", help=help_text)
     return low, high
 
 
-def _ascending(low: Decimal, high: Decimal) -> str:
+def _ascending_help(low: Decimal, high: Decimal) -> str:
     """How a range is written that does not ascend, also where the signal falls as the value rises."""
     mirrored = f"{low + high} - v" if low + high else "-v"
     return (
@@ -384,7 +384,7 @@ AnyRate = Annotated[Rate, Parser(parse_rate), WithJsonSchema(number_schema(COUNT
 
 # --- Decimal addresses with a prefix, ``DS101``: a bank with its limits, and the field type that it gives -------------
 
-LONGEST = 9
+MAX_ADDRESS_DIGITS = 9
 """Digits of an address that still reads as one."""
 LIKE_ADDRESS = re.compile(r" *([A-Z]+) *([0-9]+) *")
 """Blanks between digits may stand for anything: ``C10 1`` is no address."""
@@ -396,29 +396,29 @@ class BankRange(NamedTuple):
     prefix: str
     first: int
     last: int
-    what: str
+    title: str
 
     def parse(self, value: object) -> int:
         """The number of an address of this bank; another spelling of one is refused with the right one."""
         if isinstance(value, int) and not isinstance(value, bool):
-            return self._inside(value)
+            return self._check_number(value)
         example = f"write it like {self._example}"
         if not isinstance(value, str):
-            refuse("address_form", f"{self.what} is wanted", help=example)
+            refuse("address_form", f"{self.title} is wanted", help=example)
         match = LIKE_ADDRESS.fullmatch(value.upper())
-        if match is None or match.group(1) != self.prefix or len(match.group(2)) > LONGEST:
-            refuse("address_form", f"{value!r} is not {self.what}", help=example)
-        number = self._inside(int(match.group(2)))
-        only = self.name(number)
-        if value != only:
-            refuse("address_form", f"{value!r} is not spelled as an address", help=f"write {only}", only=only)
+        if match is None or match.group(1) != self.prefix or len(match.group(2)) > MAX_ADDRESS_DIGITS:
+            refuse("address_form", f"{value!r} is not {self.title}", help=example)
+        number = self._check_number(int(match.group(2)))
+        spelling = self.name(number)
+        if value != spelling:
+            refuse("address_form", f"{value!r} is not spelled as an address", help=f"write {spelling}", only=spelling)
         return number
 
     def name(self, number: int) -> str:
         """The name of an address by its number: ``C101``."""
         return f"{self.prefix}{number}"
 
-    def _inside(self, number: int) -> int:
+    def _check_number(self, number: int) -> int:
         if not self.first <= number <= self.last:
             refuse(
                 "address_form",
@@ -441,8 +441,8 @@ class BankRange(NamedTuple):
 # V-memory addresses of the DirectLOGIC family: octal, written ``V2000`` as in the manual, held as plain numbers.
 
 V_ADDRESS = re.compile(r"V([0-7]{1,6})")
-BARE = re.compile(r"[0-9]+")
-HIGHEST = 0o177777
+DIGITS_ONLY = re.compile(r"[0-9]+")
+LAST_V_ADDRESS = 0o177777
 
 
 def v_name(address: int) -> str:
@@ -453,14 +453,14 @@ def v_name(address: int) -> str:
 def parse_v_address(value: object) -> int:
     """``V2000`` to 1024; every other spelling is refused with the right one."""
     if isinstance(value, int) and not isinstance(value, bool):
-        return _in_memory(value, v_name(value))
+        return _check_v_address(value, v_name(value))
     if not isinstance(value, str):
         refuse("address_form", "a V-memory address is wanted", help="write it like V2000")
     match = V_ADDRESS.fullmatch(value)
     if match:
-        return _in_memory(int(match.group(1), 8), value)
+        return _check_v_address(int(match.group(1), 8), value)
     digits = value.lstrip("vV0") or "0"
-    if not BARE.fullmatch(value.lstrip("vV")):
+    if not DIGITS_ONLY.fullmatch(value.lstrip("vV")):
         refuse("address_form", f"{value!r} is not a V-memory address", help="write it like V2000")
     wrong = next((d for d in digits if d in "89"), None)
     if wrong:
@@ -469,18 +469,18 @@ def parse_v_address(value: object) -> int:
             f"{value} is not octal: {wrong} is not an octal digit",
             help="V-memory addresses have the digits 0 to 7",
         )
-    if BARE.fullmatch(value):
+    if DIGITS_ONLY.fullmatch(value):
         refuse(
             "address_form", f"{value} can be read as octal V{digits} or as decimal {digits}", help=f"write V{digits}"
         )
-    only = value.upper() if V_ADDRESS.fullmatch(value.upper()) else None
-    _in_memory(int(digits, 8), f"V{digits}")
-    return refuse("address_form", f"{value!r} is not spelled as an address", help=f"write V{digits}", only=only)
+    spelling = value.upper() if V_ADDRESS.fullmatch(value.upper()) else None
+    _check_v_address(int(digits, 8), f"V{digits}")
+    return refuse("address_form", f"{value!r} is not spelled as an address", help=f"write V{digits}", only=spelling)
 
 
-def _in_memory(address: int, shown: str) -> int:
-    if not 0 <= address <= HIGHEST:
-        refuse("address_form", f"{shown} is beyond {v_name(HIGHEST)}, the last address that a word can hold")
+def _check_v_address(address: int, spelling: str) -> int:
+    if not 0 <= address <= LAST_V_ADDRESS:
+        refuse("address_form", f"{spelling} is beyond {v_name(LAST_V_ADDRESS)}, the last address that a word can hold")
     return address
 
 
@@ -488,14 +488,14 @@ VAddress = Annotated[int, Parser(parse_v_address, v_name), WithJsonSchema(text_s
 
 # --- The Modbus map that a configuration names: a file, never a host --------------------------------------------------
 
-HOSTS = ("//", "\\\\")
+HOST_PREFIXES = ("//", "\\\\")
 """How a name begins that is looked for on another machine."""
 
 
 def parse_map_file(value: object) -> str:
     """The name of a file; what names another machine is refused."""
     name = parse_text(value)
-    if "://" in name or name.startswith(HOSTS):
+    if "://" in name or name.startswith(HOST_PREFIXES):
         cure = "name a file beside the configuration; the PLC's address stands on the command line (--plc)"
         refuse("text_type", f"{name!r} is no file of this machine", help=cure)
     if not name.strip():
@@ -551,18 +551,18 @@ def limits_at(model: type[BaseModel], path: str) -> Limits | None:
     key, _, rest = path.partition(".")
     field = model.model_fields[key]
     if not rest:
-        return next((m for m in (*field.metadata, *_inside(field.annotation)) if isinstance(m, Limits)), None)
+        return next((m for m in (*field.metadata, *_annotation_parts(field.annotation)) if isinstance(m, Limits)), None)
     inside = (inner for inner in models_in(field.annotation) if rest.partition(".")[0] in inner.model_fields)
     inner = next(inside, None)
     return None if inner is None else limits_at(inner, rest)
 
 
-def _inside(annotation: object) -> Iterator[object]:
+def _annotation_parts(annotation: object) -> Iterator[object]:
     """An annotation, its metadata, and all that it is made of."""
     yield annotation
     yield from getattr(annotation, "__metadata__", ())
     for inner in get_args(annotation):
-        yield from _inside(inner)
+        yield from _annotation_parts(inner)
 
 
 # --- Units of tables in the words of a loop ---------------------------------------------------------------------------
@@ -594,7 +594,7 @@ def unit_text(unit: str, units: Mapping[str, str], nested: str = " per ") -> str
 
 # --- Keys on a scale: the PLC holds them in counts, of which a range of their side makes engineering units ------------
 
-ON_SIDES = {"pv": ("setpoint", "value"), "output": ("output", "limits")}
+SIDE_KEYS = {"pv": ("setpoint", "value"), "output": ("output", "limits")}
 """A key on the scale of each side."""
 
 
@@ -606,10 +606,10 @@ def is_scaled(model: type[BaseModel], path: Sequence[str]) -> bool:
         return False
     if rest:
         return any(is_scaled(inner, rest) for inner in models_in(field.annotation))
-    return any(part in (Quantity, Rate) for part in _inside(field.annotation))
+    return any(part in (Quantity, Rate) for part in _annotation_parts(field.annotation))
 
 
 @cache
 def scaled_sides(model: type[BaseModel]) -> frozenset[str]:
     """The sides of a loop that the PLC of a file holds in counts."""
-    return frozenset(side for side, path in ON_SIDES.items() if is_scaled(model, ("loops", *path)))
+    return frozenset(side for side, path in SIDE_KEYS.items() if is_scaled(model, ("loops", *path)))

@@ -59,24 +59,24 @@ D620 = Decision(
     "neither topic lists an error for them. The equation does not use them, only the autotune does.",
 )
 
-ERRORS = CLICK_ERRORS.at("CLICK PID Errors")
+ERRORS = CLICK_ERRORS.cite("CLICK PID Errors")
 
 EFFECT = "CLICK error "
 """What the PLC reports, before its number."""
-SAMPLE_RATE = Limits("0.1", "30", "s", CLICK.at("Sample Rate(TS)"), f"{EFFECT}10")
-GAIN_LIMIT = Limits("0", "100", "", CLICK.at("Derivative Gain Limit"), f"{EFFECT}11")
-PWM_PERIOD = Limits("1", "600", "s", CLICK.at("PWM Control"), f"{EFFECT}12")
-FILTER = Limits("1", "100", "%", CLICK.at("PV Filter"), f"{EFFECT}13")
+SAMPLE_RATE = Limits("0.1", "30", "s", CLICK.cite("Sample Rate(TS)"), f"{EFFECT}10")
+GAIN_LIMIT = Limits("0", "100", "", CLICK.cite("Derivative Gain Limit"), f"{EFFECT}11")
+PWM_PERIOD = Limits("1", "600", "s", CLICK.cite("PWM Control"), f"{EFFECT}12")
+FILTER = Limits("1", "100", "%", CLICK.cite("PV Filter"), f"{EFFECT}13")
 DEADBAND = Limits("0", None, "", ERRORS, f"{EFFECT}24")
-GAIN = Limits("0.01", "10000", "", CLICK.at("Proportional Gain (DFn+05)"), f"{EFFECT}26")
-RESET = Limits("0.01", "6000", "s", CLICK.at("Integral or Reset Time (DFn+06)"), f"{EFFECT}27")
+GAIN = Limits("0.01", "10000", "", CLICK.cite("Proportional Gain (DFn+05)"), f"{EFFECT}26")
+RESET = Limits("0.01", "6000", "s", CLICK.cite("Integral or Reset Time (DFn+06)"), f"{EFFECT}27")
 DERIVATIVE = Limits("0", "6000", "s", ERRORS, f"{EFFECT}28")
 HYSTERESIS = Limits("1", "10", "%", D101, f"{EFFECT}200")
 
 BITS = BankRange("C", 1, 2000, "the address of a C bit")
 INTEGERS = BankRange("DS", 1, 4500, "the address of a DS register")
 FLOATS = BankRange("DF", 1, 500, "the address of a DF register")
-OUTPUTS = tuple((n, n + 15) for n in (1, 21, *range(101, 900, 100)))
+OUTPUT_RANGES = tuple((n, n + 15) for n in (1, 21, *range(101, 900, 100)))
 """Y bits that exist: of the CPU's two slots and of eight modules, 16 each."""
 Y_BIT = re.compile(r"Y([0-9]{3})")
 
@@ -86,7 +86,7 @@ def parse_output_bit(value: object) -> str:
     match = Y_BIT.fullmatch(value) if isinstance(value, str) else None
     if match is None:
         refuse("address_form", f"{value!r} is not the address of a Y bit", help="write it like Y001")
-    if not any(low <= int(match.group(1)) <= high for low, high in OUTPUTS):
+    if not any(low <= int(match.group(1)) <= high for low, high in OUTPUT_RANGES):
         refuse(
             "address_form",
             f"{value} does not exist",

@@ -38,12 +38,12 @@ from pidcfg.schemas.base import (
 from pidcfg.schemas.numbers import number_schema, parse_integer, refuse
 from pidcfg.text.references import DL06
 
-FEATURES = DL06.at("PID Loop Feature Specifications")
-SETUP = DL06.at("Loop Table and Number of Loops")
-FILTER = DL06.at("The DL06 Built-in Analog Filter")
-RAMP_SOAK = DL06.at("Ramp/Soak Table")
-TRANSFER = DL06.at("PV Auto Transfer (Addr + 36)")
-DERIVATIVE_LIMIT = DL06.at("Derivative Gain Limiting")
+FEATURES = DL06.cite("PID Loop Feature Specifications")
+SETUP = DL06.cite("Loop Table and Number of Loops")
+FILTER = DL06.cite("The DL06 Built-in Analog Filter")
+RAMP_SOAK = DL06.cite("Ramp/Soak Table")
+TRANSFER = DL06.cite("PV Auto Transfer (Addr + 36)")
+DERIVATIVE_LIMIT = DL06.cite("Derivative Gain Limiting")
 
 DataFormat = Literal["12-bit unipolar", "12-bit bipolar", "15-bit unipolar", "15-bit bipolar", "16-bit unipolar"]
 Mode = Literal["manual", "auto", "cascade"]

@@ -58,7 +58,7 @@ def _texts_in(body: ast.ClassDef) -> dict[str, str]:
 # fast.
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-IDENTITY = "urn:pidcfg:schema:{key}"
+SCHEMA_ID = "urn:pidcfg:schema:{key}"
 """The name by which other schemas and programs may refer to one: no address, since there is none."""
 WORD = re.compile("[A-Z][a-z0-9]*")
 ABBREVIATIONS = {"Pv": "PV", "Plc": "PLC", "Pwm": "PWM", "Gpwm": "GPWM"}
@@ -73,7 +73,7 @@ class _Schema(GenerateJsonSchema):
         return False
 
     def encode_default(self, dft: object) -> None:
-        """`_plain_default` writes them, from the model."""
+        """`_set_default` writes them, from the model."""
         del dft
 
 
@@ -82,21 +82,21 @@ def json_schema(model: type[BaseModel], key: str, title: str) -> JsonSchema:
     schema = model.model_json_schema(schema_generator=_Schema)
     models = {m.__name__: m for m in models_of(model)}
     for name, definition in schema.get("$defs", {}).items():
-        _describe(definition, models.get(name))
-        definition["title"] = _title(name, definition)
-    _describe(schema, model)
-    return {"$schema": DIALECT, "$id": IDENTITY.format(key=key), **schema, "title": title}
+        _describe_properties(definition, models.get(name))
+        definition["title"] = _object_title(name, definition)
+    _describe_properties(schema, model)
+    return {"$schema": DIALECT, "$id": SCHEMA_ID.format(key=key), **schema, "title": title}
 
 
-def models_of(model: type[BaseModel], seen: dict[type[BaseModel], None] | None = None) -> dict[type[BaseModel], None]:
+def models_of(model: type[BaseModel], models: dict[type[BaseModel], None] | None = None) -> dict[type[BaseModel], None]:
     """The model and all that its fields hold."""
-    seen = {} if seen is None else seen
-    if model not in seen:
-        seen[model] = None
+    models = {} if models is None else models
+    if model not in models:
+        models[model] = None
         for field in model.model_fields.values():
             for inner in models_in(field.annotation):
-                models_of(inner, seen)
-    return seen
+                models_of(inner, models)
+    return models
 
 
 def models_in(annotation: object) -> list[type[BaseModel]]:
@@ -106,7 +106,7 @@ def models_in(annotation: object) -> list[type[BaseModel]]:
     return [m for inner in getattr(annotation, "__args__", ()) for m in models_in(inner)]
 
 
-def _describe(definition: JsonSchema, model: type[BaseModel] | None) -> None:
+def _describe_properties(definition: JsonSchema, model: type[BaseModel] | None) -> None:
     """Adds descriptions and plain defaults to the properties of one object."""
     if model is None:
         return
@@ -116,12 +116,12 @@ def _describe(definition: JsonSchema, model: type[BaseModel] | None) -> None:
         text = texts.get(names[key], "")
         prop["description"] = text + (f" Unit: {prop['x-unit']}." if prop.get("x-unit") else "")
         _drop_null(prop)
-        _plain_default(prop, model.model_fields[names[key]].get_default())
+        _set_default(prop, model.model_fields[names[key]].get_default())
         if "x-unit" in prop:
-            _examples(prop)
+            _add_examples(prop)
 
 
-def _title(name: str, definition: JsonSchema) -> str:
+def _object_title(name: str, definition: JsonSchema) -> str:
     """What an object is called, which editors show above its description: the block that it is, or its name in words.
 
     ``PvAlarms`` are ``PV alarms``.
@@ -132,10 +132,10 @@ def _title(name: str, definition: JsonSchema) -> str:
     return str(kind) if kind else " ".join([*words[:1], *rest])
 
 
-def _examples(prop: JsonSchema) -> None:
+def _add_examples(prop: JsonSchema) -> None:
     """Values that an editor offers for a number with a unit: texts that carry one, or a number within the limits."""
-    ways = [prop, *prop.get("anyOf", ())]
-    values: list[object] = [text for way in ways for text in way.get("examples", ())]
+    forms = [prop, *prop.get("anyOf", ())]
+    values: list[object] = [text for way in forms for text in way.get("examples", ())]
     if not values:
         low, high = prop.get("minimum", 1), prop.get("maximum", 1)
         values = [prop.get("default") or min(max(1, low), high)]
@@ -153,7 +153,7 @@ def _drop_null(prop: JsonSchema) -> None:
         prop["anyOf"] = kinds
 
 
-def _plain_default(prop: JsonSchema, default: object) -> None:
+def _set_default(prop: JsonSchema, default: object) -> None:
     """Defaults that are single words or numbers; the others are told in the description."""
     prop.pop("default", None)
     if isinstance(default, bool | int | str):

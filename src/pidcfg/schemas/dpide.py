@@ -23,7 +23,7 @@ from pidcfg.schemas.base import (
     Text,
     parse_duration,
 )
-from pidcfg.schemas.iec import DINT, INT, REAL, Bool, DInt, Identifier, Real, Timed
+from pidcfg.schemas.iec import DINT, INT, REAL, Bool, DInt, Identifier, Real, TimeNumber
 from pidcfg.schemas.numbers import refuse, text_schema
 from pidcfg.text.references import DPIDE, Decision
 
@@ -38,9 +38,9 @@ D250 = Decision(
 )
 
 LAST_REGISTER = 29999
-BLOCK = 30
+BLOCK_REGISTERS = 30
 """Registers of I_MV: 15 double words."""
-WORD = 2
+WORD_REGISTERS = 2
 """Registers of a real number or a double word."""
 FLAG_BANKS = {"M": 8191, "S": 2047, "SM": 4095}
 """Last numbers of the banks of single bits."""
@@ -54,7 +54,7 @@ BIT = re.compile(rf"(X|Y|D){DIGITS}\.(0|[1-9][0-9]?)")
 LIKE_REGISTER = re.compile(r"[dD] ?0*([0-9]{1,5})")
 
 
-class Place(NamedTuple):
+class DeviceRange(NamedTuple):
     """Devices that an operand takes: their bank, first and last number; of a single bit of a word its number."""
 
     bank: str
@@ -66,36 +66,36 @@ class Place(NamedTuple):
         end = f" to {self.bank}{self.last}" if self.last > self.first else ""
         return f"{self.bank}{self.first}{'' if self.bit is None else f'.{self.bit}'}{end}"
 
-    def overlaps(self, other: Place) -> bool:
+    def overlaps(self, other: DeviceRange) -> bool:
         """Whether both take the same device; two bits of one word are two devices."""
-        apart = self.bit is not None and other.bit is not None and self.bit != other.bit
-        return self.bank == other.bank and self.first <= other.last and other.first <= self.last and not apart
+        is_other_bit = self.bit is not None and other.bit is not None and self.bit != other.bit
+        return self.bank == other.bank and self.first <= other.last and other.first <= self.last and not is_other_bit
 
 
-def place_of(operand: str, device: str) -> Place:
+def device_range(operand: str, device: str) -> DeviceRange:
     """The devices of an operand that begins at a device which its field has let through."""
     if REGISTER.fullmatch(device):
         first = int(device.removeprefix("D"))
-        return Place("D", first, first + (BLOCK if operand == "I_MV" else WORD) - 1)
+        return DeviceRange("D", first, first + (BLOCK_REGISTERS if operand == "I_MV" else WORD_REGISTERS) - 1)
     if match := FLAG.fullmatch(device):
-        return Place(match.group(1), int(match.group(2)), int(match.group(2)))
+        return DeviceRange(match.group(1), int(match.group(2)), int(match.group(2)))
     bank, number, bit = device[0], *device[1:].split(".")
-    return Place(bank, int(number), int(number), int(bit))
+    return DeviceRange(bank, int(number), int(number), int(bit))
 
 
 def parse_register(value: object) -> str:
     """``D500``: the first register of an operand."""
     if not isinstance(value, str):
         refuse("address_form", "the address of a D register is wanted", help="write it like D500")
-    like = LIKE_REGISTER.fullmatch(value)
-    if like is None:
+    match = LIKE_REGISTER.fullmatch(value)
+    if match is None:
         refuse("address_form", f"{value!r} is not the address of a D register", help="write it like D500")
-    only = f"D{int(like.group(1))}"
-    if int(like.group(1)) > LAST_REGISTER:
-        refuse("address_form", f"{only} does not exist", help=f"addresses go from D0 to D{LAST_REGISTER}")
-    if value != only:
-        refuse("address_form", f"{value!r} is not spelled as an address", help=f"write {only}", only=only)
-    return only
+    spelling = f"D{int(match.group(1))}"
+    if int(match.group(1)) > LAST_REGISTER:
+        refuse("address_form", f"{spelling} does not exist", help=f"addresses go from D0 to D{LAST_REGISTER}")
+    if value != spelling:
+        refuse("address_form", f"{value!r} is not spelled as an address", help=f"write {spelling}", only=spelling)
+    return spelling
 
 
 def parse_flag_device(value: object) -> str:
@@ -167,7 +167,7 @@ class Devices(Model):
     MV: Register | None = None
     """First register of MV."""
 
-    def given(self) -> dict[str, str]:
+    def by_operand(self) -> dict[str, str]:
         """Device by operand."""
         return {name: getattr(self, name) for name in type(self).model_fields if getattr(self, name) is not None}
 
@@ -271,11 +271,11 @@ SHORTEST_CYCLE, LONGEST_CYCLE = 1, 40_000
 
 
 def parse_time(value: object) -> Decimal:
-    """A number, or a text with a unit of time, which then can be nothing but a time (`Timed`)."""
-    if isinstance(value, Timed):
+    """A number, or a text with a unit of time, which then can be nothing but a time (`TimeNumber`)."""
+    if isinstance(value, TimeNumber):
         return value
     duration = parse_duration(value)
-    return duration.value if duration.unit is None else Timed(duration.seconds())
+    return duration.value if duration.unit is None else TimeNumber(duration.seconds())
 
 
 Milliseconds = Annotated[int, Parser(parse_milliseconds), WithJsonSchema(MILLISECONDS_SCHEMA), DINT]

@@ -85,82 +85,84 @@ class Parser:
     text: str
     names: Mapping[str, int]
     lengths: list[int]
-    at: int = 0
+    position: int = 0
     code: list[int] = field(default_factory=list)
     constants: list[float] = field(default_factory=list)
-    height: int = 0
-    deepest: int = 0
+    stack_height: int = 0
+    max_stack_height: int = 0
 
     def read(self) -> Expression:
         """The whole text."""
         if len(self.text) > MAX_LENGTH:
             raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters", MAX_LENGTH, "split it")
-        self.skip()
-        self.whole(0)
-        if self.at < len(self.text):
-            raise ExpressionError(f"unexpected {self.here()}", self.at, self.rest_cure())
+        self.skip_space()
+        self.parse_expression(0)
+        if self.position < len(self.text):
+            raise ExpressionError(f"unexpected {self.next_sign()}", self.position, self.rest_cure())
         signals = frozenset(self.code[i + 1] for i in range(0, len(self.code), 2) if self.code[i] == SIGNAL)
-        return Expression(self.text, tuple(self.code), tuple(self.constants), signals, self.deepest)
+        return Expression(self.text, tuple(self.code), tuple(self.constants), signals, self.max_stack_height)
 
     @property
     def cure(self) -> str:
         """What can be done about something that has no meaning here."""
         return ALLOWED
 
-    def whole(self, depth: int) -> None:
+    def parse_expression(self, depth: int) -> None:
         """What stands in parentheses, or as the whole expression."""
-        self.sum(depth)
+        self.parse_sum(depth)
 
-    def sum(self, depth: int) -> None:
+    def parse_sum(self, depth: int) -> None:
         """Products, added and subtracted from left to right."""
         if depth > MAX_DEPTH:
-            raise ExpressionError(f"more than {MAX_DEPTH} levels of nesting", self.at, "split the expression")
-        self.product(depth)
-        while self.at < len(self.text) and self.text[self.at] in "+-":
-            op = ADD if self.text[self.at] == "+" else SUBTRACT
-            self.step(1)
-            self.product(depth)
-            self.emit(op)
+            raise ExpressionError(f"more than {MAX_DEPTH} levels of nesting", self.position, "split the expression")
+        self.parse_product(depth)
+        while self.position < len(self.text) and self.text[self.position] in "+-":
+            op = ADD if self.text[self.position] == "+" else SUBTRACT
+            self.move_past(1)
+            self.parse_product(depth)
+            self.emit_code(op)
 
-    def product(self, depth: int) -> None:
+    def parse_product(self, depth: int) -> None:
         """Factors, multiplied and divided from left to right."""
-        self.factor(depth)
-        while self.at < len(self.text) and self.text[self.at] in "*/":
-            op = MULTIPLY if self.text[self.at] == "*" else DIVIDE
-            self.step(1)
-            self.factor(depth)
-            self.emit(op)
+        self.parse_factor(depth)
+        while self.position < len(self.text) and self.text[self.position] in "*/":
+            op = MULTIPLY if self.text[self.position] == "*" else DIVIDE
+            self.move_past(1)
+            self.parse_factor(depth)
+            self.emit_code(op)
 
-    def factor(self, depth: int) -> None:
+    def parse_factor(self, depth: int) -> None:
         """A number, a signal, a function, parentheses, or one of them with a sign."""
         negative = False
-        while (name := self.name()) is None and self.at < len(self.text) and self.text[self.at] in "+-":
-            negative ^= self.text[self.at] == "-"
-            self.step(1)
+        while (
+            (name := self.find_name()) is None and self.position < len(self.text) and self.text[self.position] in "+-"
+        ):
+            negative ^= self.text[self.position] == "-"
+            self.move_past(1)
         if name is not None:
-            self.emit(SIGNAL, self.names[name])
-            self.step(len(name))
-        elif number := NUMBER.match(self.text, self.at):
-            self.number(number.group())
-        elif self.at < len(self.text) and self.text[self.at] == "(":
-            self.step(1)
-            self.whole(depth + 1)
-            self.close()
+            self.emit_code(SIGNAL, self.names[name])
+            self.move_past(len(name))
+        elif number := NUMBER.match(self.text, self.position):
+            self.parse_number(number.group())
+        elif self.position < len(self.text) and self.text[self.position] == "(":
+            self.move_past(1)
+            self.parse_expression(depth + 1)
+            self.close_parenthesis()
         else:
-            self.call(depth)
+            self.parse_call(depth)
         if negative:
-            self.emit(NEGATE)
+            self.emit_code(NEGATE)
 
-    def name(self) -> str | None:
+    def find_name(self) -> str | None:
         """The longest declared name that stands here, and is not the beginning of a longer word."""
         for length in self.lengths:
-            end = self.at + length
-            name = self.text[self.at : end]
-            if name in self.names and not self.goes_on(name, end):
+            end = self.position + length
+            name = self.text[self.position : end]
+            if name in self.names and not self.is_longer_word(name, end):
                 return name
         return None
 
-    def goes_on(self, name: str, end: int) -> bool:
+    def is_longer_word(self, name: str, end: int) -> bool:
         """Whether the text at ``end`` makes the name the beginning of something else."""
         after = self.text[end : end + 1]
         in_word = name[-1:].isalnum() and (after.isalnum() or after == "_")
@@ -168,88 +170,94 @@ class Parser:
         is_call = name in FUNCTIONS and self.text[end:].lstrip().startswith("(")
         return in_word or is_part or is_call
 
-    def number(self, written: str) -> None:
+    def parse_number(self, literal: str) -> None:
         """A constant; one that is not finite is refused."""
-        if float(written) > LARGEST_VALUE:
-            raise ExpressionError(f"{written} is too large", self.at, f"the largest number is {LARGEST_VALUE:g}")
-        end = self.at + len(written)
+        if float(literal) > LARGEST_VALUE:
+            raise ExpressionError(f"{literal} is too large", self.position, f"the largest number is {LARGEST_VALUE:g}")
+        end = self.position + len(literal)
         if end < len(self.text) and (self.text[end].isalpha() or self.text[end] == "_"):
-            word = self.text[self.at :].split()[0]
-            raise ExpressionError(f"{word!r} is no number and no declared name", self.at, self.similar(word))
-        self.emit(CONSTANT, len(self.constants))
-        self.constants.append(float(written))
-        self.step(len(written))
+            word = self.text[self.position :].split()[0]
+            raise ExpressionError(f"{word!r} is no number and no declared name", self.position, self.suggest_name(word))
+        self.emit_code(CONSTANT, len(self.constants))
+        self.constants.append(float(literal))
+        self.move_past(len(literal))
 
-    def call(self, depth: int) -> None:
+    def parse_call(self, depth: int) -> None:
         """A function with its arguments; anything else that stands here has no meaning."""
-        start = self.at
-        word = WORD.match(self.text, self.at)
+        start = self.position
+        word = WORD.match(self.text, self.position)
         if word is None:
-            raise ExpressionError(f"a number or a name is missing before {self.here()}", self.at, self.cure)
-        self.step(len(word.group()))
-        is_call = self.at < len(self.text) and self.text[self.at] == "("
+            raise ExpressionError(f"a number or a name is missing before {self.next_sign()}", self.position, self.cure)
+        self.move_past(len(word.group()))
+        is_call = self.position < len(self.text) and self.text[self.position] == "("
         if word.group() not in FUNCTIONS:
-            what = "function" if is_call else "declared name"
-            raise ExpressionError(f"{word.group()!r} is no {what}", start, self.similar(word.group()))
+            noun = "function" if is_call else "declared name"
+            raise ExpressionError(f"{word.group()!r} is no {noun}", start, self.suggest_name(word.group()))
         if not is_call:
             raise ExpressionError(f"{word.group()} needs its arguments in parentheses", start)
         op, fewest, most = FUNCTIONS[word.group()]
         count = 1
-        self.step(1)
-        self.whole(depth + 1)
-        while self.at < len(self.text) and self.text[self.at] == ",":
-            self.step(1)
-            self.whole(depth + 1)
-            self.emit(op)
+        self.move_past(1)
+        self.parse_expression(depth + 1)
+        while self.position < len(self.text) and self.text[self.position] == ",":
+            self.move_past(1)
+            self.parse_expression(depth + 1)
+            self.emit_code(op)
             count += 1
-        self.close()
+        self.close_parenthesis()
         if not fewest <= count <= most:
-            wanted = str(fewest) if fewest == most else f"{fewest} to {most}"
-            raise ExpressionError(f"{word.group()} takes {wanted} argument{'s' * (most > 1)}, not {count}", start)
+            expected = str(fewest) if fewest == most else f"{fewest} to {most}"
+            raise ExpressionError(f"{word.group()} takes {expected} argument{'s' * (most > 1)}, not {count}", start)
         if most == 1:
-            self.emit(op)
+            self.emit_code(op)
 
     def rest_cure(self) -> str:
         """What to do about something behind an expression, such as a decimal comma or a unit."""
-        number = next((one for one in DECIMAL_COMMA.finditer(self.text) if one.start("comma") == self.at), None)
+        number = next(
+            (match for match in DECIMAL_COMMA.finditer(self.text) if match.start("comma") == self.position), None
+        )
         if number is not None:
             return f"write {number['whole']}.{number['part']}: the decimal sign is a point"
-        unit = "a number has no unit here; " if self.text[self.at].isalpha() or self.text[self.at] in "°%" else ""
+        unit = (
+            "a number has no unit here; "
+            if self.text[self.position].isalpha() or self.text[self.position] in "°%"
+            else ""
+        )
         return f"{unit}{self.cure}"
 
-    def similar(self, word: str) -> str:
+    def suggest_name(self, word: str) -> str:
         """A cure: the declared name or function that looks most like the word."""
         near = closest_name(word, [*self.names, *FUNCTIONS])
         return f"did you mean {near!r}?" if near else self.cure
 
-    def close(self) -> None:
+    def close_parenthesis(self) -> None:
         """The end of parentheses."""
-        if self.at >= len(self.text) or self.text[self.at] != ")":
-            raise ExpressionError(f"a closing parenthesis is missing before {self.here()}", self.at)
-        self.step(1)
+        if self.position >= len(self.text) or self.text[self.position] != ")":
+            raise ExpressionError(f"a closing parenthesis is missing before {self.next_sign()}", self.position)
+        self.move_past(1)
 
-    def emit(self, op: int, operand: int = 0) -> None:
+    def emit_code(self, op: int, operand: int = 0) -> None:
         """One pair of code, and how high the stack is after it."""
         self.code += (op, operand)
         if op in (CONSTANT, SIGNAL, TRUTH):
-            self.height += 1
-            self.deepest = max(self.deepest, self.height)
+            self.stack_height += 1
+            self.max_stack_height = max(self.max_stack_height, self.stack_height)
         elif op not in ONE_OPERAND:
-            self.height -= 1
+            self.stack_height -= 1
 
-    def step(self, characters: int) -> None:
+    def move_past(self, characters: int) -> None:
         """Moves past something and the space behind it."""
-        self.at += characters
-        self.skip()
+        self.position += characters
+        self.skip_space()
 
-    def skip(self) -> None:
+    def skip_space(self) -> None:
         """Moves past space."""
-        space = SPACE.match(self.text, self.at)
-        self.at = space.end() if space else self.at
+        space = SPACE.match(self.text, self.position)
+        self.position = space.end() if space else self.position
 
-    def here(self) -> str:
+    def next_sign(self) -> str:
         """What stands here, for a message."""
-        return repr(self.text[self.at]) if self.at < len(self.text) else "the end"
+        return repr(self.text[self.position]) if self.position < len(self.text) else "the end"
 
 
 ONE_OPERAND: dict[int, Callable[[float], float]] = {
@@ -278,32 +286,32 @@ TWO_OPERANDS: dict[int, Callable[[float, float], float]] = {
 
 # --- Expressions of two types, numbers and BOOLs: ``NOT Man AND (PV < 4.0 OR Fault)``, as IEC 61131-3 has them --------
 #
-# Design. `Typed` is the parser of plain expressions (`pidcfg.schemas.expressions`) with the levels of Structured Text
+# Design. `TypedParser` is the parser of plain expressions above, with the levels of Structured Text
 # above its sums: comparison, equality, AND, XOR, OR; NOT binds like a sign. While it writes code it keeps the type of
 # everything on the stack, so that a wrong operand is refused at its first character. A condition is the same code as
 # a sum is, with TRUE as 1 and FALSE as 0; who walks code needs no other walk for it.
 
 COMPARISONS = {"<=": AT_MOST, ">=": AT_LEAST, "<": LESS, ">": GREATER}
 EQUALITIES = {"=": EQUAL, "<>": UNEQUAL}
-JOINTS = ({"OR": OR}, {"XOR": XOR}, {"AND": AND})
+JOIN_LEVELS = ({"OR": OR}, {"XOR": XOR}, {"AND": AND})
 """Words between BOOLs, one level of binding after the other, the loosest first."""
-WORDS = frozenset((*(word for level in JOINTS for word in level), "NOT"))
+WORDS = frozenset((*(word for level in JOIN_LEVELS for word in level), "NOT"))
 """Words that are no names, like those of `TRUTHS`."""
 TRUTHS = {"FALSE": 0, "TRUE": 1}
-OF_BOOLS = frozenset((NOT, AND, OR, XOR))
+BOOL_OPERATORS = frozenset((NOT, AND, OR, XOR))
 """What takes BOOLs and gives one."""
-OF_BOTH = frozenset((EQUAL, UNEQUAL))
+EQUALITY_OPERATORS = frozenset((EQUAL, UNEQUAL))
 """What takes two of a kind and gives a BOOL."""
-OF_NUMBERS = frozenset(COMPARISONS.values())
+NUMBER_OPERATORS = frozenset(COMPARISONS.values())
 """What takes numbers and gives a BOOL."""
-CONDITIONAL = OF_BOOLS | OF_BOTH | OF_NUMBERS
-FOREIGN = {"==": "=", "!=": "<>", "&&": "AND", "||": "OR", "&": "AND", "|": "OR", "!": "NOT"}
+CONDITION_OPERATORS = BOOL_OPERATORS | EQUALITY_OPERATORS | NUMBER_OPERATORS
+FOREIGN_SIGNS = {"==": "=", "!=": "<>", "&&": "AND", "||": "OR", "&": "AND", "|": "OR", "!": "NOT"}
 """Signs of other languages, and what this one has in their place."""
 OPERATOR_WORD = re.compile(r"[A-Za-z_]+(?![\w.])")
 ALLOWED_IN_CONDITIONS = (
     "allowed are NOT, AND, OR, XOR, < <= > >= = <>, numbers, names of signals, + - * / ( ) and min, max, abs, sqrt"
 )
-ANY = "any"
+ANY_KIND = "any"
 
 
 class Operand(NamedTuple):
@@ -316,11 +324,11 @@ class Operand(NamedTuple):
 
 KINDS = {"bool": "bool", "real": "number", "whole": "number", "time": "number"}
 """What elementary types count as in expressions; a TIME is a number of seconds."""
-THIS = {"bool": "this is a BOOL", "number": "this is a number"}
+KIND_TEXTS = {"bool": "this is a BOOL", "number": "this is a number"}
 
 
 @dataclass(slots=True)
-class Typed(Parser):
+class TypedParser(Parser):
     """Reads an expression of any type; ``types`` gives the type of a signal's number, None where nobody knows."""
 
     types: Callable[[int], IecType | None] = lambda _: None
@@ -329,9 +337,9 @@ class Typed(Parser):
     @property
     def cure(self) -> str:
         """What can be written instead."""
-        for sign, ours in FOREIGN.items():
-            if self.text.startswith(sign, self.at):
-                return f"write {ours}"
+        for sign, own_sign in FOREIGN_SIGNS.items():
+            if self.text.startswith(sign, self.position):
+                return f"write {own_sign}"
         return ALLOWED_IN_CONDITIONS
 
     @property
@@ -339,111 +347,111 @@ class Typed(Parser):
         """The type of the whole expression."""
         return self.operands[-1].kind
 
-    def whole(self, depth: int, level: int = 0) -> None:
+    def parse_expression(self, depth: int, level: int = 0) -> None:
         """Conditions joined by the words of a level, from left to right; below the last level are equalities."""
-        if level == len(JOINTS):
-            self.equality(depth)
+        if level == len(JOIN_LEVELS):
+            self.parse_equality(depth)
             return
-        self.whole(depth, level + 1)
-        while (word := self.word()) in JOINTS[level]:
-            self.step(len(word))
-            self.whole(depth, level + 1)
-            self.emit(JOINTS[level][word])
+        self.parse_expression(depth, level + 1)
+        while (word := self.next_word()) in JOIN_LEVELS[level]:
+            self.move_past(len(word))
+            self.parse_expression(depth, level + 1)
+            self.emit_code(JOIN_LEVELS[level][word])
 
-    def equality(self, depth: int) -> None:
+    def parse_equality(self, depth: int) -> None:
         """Comparisons that are equal or not."""
-        self.comparison(depth)
-        while sign := self.sign(EQUALITIES):
-            self.step(len(sign))
-            self.comparison(depth)
-            self.emit(EQUALITIES[sign])
+        self.parse_comparison(depth)
+        while sign := self.next_operator(EQUALITIES):
+            self.move_past(len(sign))
+            self.parse_comparison(depth)
+            self.emit_code(EQUALITIES[sign])
 
-    def comparison(self, depth: int) -> None:
+    def parse_comparison(self, depth: int) -> None:
         """Sums of which one is the larger."""
-        self.sum(depth)
-        while sign := self.sign(COMPARISONS):
-            self.step(len(sign))
-            self.sum(depth)
-            self.emit(COMPARISONS[sign])
+        self.parse_sum(depth)
+        while sign := self.next_operator(COMPARISONS):
+            self.move_past(len(sign))
+            self.parse_sum(depth)
+            self.emit_code(COMPARISONS[sign])
 
-    def factor(self, depth: int) -> None:
+    def parse_factor(self, depth: int) -> None:
         """As in a plain expression, with NOT, TRUE and FALSE."""
-        start, inversions = self.at, 0
-        while (word := self.word()) == "NOT":
+        start, inversions = self.position, 0
+        while (word := self.next_word()) == "NOT":
             inversions += 1
-            self.step(len(word))
+            self.move_past(len(word))
         if word in TRUTHS:
-            self.emit(TRUTH, TRUTHS[word])
-            self.step(len(word))
+            self.emit_code(TRUTH, TRUTHS[word])
+            self.move_past(len(word))
         else:
-            Parser.factor(self, depth)
+            Parser.parse_factor(self, depth)
         if inversions:
-            self.expect(self.operands[-1], "bool", NOT)
+            self.expect_kind(self.operands[-1], "bool", NOT)
             if inversions % 2:
-                self.emit(NOT)
+                self.emit_code(NOT)
             self.operands[-1] = self.operands[-1]._replace(start=start)
 
-    def word(self) -> str:
+    def next_word(self) -> str:
         """The word that stands here, in capitals; empty where it is a declared name, or none."""
-        match = OPERATOR_WORD.match(self.text, self.at)
+        match = OPERATOR_WORD.match(self.text, self.position)
         return match.group().upper() if match and match.group() not in self.names else ""
 
-    def sign(self, signs: dict[str, int]) -> str:
+    def next_operator(self, signs: dict[str, int]) -> str:
         """Which of these signs stands here; none where it is part of another one."""
-        here = self.text[self.at : self.at + 2]
-        if here in {*COMPARISONS, *EQUALITIES}:
-            return here if here in signs else ""
-        return here[:1] if here[:1] in signs and here != "==" else ""
+        sign = self.text[self.position : self.position + 2]
+        if sign in {*COMPARISONS, *EQUALITIES}:
+            return sign if sign in signs else ""
+        return sign[:1] if sign[:1] in signs and sign != "==" else ""
 
     # --- types -------------------------------------------------------------------------------------------------------
 
-    def emit(self, op: int, operand: int = 0) -> None:
+    def emit_code(self, op: int, operand: int = 0) -> None:
         """One pair of code, and the type of what it leaves; raises `ExpressionError` at an operand of another type."""
-        Parser.emit(self, op, operand)
+        Parser.emit_code(self, op, operand)
         if op in (CONSTANT, TRUTH):
             kind = "number" if op == CONSTANT else "bool"
-            self.operands.append(Operand(kind, self.at, THIS[kind]))
+            self.operands.append(Operand(kind, self.position, KIND_TEXTS[kind]))
         elif op == SIGNAL:
-            self.operands.append(self.named(operand))
+            self.operands.append(self.signal_operand(operand))
         elif op in ONE_OPERAND:
-            kind = "bool" if op in OF_BOOLS else "number"
-            self.expect(self.operands[-1], kind, op)
-            self.operands[-1] = Operand(kind, self.operands[-1].start, THIS[kind])
+            kind = "bool" if op in BOOL_OPERATORS else "number"
+            self.expect_kind(self.operands[-1], kind, op)
+            self.operands[-1] = Operand(kind, self.operands[-1].start, KIND_TEXTS[kind])
         else:
             right, left = self.operands.pop(), self.operands.pop()
-            self.check(op, left, right)
-            kind = "bool" if op in CONDITIONAL else "number"
-            self.operands.append(Operand(kind, left.start, THIS[kind]))
+            self.check_operands(op, left, right)
+            kind = "bool" if op in CONDITION_OPERATORS else "number"
+            self.operands.append(Operand(kind, left.start, KIND_TEXTS[kind]))
 
-    def named(self, number: int) -> Operand:
+    def signal_operand(self, number: int) -> Operand:
         """A signal or parameter, which stands here."""
-        kind, name = self.types(number), self.name() or ""
+        kind, name = self.types(number), self.find_name() or ""
         if kind is None:
-            return Operand(ANY, self.at, name)
-        return Operand(KINDS.get(kind.kind, kind.kind), self.at, f"{name} is {kind.name}")
+            return Operand(ANY_KIND, self.position, name)
+        return Operand(KINDS.get(kind.kind, kind.kind), self.position, f"{name} is {kind.name}")
 
-    def check(self, op: int, left: Operand, right: Operand) -> None:
+    def check_operands(self, op: int, left: Operand, right: Operand) -> None:
         """Refuses operands that an operator does not take."""
-        wanted = "bool" if op in OF_BOOLS else "number"
-        if op in OF_BOTH and "bool" in {left.kind, right.kind}:
-            wanted = "bool"
+        kind = "bool" if op in BOOL_OPERATORS else "number"
+        if op in EQUALITY_OPERATORS and "bool" in {left.kind, right.kind}:
+            kind = "bool"
         for operand in (left, right):
-            self.expect(operand, wanted, op)
+            self.expect_kind(operand, kind, op)
 
-    def expect(self, operand: Operand, wanted: str, op: int = -1) -> None:
+    def expect_kind(self, operand: Operand, kind: str, op: int = -1) -> None:
         """Refuses an operand of another type than is wanted; without ``op`` it is the whole expression."""
-        if operand.kind in {wanted, ANY}:
+        if operand.kind in {kind, ANY_KIND}:
             return
-        if wanted == "number":
+        if kind == "number":
             problem, cure = "numbers are wanted", "wire a REAL or an INT"
         else:
-            problem = "a BOOL is wanted" if op < 0 or op in OF_BOTH else f"{NAMES[op]} takes BOOLs"
+            problem = "a BOOL is wanted" if op < 0 or op in EQUALITY_OPERATORS else f"{OPERATOR_NAMES[op]} takes BOOLs"
             cure = "put a comparison into parentheses: NOT (PV < 4)" if op == NOT else "compare it, as in PV < 4.0"
         raise ExpressionError(f"{operand.text}; {problem}", operand.start, cure)
 
 
-NAMES = {
-    **{op: word for level in JOINTS for word, op in level.items()},
+OPERATOR_NAMES = {
+    **{op: word for level in JOIN_LEVELS for word, op in level.items()},
     NOT: "NOT",
     **{op: sign for sign, op in (*COMPARISONS.items(), *EQUALITIES.items())},
 }

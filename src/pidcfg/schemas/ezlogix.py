@@ -66,10 +66,10 @@ D152 = Decision(
     "The manual shows question marks in place of addresses and prints no upper end.",
 )
 
-PARAMETERS = EZLOGIX.at("PID Parameters")
-LIMITS = EZLOGIX.at("PID Limits")
-CONTROL_OUTPUT = EZLOGIX.at("Control Output")
-AUTOTUNE = EZLOGIX.at("Autotune Setup")
+PARAMETERS = EZLOGIX.cite("PID Parameters")
+LIMITS = EZLOGIX.cite("PID Limits")
+CONTROL_OUTPUT = EZLOGIX.cite("Control Output")
+AUTOTUNE = EZLOGIX.cite("Autotune Setup")
 
 SAMPLE_RATE = Limits("0.05", "99.99", "s", PARAMETERS)
 GAIN = Limits("0", "99.99", "", PARAMETERS)
@@ -78,7 +78,7 @@ DERIVATIVE = Limits("0", "600", "s", PARAMETERS)
 
 CV_FULL = 4095
 """Counts of the control value at 100 %: saturation is 0 or this."""
-WORD_MOST = 0xFFFF
+WORD_MAX = 0xFFFF
 """The most that a register holds."""
 REGISTERS = BankRange("R", 1, 0xFFFF, "the address of an R register")
 DISCRETES = BankRange("S", 1, 0xFFFF, "the address of an S discrete")
@@ -110,10 +110,10 @@ def parse_counts(value: object) -> tuple[int, int]:
             "write the lower end first; a signal that falls as the PV rises is for the ladder program to turn round"
         )
         refuse("range_order", f"the counts [{low}, {high}] do not ascend", help=swapped if low > high else None)
-    if low < 0 or high > WORD_MOST:
+    if low < 0 or high > WORD_MAX:
         moved = f"add {-low} to the measurement, and write [0, {high - low}]"
-        ladder = moved if low < 0 and high - low <= WORD_MOST else "scale the measurement"
-        outside = f"the counts [{low}, {high}] do not lie within 0 to {WORD_MOST}, which a register holds"
+        ladder = moved if low < 0 and high - low <= WORD_MAX else "scale the measurement"
+        outside = f"the counts [{low}, {high}] do not lie within 0 to {WORD_MAX}, which a register holds"
         refuse("range_order", outside, help=f"let the ladder program {ladder}")
     return low, high
 

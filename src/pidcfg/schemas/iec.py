@@ -13,7 +13,16 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, WithJsonSchema
 
-from pidcfg.schemas.base import DURATION, DURATION_FORM, LOOKS_BOOLEAN, TRUTHS, Parser, flag, parse_duration, parse_flag
+from pidcfg.schemas.base import (
+    DURATION,
+    DURATION_FORM,
+    LOOKS_BOOLEAN,
+    TRUTHS,
+    Parser,
+    parse_duration,
+    parse_flag,
+    parse_switch,
+)
 from pidcfg.schemas.numbers import (
     LEADING_ZERO,
     NOT_FINITE,
@@ -86,15 +95,15 @@ class Wire(NamedTuple):
     text: str
 
 
-class Timed(Decimal):
+class TimeNumber(Decimal):
     """Seconds that were written with a unit, so that they can be nothing but a time."""
 
 
-class Whole(Decimal):
+class IntNumber(Decimal):
     """A number that was written as INT, ``INT#5``."""
 
 
-TYPED = re.compile(r"(BOOL|INT|REAL|TIME|T)#(.*)", re.IGNORECASE | re.ASCII)
+LITERAL_WITH_TYPE = re.compile(r"(BOOL|INT|REAL|TIME|T)#(.*)", re.IGNORECASE | re.ASCII)
 """A literal that says its type."""
 TIME_PARTS = re.compile(r"(\d+(?:\.\d+)?)(ms|d|h|m|s)", re.IGNORECASE | re.ASCII)
 MILLISECONDS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1000, "ms": 1}
@@ -175,7 +184,7 @@ def parse_uint_in(value: object) -> int | Wire:
 def parse_time_in(value: object) -> Decimal | Wire:
     """A time in s, a text with a unit (``500 ms``), or an expression of numbers."""
     if isinstance(value, str) and DURATION.fullmatch(value):
-        return Timed(parse_duration(value).seconds())
+        return TimeNumber(parse_duration(value).seconds())
     return parse_real_in(value)
 
 
@@ -185,7 +194,7 @@ def parse_bool_in(value: object) -> bool | Wire:
         return value
     if isinstance(value, str) and value not in TRUTHS and value.lower() not in {*LOOKS_BOOLEAN, "true", "false"}:
         return _parse_wire(value)
-    return flag(value, alone=False)
+    return parse_switch(value, alone=False)
 
 
 def parse_move_in(value: object) -> Decimal | bool | Wire:
@@ -199,15 +208,15 @@ def parse_signal(value: object) -> Decimal | bool:
     """The value of a signal, which says its type: a number, true or false, ``INT#5``, ``T#500ms`` or ``500 ms``."""
     if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
         return parse_flag(value)
-    if isinstance(value, Timed | Whole):
+    if isinstance(value, TimeNumber | IntNumber):
         return value
     if isinstance(value, str) and DURATION.fullmatch(value):
-        return Timed(parse_duration(value).seconds())
-    typed = TYPED.fullmatch(value) if isinstance(value, str) else None
-    return parse_number(value) if typed is None else _literal(str(value), typed.group(1).upper(), typed.group(2))
+        return TimeNumber(parse_duration(value).seconds())
+    typed = LITERAL_WITH_TYPE.fullmatch(value) if isinstance(value, str) else None
+    return parse_number(value) if typed is None else _parse_literal(str(value), typed.group(1).upper(), typed.group(2))
 
 
-def _literal(text: str, kind: str, body: str) -> Decimal | bool:
+def _parse_literal(text: str, kind: str, body: str) -> Decimal | bool:
     """The value of a literal that says its type."""
     if kind == "BOOL":
         return parse_flag({"1": True, "0": False, "true": True, "false": False}.get(body.lower(), body))
@@ -215,16 +224,16 @@ def _literal(text: str, kind: str, body: str) -> Decimal | bool:
         seconds = time_seconds(text)
         if seconds is None:
             refuse("time_form", f"{text!r} is not a TIME", help="write it as in T#1m30s, T#500ms or 500 ms")
-        return Timed(seconds)
+        return TimeNumber(seconds)
     number = number_text(body)
-    return Whole(number) if kind == "INT" else number
+    return IntNumber(number) if kind == "INT" else number
 
 
 def signal_type(value: Signal) -> IecType:
     """The type that the value of a signal says."""
     if isinstance(value, bool):
         return BOOL
-    return TIME if isinstance(value, Timed) else INT if isinstance(value, Whole) else REAL
+    return TIME if isinstance(value, TimeNumber) else INT if isinstance(value, IntNumber) else REAL
 
 
 def bare_mode(value: object) -> object:
@@ -232,26 +241,28 @@ def bare_mode(value: object) -> object:
     return value.removeprefix("AUTOTUNE_") if isinstance(value, str) else value
 
 
-WIRED = {"type": "string"}
+WIRE_SCHEMA = {"type": "string"}
 
 
-def _field(parse: Callable[[object], object], *schemas: JsonSchema) -> tuple[Parser, WithJsonSchema]:
+def _field_metadata(parse: Callable[[object], object], *schemas: JsonSchema) -> tuple[Parser, WithJsonSchema]:
     return Parser(parse), WithJsonSchema({"anyOf": [*schemas]} if len(schemas) > 1 else schemas[0])
 
 
-NUMERIC = {"type": "number"}
-RealIn = Annotated[Decimal | Wire, *_field(parse_real_in, NUMERIC, WIRED), REAL]
-TimeIn = Annotated[Decimal | Wire, *_field(parse_time_in, NUMERIC, WIRED), REAL]
-IntIn = Annotated[Decimal | Wire, *_field(parse_real_in, {"type": "integer"}, WIRED), INT]
-BoolIn = Annotated[bool | Wire, *_field(parse_bool_in, {"type": "boolean"}, WIRED), BOOL]
-MoveIn = Annotated[Decimal | bool | Wire, *_field(parse_move_in, NUMERIC, {"type": "boolean"}, WIRED)]
-Real = Annotated[Decimal, *_field(parse_number, NUMERIC), REAL]
+NUMBER_SCHEMA = {"type": "number"}
+RealIn = Annotated[Decimal | Wire, *_field_metadata(parse_real_in, NUMBER_SCHEMA, WIRE_SCHEMA), REAL]
+TimeIn = Annotated[Decimal | Wire, *_field_metadata(parse_time_in, NUMBER_SCHEMA, WIRE_SCHEMA), REAL]
+IntIn = Annotated[Decimal | Wire, *_field_metadata(parse_real_in, {"type": "integer"}, WIRE_SCHEMA), INT]
+BoolIn = Annotated[bool | Wire, *_field_metadata(parse_bool_in, {"type": "boolean"}, WIRE_SCHEMA), BOOL]
+MoveIn = Annotated[
+    Decimal | bool | Wire, *_field_metadata(parse_move_in, NUMBER_SCHEMA, {"type": "boolean"}, WIRE_SCHEMA)
+]
+Real = Annotated[Decimal, *_field_metadata(parse_number, NUMBER_SCHEMA), REAL]
 """Without wires, like the next ones."""
-Bool = Annotated[bool, *_field(parse_flag, {"type": "boolean"}), BOOL]
-UIntIn = Annotated[int | Wire, *_field(parse_uint_in, {"type": "integer"}, WIRED), UINT]
-UInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), UINT]
-USInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), USINT]
-DInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), DINT]
+Bool = Annotated[bool, *_field_metadata(parse_flag, {"type": "boolean"}), BOOL]
+UIntIn = Annotated[int | Wire, *_field_metadata(parse_uint_in, {"type": "integer"}, WIRE_SCHEMA), UINT]
+UInt = Annotated[int, *_field_metadata(parse_integer, {"type": "integer"}), UINT]
+USInt = Annotated[int, *_field_metadata(parse_integer, {"type": "integer"}), USINT]
+DInt = Annotated[int, *_field_metadata(parse_integer, {"type": "integer"}), DINT]
 TuneMode = Annotated[Literal["P", "PI", "PID"], BeforeValidator(bare_mode), AUTOTUNE_MODE]
 Identifier = Annotated[
     str,
@@ -269,4 +280,4 @@ _BOOL = _any_case("bool#(?:1|0|true|false)")
 _NUMBER = f"{_any_case('(?:int|real)#')}{SIGNED}"
 _TIME = f"{_any_case('t(?:ime)?#')}(?:[0-9_]+(?:\\.[0-9_]+)?{_any_case('(?:ms|d|h|m|s)')})+_*"
 SIGNAL_TEXT = text_schema(f"{_BOOL}|{_NUMBER}|{_TIME}|{DURATION_FORM}", "INT#5", "BOOL#1", "500 ms", "T#1m30s")
-Signal = Annotated[Decimal | bool, *_field(parse_signal, SIGNAL_TEXT, NUMERIC, {"type": "boolean"})]
+Signal = Annotated[Decimal | bool, *_field_metadata(parse_signal, SIGNAL_TEXT, NUMBER_SCHEMA, {"type": "boolean"})]

@@ -36,18 +36,18 @@ D202 = Decision(
     "The manual calls them dimensionless; by its own formulas they are not.",
 )
 
-PIDA = NEXTOPID.at("chapter 2: PIDA_REAL")
-TUNE = NEXTOPID.at("chapter 4: PIDA_TUNE_REAL")
-ON_OFF = NEXTOPID.at("chapter 6: ControlON_OFF")
-PWM = NEXTOPID.at("chapter 7: ControlPWM")
-LOW_FILTER = NEXTOPID.at("chapter 8: ControlLowFilter")
-DELAY = NEXTOPID.at("chapter 9: ControlDelay")
-LAG = NEXTOPID.at("chapter 10: ControlLag")
-DELAY_LAG = NEXTOPID.at("chapter 11: ControlDelayLag")
-LEAD_LAG = NEXTOPID.at("chapter 12: ControlLeadLag")
-SELECT_MAX = NEXTOPID.at("chapter 13: ControlSelectMax")
-SELECT_MIN = NEXTOPID.at("chapter 14: ControlSelectMin")
-SPLIT_RANGE = NEXTOPID.at("chapter 15: ControlSplitRange")
+PIDA = NEXTOPID.cite("chapter 2: PIDA_REAL")
+TUNE = NEXTOPID.cite("chapter 4: PIDA_TUNE_REAL")
+ON_OFF = NEXTOPID.cite("chapter 6: ControlON_OFF")
+PWM = NEXTOPID.cite("chapter 7: ControlPWM")
+LOW_FILTER = NEXTOPID.cite("chapter 8: ControlLowFilter")
+DELAY = NEXTOPID.cite("chapter 9: ControlDelay")
+LAG = NEXTOPID.cite("chapter 10: ControlLag")
+DELAY_LAG = NEXTOPID.cite("chapter 11: ControlDelayLag")
+LEAD_LAG = NEXTOPID.cite("chapter 12: ControlLeadLag")
+SELECT_MAX = NEXTOPID.cite("chapter 13: ControlSelectMax")
+SELECT_MIN = NEXTOPID.cite("chapter 14: ControlSelectMin")
+SPLIT_RANGE = NEXTOPID.cite("chapter 15: ControlSplitRange")
 
 
 def not_negative(bit: str, unit: str = "") -> Limits:

@@ -17,7 +17,7 @@ from pidcfg.text.signs import code_point, describe_sign, find_lookalike, to_asci
 
 GROUP = "[',.\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}\N{THIN SPACE} ]"
 """Signs that people write between thousands."""
-ANY = "write one number in digits, with a point where it has decimals, as in 2.5"
+WRITE_ONE_NUMBER = "write one number in digits, with a point where it has decimals, as in 2.5"
 """The cure of a text that is like no number."""
 DIGITS = r"[-+]?[0-9]+"
 COMMA = re.compile(rf"(?P<whole>{DIGITS}),(?P<part>[0-9]+)")
@@ -25,50 +25,50 @@ GROUPED = re.compile(
     rf"(?P<whole>[-+]?[0-9]{{1,3}}(?P<group>{GROUP})[0-9]{{3}}(?:(?P=group)[0-9]{{3}})*)(?:[.,](?P<part>[0-9]+))?"
 )
 WITH_UNIT = re.compile(r"(?P<number>[-+]?[0-9][0-9.,']*) *(?P<unit>(?:[^\W\d_]|[%°℃℉]|/(?=[^\W\d_])).*)")
-BEHIND = re.compile(r"(?P<number>[-+]?[0-9]+(?:\.[0-9]+)?) *(?P<sign>//|\(\*|--|[#;,])\s*(?P<rest>.*)")
+NUMBER_AND_COMMENT = re.compile(r"(?P<number>[-+]?[0-9]+(?:\.[0-9]+)?) *(?P<sign>//|\(\*|--|[#;,])\s*(?P<rest>.*)")
 """A number with a comment of another language, or the end of a line of one, behind it."""
 LIKE_DIGITS = str.maketrans("OoIl", "0011")
 """Letters that are typed for digits, in a text that has digits."""
 ROMAN = {"I": "1", "II": "2", "III": "3", "IV": "4"}
 IN_SECONDS = {"ms": Decimal("0.001"), "min": Decimal(60), "h": Decimal(3600)}
 WRITTEN_NUMBER = re.compile(r"[-+]?[0-9]+(?:\.[0-9]+)?")
-BETWEEN = re.compile(r"(?P<low>[-+]?[0-9.]+) *(?:-|\.\.+|…|:|to|bis|;|~) *(?P<high>[-+]?[0-9.]+)")
+RANGE_TEXT = re.compile(r"(?P<low>[-+]?[0-9.]+) *(?:-|\.\.+|…|:|to|bis|;|~) *(?P<high>[-+]?[0-9.]+)")
 """Two numbers as people write a range."""
-KEPT = frozenset(
+ALLOWED_UNITS = frozenset(
     ("count", "counts", "ms", "s", "sec", "second", "seconds", "min", "minute", "minutes", "h", "hour", "hours")
 )
 """Units that may stand behind a number."""
 
 
-def cure(text: str) -> str | None:
+def number_cure(text: str) -> str | None:
     """How to write the number that a text seems to mean; None where nothing can be said."""
     bare = to_ascii(text)
-    if plain := _decimal(bare) or _without_rest(bare):
+    if plain := _comma_cure(bare) or _comment_cure(bare):
         return plain
     if bare != text and WRITTEN_NUMBER.fullmatch(bare):
         sign = find_lookalike(text)
         return f"write {bare}" + (f": {code_point(sign)} is {describe_sign(sign)}" if sign else "")
-    if plain := _of_letters(bare):
+    if plain := _letter_cure(bare):
         return plain
     match = WITH_UNIT.fullmatch(bare)
     if match is None:
         return None
-    inner, unit = _decimal(match["number"]), match["unit"]
-    if unit in KEPT:
+    inner, unit = _comma_cure(match["number"]), match["unit"]
+    if unit in ALLOWED_UNITS:
         return inner and f"{inner}; {unit} may stay"
     return f"{inner or 'write the number alone'}; it is taken in the key's own unit, which need not be {unit}"
 
 
-def _of_letters(text: str) -> str | None:
+def _letter_cure(text: str) -> str | None:
     """The cure of letters for digits: one for the digit that it is like, or a Roman numeral."""
     digits = ROMAN.get(text) or text.translate(LIKE_DIGITS)
     meant = text in ROMAN or (WRITTEN_NUMBER.fullmatch(digits) and any(map(str.isdecimal, text)))
     return f"write {digits}: a letter stands where a digit belongs" if meant else None
 
 
-def _without_rest(text: str) -> str | None:
+def _comment_cure(text: str) -> str | None:
     """The cure of a number with a comment, or the end of a line of another language, behind it."""
-    match = BEHIND.fullmatch(text)
+    match = NUMBER_AND_COMMENT.fullmatch(text)
     if match is None or (match["rest"] and match["sign"] in ";,"):
         return None
     return f"write {match['number']}{comment_of(match['rest']) if match['rest'] else ': nothing stands behind it'}"
@@ -79,7 +79,7 @@ def comment_of(rest: str) -> str:
     return f"  # {rest.removesuffix('*)').strip()}: a comment begins with two blanks and #"
 
 
-def alone(text: str) -> str:
+def unitless_cure(text: str) -> str:
     """How to write a number where no unit may stand."""
     bare = to_ascii(text)
     match = WITH_UNIT.fullmatch(bare)
@@ -87,10 +87,10 @@ def alone(text: str) -> str:
         number, factor = match["number"], IN_SECONDS.get(match["unit"])
         time = factor and f"write {Decimal(number) * factor:f} alone: times are in s"
         return time or f"write {number} alone, without {match['unit']}"
-    return cure(text) or ANY
+    return number_cure(text) or WRITE_ONE_NUMBER
 
 
-def _decimal(text: str) -> str | None:
+def _comma_cure(text: str) -> str | None:
     """The cure of a decimal comma, or of signs between thousands; both readings where there are two."""
     comma, grouped = COMMA.fullmatch(text), GROUPED.fullmatch(text)
     if comma and grouped:
@@ -103,9 +103,9 @@ def _decimal(text: str) -> str | None:
     return f"write {whole}{'.' + grouped['part'] if grouped['part'] else ''}: nothing stands between thousands"
 
 
-def range_of(text: str) -> str | None:
+def range_cure(text: str) -> str | None:
     """How to write the range that a text seems to mean; None where nothing can be said."""
-    match = BETWEEN.fullmatch(to_ascii(text))
+    match = RANGE_TEXT.fullmatch(to_ascii(text))
     return f"write [{match['low']}, {match['high']}]" if match else None
 
 
@@ -117,7 +117,7 @@ def range_of(text: str) -> str | None:
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
 OTHER_NOTATION = re.compile(r"[-+]?(?:0[xob][0-9a-fA-F_]+|[0-9][0-9_]*_[0-9_.]*|[0-9]+(?::[0-9]+)+)")
-BASED = re.compile(r"[-+]?(?:0x[0-9a-fA-F]+|0o[0-7]+|0b[01]+)")
+BASE_NOTATION = re.compile(r"[-+]?(?:0x[0-9a-fA-F]+|0o[0-7]+|0b[01]+)")
 BCD = re.compile(r"[-+]?0x(?P<digits>[0-9]+)")
 THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(?:_[0-9]{3})+")
 NOT_FINITE = re.compile(r"[-+]?\.?(?:inf|infinity|nan)", re.IGNORECASE)
@@ -130,7 +130,7 @@ EXACT_CONTEXT = Context(prec=100, rounding=ROUND_HALF_EVEN)
 """Three times the digits that a file may write: products are exact, and quotients round as if they were."""
 MAX_EXPONENT = 300
 """Of a number that a file may write; a computer can hold 308."""
-FINITE = "write a number that a register can hold"
+WRITE_FINITE = "write a number that a register can hold"
 
 
 def plain_number(value: Decimal) -> int | float:
@@ -177,7 +177,7 @@ def parse_number(value: object) -> Decimal:
     if isinstance(value, bool) or value is None:
         refuse("number_type", f"{strange_value(value)} is not a number")
     if isinstance(value, Decimal | int | float):
-        return _finite(Decimal(str(value)), str(value))
+        return _check_finite(Decimal(str(value)), str(value))
     if not isinstance(value, str):
         refuse("number_type", f"a {kind_of(value)} stands where a number is wanted")
     if type(value) is str and NUMBER.fullmatch(value):
@@ -197,9 +197,9 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
             _refuse_leading_zero(text, alone=alone)
         if len(text) > MAX_DIGITS and sum(c.isdigit() for c in text) > MAX_DIGITS:
             refuse("too_many_digits", f"a number of more than {MAX_DIGITS} digits")
-        return _finite(_exact(text), text)
+        return _check_finite(_exact_number(text), text)
     if NOT_FINITE.fullmatch(text):
-        refuse("not_finite", f"{text} is not a finite number", help=FINITE)
+        refuse("not_finite", f"{text} is not a finite number", help=WRITE_FINITE)
     if OTHER_NOTATION.fullmatch(text):
         refuse(
             "number_form",
@@ -210,7 +210,7 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
     return refuse("number_type", f"{text!r} is not a number", help=help_of(text))
 
 
-def _exact(text: str) -> Decimal:
+def _exact_number(text: str) -> Decimal:
     """The number of a text; one whose exponent `Decimal` cannot hold is as far outside of the limits as one can be."""
     try:
         return Decimal(text)
@@ -221,7 +221,7 @@ def _exact(text: str) -> Decimal:
 
 def help_of(text: str) -> str:
     """The cure of a text that is no number."""
-    return cure(text) or ANY
+    return number_cure(text) or WRITE_ONE_NUMBER
 
 
 def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
@@ -244,10 +244,14 @@ def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
 
 def _only_decimal(text: str) -> str | None:
     """The decimal number of a notation that says its base, or of one that groups thousands."""
-    return None if _bcd(text) or not (BASED.fullmatch(text) or THOUSANDS.fullmatch(text)) else _as_decimal(text)[6:]
+    return (
+        None
+        if _bcd_digits(text) or not (BASE_NOTATION.fullmatch(text) or THOUSANDS.fullmatch(text))
+        else _as_decimal(text)[6:]
+    )
 
 
-def _bcd(text: str) -> str | None:
+def _bcd_digits(text: str) -> str | None:
     """What hexadecimal digits mean where they are a word in BCD, when that is another number."""
     match = BCD.fullmatch(text)
     digits = match["digits"].lstrip("0") if match else ""
@@ -257,7 +261,7 @@ def _bcd(text: str) -> str | None:
 def _as_decimal(text: str) -> str:
     if ":" in text:
         return "write one number; a duration carries a unit, as in 90 min"
-    if decimal := _bcd(text):
+    if decimal := _bcd_digits(text):
         return f"write {int(text, 0)}, or {decimal} where the digits are BCD"
     try:
         return f"write {int(text, 0)}"
@@ -265,9 +269,9 @@ def _as_decimal(text: str) -> str:
         return f"write {text.replace('_', '')}"
 
 
-def _finite(number: Decimal, text: str) -> Decimal:
+def _check_finite(number: Decimal, text: str) -> Decimal:
     if not number.is_finite():
-        refuse("not_finite", f"{text} is not a finite number", help=FINITE)
+        refuse("not_finite", f"{text} is not a finite number", help=WRITE_FINITE)
     if number.adjusted() > MAX_EXPONENT:
         refuse("not_finite", f"{text} is too large; the limit is 1e{MAX_EXPONENT}", help="write a smaller number")
     if number.adjusted() < -MAX_EXPONENT:

@@ -124,8 +124,8 @@ def parse_word(value: object) -> int:
 def parse_loop_count(value: object) -> int:
     """A number of loops as a set-up word of four decimal digits takes it."""
     count = parse_integer(value)
-    if not 0 <= count <= MOST_LOOPS:
-        refuse("number_form", f"{value} does not fit the word", help=f"write 0 to {MOST_LOOPS}")
+    if not 0 <= count <= MAX_LOOP_COUNT:
+        refuse("number_form", f"{value} does not fit the word", help=f"write 0 to {MAX_LOOP_COUNT}")
     return count
 
 
@@ -136,19 +136,19 @@ def parse_truth(value: object) -> bool | int:
     return parse_word(value)
 
 
-def by_key(value: object) -> object:
+def list_as_mapping(value: object) -> object:
     """A list as a mapping of its indices, so that both forms of ``plants`` are read the same way."""
     return dict(enumerate(value)) if isinstance(value, list) else value
 
 
-def both_forms(schema: JsonSchema) -> None:
+def allow_list(schema: JsonSchema) -> None:
     """The JSON Schema of a mapping, changed so that a list of the same things is as good."""
     items = schema.pop("additionalProperties")
     del schema["type"]
     schema["anyOf"] = [{"type": "object", "additionalProperties": items}, {"type": "array", "items": items}]
 
 
-def rejoin(value: object) -> object:
+def rejoin_expression(value: object) -> object:
     """Puts an expression together that a YAML mapping in braces cut at its commas.
 
     To YAML ``{input: 1 / max(Fi, 1), load: 2}`` is a value ``1 / max(Fi``, a key ``1)`` without a value, and the rest.
@@ -167,19 +167,19 @@ def rejoin(value: object) -> object:
     return joined
 
 
-def whole(data: object) -> object:
+def rejoin_expressions(data: object) -> object:
     """The data of a scenario file with its expressions put together."""
     if not isinstance(data, Mapping):
         return data
     plants = data.get("plants")
-    mended = dict(data)
+    scenario = dict(data)
     if isinstance(plants, Mapping):
-        mended["plants"] = {name: rejoin(plant) for name, plant in plants.items()}
+        scenario["plants"] = {name: rejoin_expression(plant) for name, plant in plants.items()}
     elif isinstance(plants, list):
-        mended["plants"] = [rejoin(plant) for plant in plants]
+        scenario["plants"] = [rejoin_expression(plant) for plant in plants]
     if "connect" in data:
-        mended["connect"] = rejoin(data["connect"])
-    return mended
+        scenario["connect"] = rejoin_expression(data["connect"])
+    return scenario
 
 
 def parse_key(value: object) -> str | int:
@@ -196,7 +196,7 @@ def parse_expression(value: object) -> str:
     return str(value)
 
 
-MOST_LOOPS = 9999
+MAX_LOOP_COUNT = 9999
 
 _PERCENT_FORM = rf"\s*{SIGNED}\s*%"
 _PERCENT_TEXT = text_schema(_PERCENT_FORM, "5 %")
@@ -216,7 +216,7 @@ _INITIAL_SCHEMA = {"anyOf": [{"const": "steady"}, {"type": "object", "additional
 
 Initial = Annotated[Literal["steady"] | dict[str, Quantity], Parser(parse_initial), WithJsonSchema(_INITIAL_SCHEMA)]
 LoopCount = Annotated[
-    int, Parser(parse_loop_count), WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_LOOPS})
+    int, Parser(parse_loop_count), WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MAX_LOOP_COUNT})
 ]
 AnyBound = Annotated[Bound, Parser(parse_bound), WithJsonSchema(number_schema(_BOUND_TEXT))]
 Percent = Annotated[Decimal, Parser(parse_percent), WithJsonSchema(number_schema(_PERCENT_TEXT))]
@@ -260,7 +260,7 @@ StandingKind = Literal[
 
 AMOUNT = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) *([^\s0-9.].*)")
 SHARE = re.compile(r"(?:±|\+-|\+/-) ?([0-9.]+) ?%")
-FORMS = "write ±30 %, {uniform: [40, 90]} or {normal: [8, 2], limits: [4, 14]}"
+SPREAD_FORMS = "write ±30 %, {uniform: [40, 90]} or {normal: [8, 2], limits: [4, 14]}"
 
 
 class Amount(NamedTuple):
@@ -305,39 +305,41 @@ def parse_spread(value: object) -> Spread:
     if isinstance(value, str) and (match := SHARE.fullmatch(value)):
         share = number_text(match[1])
         if share <= 0:
-            refuse("number_form", f"{value} leaves nothing to vary", help=FORMS)
+            refuse("number_form", f"{value} leaves nothing to vary", help=SPREAD_FORMS)
         return Spread("share", (Amount(share, "%"), Amount(share, "%")))
     if not isinstance(value, Mapping):
-        refuse("spread_form", f"{value!r} does not say how the number is spread", help=FORMS)
+        refuse("spread_form", f"{value!r} does not say how the number is spread", help=SPREAD_FORMS)
     keys = set(value)
     if keys == {"uniform"}:
-        return Spread("uniform", _ascending(value["uniform"], "uniform"))
+        return Spread("uniform", _parse_ends(value["uniform"], "uniform"))
     if keys in ({"normal"}, {"normal", "limits"}):
-        mean, sigma = _pair(value["normal"], "mean and standard deviation")
+        mean, sigma = _parse_amounts(value["normal"], "mean and standard deviation")
         if sigma.value <= 0:
-            refuse("number_form", f"the standard deviation {sigma} is not above 0", help=FORMS)
-        limits = _ascending(value["limits"], "limits") if "limits" in keys else None
+            refuse("number_form", f"the standard deviation {sigma} is not above 0", help=SPREAD_FORMS)
+        limits = _parse_ends(value["limits"], "limits") if "limits" in keys else None
         if limits is not None and limits[0].unit != mean.unit:
-            refuse("number_form", f"normal is in {mean.unit or 'plain numbers'}, limits in another unit", help=FORMS)
+            refuse(
+                "number_form", f"normal is in {mean.unit or 'plain numbers'}, limits in another unit", help=SPREAD_FORMS
+            )
         return Spread("normal", (mean, sigma), limits)
     return refuse(
-        "spread_form", f"{', '.join(map(str, value)) or 'nothing'} does not say how a number varies", help=FORMS
+        "spread_form", f"{', '.join(map(str, value)) or 'nothing'} does not say how a number varies", help=SPREAD_FORMS
     )
 
 
-def _pair(value: object, what: str) -> tuple[Amount, Amount]:
+def _parse_amounts(value: object, title: str) -> tuple[Amount, Amount]:
     """Two amounts of one unit."""
-    first, second = parse_pair(parse_amount, what)(value)
+    first, second = parse_pair(parse_amount, title)(value)
     if first.unit != second.unit:
         refuse("number_form", f"{first} and {second} are not in one unit", help="write both in the same unit")
     return first, second
 
 
-def _ascending(value: object, what: str) -> tuple[Amount, Amount]:
+def _parse_ends(value: object, title: str) -> tuple[Amount, Amount]:
     """Two ends, the lower one first."""
-    low, high = _pair(value, "a pair of ends")
+    low, high = _parse_amounts(value, "a pair of ends")
     if low.value >= high.value:
-        refuse("range_order", f"{what} [{low}, {high}] does not ascend", help="write the lower end first")
+        refuse("range_order", f"{title} [{low}, {high}] does not ascend", help="write the lower end first")
     return low, high
 
 
@@ -442,8 +444,10 @@ def seconds_of_times(value: object) -> object:
     if not isinstance(value, Mapping):
         return value
     return {
-        key: parse_seconds(one) if key in DISTURBED_TIMES and isinstance(one, str) and DURATION.fullmatch(one) else one
-        for key, one in value.items()
+        key: parse_seconds(item)
+        if key in DISTURBED_TIMES and isinstance(item, str) and DURATION.fullmatch(item)
+        else item
+        for key, item in value.items()
     }
 
 
@@ -554,7 +558,7 @@ class Scenario(Model):
     initial: Initial | None = None
     """``steady``: settled at the configured set points when time starts. Or the output that each loop starts with."""
     plants: Annotated[
-        dict[Key, Plant], BeforeValidator(by_key), Field(default_factory=dict, json_schema_extra=both_forms)
+        dict[Key, Plant], BeforeValidator(list_as_mapping), Field(default_factory=dict, json_schema_extra=allow_list)
     ]
     """By loop, or a list with names."""
     connect: Annotated[dict[str, Expression], Field(default_factory=dict)]
@@ -582,7 +586,7 @@ class Scenario(Model):
     loops: tuple[Name, ...] | None = None
     """The loops that are judged by what is always checked; not given: all."""
 
-    _whole = model_validator(mode="before")(whole)
+    _whole = model_validator(mode="before")(rejoin_expressions)
 
 
 # --- What a person has accepted of a run: metrics, modes and alarms; times in s, values in the units of the loop ------
@@ -591,13 +595,13 @@ Role = Literal["pv", "setpoint", "output"]
 """Which signal of a loop it is, whatever the PLC calls it."""
 
 
-class Kept(BaseModel):
+class AcceptedPart(BaseModel):
     """A part of the file; unknown keys, texts for numbers and NaN are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-class Extent(Kept):
+class Extent(AcceptedPart):
     """How far a signal went, and where it ended."""
 
     min: float
@@ -605,21 +609,21 @@ class Extent(Kept):
     final: float
 
 
-class ModeBegin(Kept):
+class ModeBegin(AcceptedPart):
     """A mode, and since when."""
 
     at: float
     mode: str
 
 
-class AlarmTimes(Kept):
+class AlarmTimes(AcceptedPart):
     """When an alarm came first, and how long it was on in all."""
 
     first: float
     total: float
 
 
-class AcceptedLoop(Kept):
+class AcceptedLoop(AcceptedPart):
     """What an accepted run shows of a loop."""
 
     pv_unit: str
@@ -635,7 +639,7 @@ class AcceptedLoop(Kept):
     alarms: dict[str, AlarmTimes]
 
 
-class AcceptedRun(Kept):
+class AcceptedRun(AcceptedPart):
     """An accepted run; ``accepted`` is the title of its scenario."""
 
     pidcfg: Literal[1]
@@ -650,14 +654,14 @@ class AcceptedError(Exception):
     """Why a file cannot be used as the accepted run of a scenario."""
 
 
-def run_of_data(data: bytes, most: int, *, quoted: bool = True) -> AcceptedRun:
-    """What a file of at most ``most`` bytes holds; raises `AcceptedError`, with words of the file where ``quoted``."""
-    if len(data) > most:
-        raise AcceptedError(f"is larger than {most} bytes; raise it with --limit")
+def run_of_data(data: bytes, max_bytes: int, *, may_quote: bool = True) -> AcceptedRun:
+    """What a file of at most ``max_bytes`` bytes holds; raises `AcceptedError`, quoting it where ``may_quote``."""
+    if len(data) > max_bytes:
+        raise AcceptedError(f"is larger than {max_bytes} bytes; raise it with --limit")
     try:
         return AcceptedRun.model_validate_json(data)
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
         place = ".".join(map(str, first["loc"]))
-        why = f": {place and f'{place}: '}{first['msg'][:1].lower()}{first['msg'][1:]}" if quoted else ""
+        why = f": {place and f'{place}: '}{first['msg'][:1].lower()}{first['msg'][1:]}" if may_quote else ""
         raise AcceptedError(f"is no accepted run{why}") from None

@@ -10,10 +10,19 @@ from pidcfg.schemas.document import models_in
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-ENDS = (" low", " high")
+PAIR_ENDS = (" low", " high")
 """Behind the key of a pair: its two ends, each a column of a sheet."""
 DIRECTION = ("action", "Direct", "PID_DIR", "output_raises_pv")
-BANDS = {"proportional_band", "prop_band", "p_band", "pb", "xp", "proportionalbereich", "proportionalband", "p_bereich"}
+BAND_WORDS = {
+    "proportional_band",
+    "prop_band",
+    "p_band",
+    "pb",
+    "xp",
+    "proportionalbereich",
+    "proportionalband",
+    "p_bereich",
+}
 WORDS: dict[str, tuple[str, ...]] = {
     "name tag loop regler kreis messstelle": ("name",),
     "description text service beschreibung bezeichnung": ("description",),

@@ -17,7 +17,7 @@ from pidcfg.schemas.scenario import (
 from pidcfg.sim.judgement.report import ACCEPTED_KIND, Standing
 from pidcfg.sim.judgement.standing import loop_verdict
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
-from pidcfg.text.reader import may_be_quoted, read_other, refusal
+from pidcfg.text.reader import may_be_quoted, read_failure, read_other
 from pidcfg.text.references import Decision
 from pidcfg.text.writer import json_text
 
@@ -343,12 +343,12 @@ def reference_of(
     name = reader.resolve(doc.file, scenario.reference or "") if against is None else against[1]
     try:
         data = read_other(reader, name, most + 1) if against is None else against[0]
-        run = run_of_data(data, most, quoted=against is not None or may_be_quoted(reader, doc.file, name))
+        run = run_of_data(data, most, may_quote=against is not None or may_be_quoted(reader, doc.file, name))
         _refuse_another(run, scenario, loops)
     except AcceptedError as error:
         message = f"{name} {error}"
     except (OSError, ValueError) as error:
-        message = refusal(name, error)
+        message = read_failure(name, error)
     else:
         return Reference(name, run, [])
     file, span = (doc.file, doc.locate(path)) if path else (name, START)

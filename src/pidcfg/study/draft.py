@@ -29,7 +29,7 @@ from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import value_at
-from pidcfg.text.signs import one_line
+from pidcfg.text.signs import to_one_line
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import Checked, check_document
 from pidcfg.validate.shared_checks import ACTION, action_of, purpose_of
@@ -212,7 +212,7 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
     vendor, encoding = checked.vendor, checked.encoding
     if vendor is None or encoding is None or not encoding.whole or checked.failed:
         raise NoDraftError(f"{checked.document.file} has errors; run 'pidcfg validate {checked.document.file}' first")
-    if one_line(config) != config:
+    if to_one_line(config) != config:
         raise NoDraftError(f"no scenario can name {config!r}: rename the file, without control characters")
     plc = vendor.module("controller").load(encoding.image)
     around = find_connections(checked.config, plc)

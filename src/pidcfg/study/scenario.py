@@ -10,13 +10,13 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.decoding import check_settings, read_listing
 from pidcfg.encoders.listing import ListingError
 from pidcfg.schemas.base import SECONDS
-from pidcfg.schemas.scenario import Scenario, whole
+from pidcfg.schemas.scenario import Scenario, rejoin_expressions
 from pidcfg.sim.engine.influence import wrong_actions
 from pidcfg.sim.engine.network import initial_values, rest
 from pidcfg.sim.engine.run import options, prepare
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
-from pidcfg.text.paths import dotted, leaves, steps
-from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, near_name, read_other, refusal
+from pidcfg.text.paths import dotted_text, leaves, parse_path
+from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, near_name, read_failure, read_other
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import unusable
 from pidcfg.validate.engine import check_document, is_scenario
@@ -132,7 +132,7 @@ def _use_own_units(loaded: Loaded) -> None:
         loop = loops.get(str(event.get("loop")))
         for keys, value, below in leaves(event.get("set") or {}) if loop is not None else ():
             if isinstance(value, str) and " " in value and value.split()[-1] not in SECONDS:
-                path = steps(loaded.plc().setpoint) if dotted(keys) == "setpoint" else keys
+                path = parse_path(loaded.plc().setpoint) if dotted_text(keys) == "setpoint" else keys
                 said, place_of = stated_number(loaded.vendor, loop, path, value), ("events", i, "set", *below)
                 if said is not None and said.fits:
                     numbers[place_of] = said.number
@@ -145,7 +145,7 @@ def _use_own_units(loaded: Loaded) -> None:
 
 def read_scenario(doc: Document) -> tuple[Scenario | None, list[Diagnostic]]:
     """The typed content of a scenario file, and what is wrong with its text and its keys."""
-    data: Any = whole(doc.data)
+    data: Any = rejoin_expressions(doc.data)
     scenario, errors = read_model(Scenario, replace(doc, data=data))
     return scenario, sort_findings([*doc.problems, *errors])
 
@@ -209,7 +209,7 @@ def _read_config(loaded: Loaded, scenario: Scenario, reader: Reader) -> None:
         shown = may_be_quoted(reader, loaded.document.file, loaded.config)
         near = near_name(loaded.config, reader) if shown else None
         meant = f"did you mean {PurePath(near).name}? " if near else ""
-        loaded.refuse(refusal(loaded.config, error), f"{meant}the path is relative to the scenario file")
+        loaded.refuse(read_failure(loaded.config, error), f"{meant}the path is relative to the scenario file")
         return
     if PurePath(loaded.config).suffix.lower() in SUFFIXES:
         _use_configuration(loaded, data)

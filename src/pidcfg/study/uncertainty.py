@@ -17,7 +17,7 @@ from pidcfg.sim.engine.checks import LARGEST, MODEL_KEYS, NOT_NEGATIVE, OWN_KEYS
 from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.text.document import Document, Plain
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, dotted, leaves, steps, value_at
+from pidcfg.text.paths import Path, dotted_text, leaves, parse_path, value_at
 from pidcfg.text.references import Decision
 
 D800 = Decision(
@@ -156,7 +156,7 @@ def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty
     written = [one for one in (*spread.pair, *(spread.limits or ())) if one.unit and spread.kind != "share"]
     if written and base not in PLANT_TIMES:
         raise VaryError(f"{key} is a plain number, not {written[0]}", "leave out the unit")
-    value = value_at(plant, steps(key))
+    value = value_at(plant, parse_path(key))
     stands = None if value is None else Amount(value)
     ends = number_spread(spread, stands, f"{name} has no {key}", time=base in PLANT_TIMES)
     lowest, highest = (ends.low, ends.high) if ends.sigma is None or ends.low > -inf else (ends.mean, ends.mean)
@@ -217,9 +217,9 @@ def file_value(name: str, key: str, plc: Plc, config: Document | None) -> Amount
     if not entries:
         return None
     wanted = plc.setpoint if key in SETPOINT else key
-    values = [value for keys, value, _ in leaves(entries[0]) if dotted(keys) == wanted]
+    values = [value for keys, value, _ in leaves(entries[0]) if dotted_text(keys) == wanted]
     values = values or [value for keys, value, _ in leaves(entries[0]) if keys[-1] == wanted]
-    pair = value_at(entries[0], steps(wanted))
+    pair = value_at(entries[0], parse_path(wanted))
     if not values and pair is not None:
         values = [pair]
     if len(values) != 1:

@@ -89,7 +89,7 @@ class Diagnostic:
         return path_text(self.path)
 
     @property
-    def order(self) -> tuple[str, Span, str, str, str]:
+    def sort_key(self) -> tuple[str, Span, str, str, str]:
         """Sort key: file, position, number of the code, message, path."""
         return (self.file, self.span, number_of(self.code), self.message, self.where)
 
@@ -107,7 +107,7 @@ def path_text(path: Path) -> str:
 
 def sort_findings(findings: list[Diagnostic]) -> list[Diagnostic]:
     """Sorted, and each finding of a loop once (a faulty anchor that it uses n times is written in one place)."""
-    unique = {(d.file, d.span, d.code, d.message, d.loop): d for d in sorted(findings, key=lambda d: d.order)}
+    unique = {(d.file, d.span, d.code, d.message, d.loop): d for d in sorted(findings, key=lambda d: d.sort_key)}
     return list(unique.values())
 
 
@@ -131,12 +131,12 @@ def words_of(d: Diagnostic) -> str:
 
 def without_word(text: str, word: str) -> str:
     """A text without a word, wherever no letter, digit or underscore stands beside it."""
-    left, kept, at = [], 0, text.find(word)
+    pieces, begin, at = [], 0, text.find(word)
     while at >= 0:
         end = at + len(word)
         if any(c.isalnum() or c == "_" for c in text[max(at - 1, 0) : at] + text[end : end + 1]):
             at = text.find(word, at + 1)
             continue
-        left.append(text[kept:at])
-        kept, at = end, text.find(word, end)
-    return "".join(left) + text[kept:]
+        pieces.append(text[begin:at])
+        begin, at = end, text.find(word, end)
+    return "".join(pieces) + text[begin:]

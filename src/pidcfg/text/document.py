@@ -58,10 +58,10 @@ class Node:
     @property
     def levels(self) -> int:
         """The levels of nesting inside it and with it; a scalar has none."""
-        levels, here = 0, [self]
-        while here := [node for node in here if node.children is not None]:
+        levels, nodes = 0, [self]
+        while nodes := [node for node in nodes if node.children is not None]:
             levels += 1
-            here = [below for node in here for below in node.items]
+            nodes = [below for node in nodes for below in node.items]
         return levels
 
     @property
@@ -80,7 +80,7 @@ class Node:
         return None
 
 
-class At(NamedTuple):
+class Location(NamedTuple):
     """What stands at a place of a file: its path, whether the place is in the key rather than the value, and where."""
 
     path: Path
@@ -105,7 +105,7 @@ class Document:
         """The text by lines, counted as the parser counts them; divided once, however many findings ask."""
         return LINE_BREAK.split(self.text)
 
-    def bare(self) -> Document:
+    def without_data(self) -> Document:
         """The text alone: what a report still needs when the data have been checked."""
         return replace(self, data=None, root=Node(None))
 
@@ -125,24 +125,24 @@ class Document:
             return START if key_event is None else span_of(key_event)
         return node.span
 
-    def at(self, line: int, column: int) -> At | None:
+    def at(self, line: int, column: int) -> Location | None:
         """The key or the value that stands at a place (from 1, the end inclusive); None between them, or in comments.
 
         Of a value that is used in several places, by an alias or a template, the place is where it is written.
         """
-        node, here = self.root, (line, column)
+        node, place = self.root, (line, column)
         path: Path = ()
         while node.children is not None:
             entry = max(
-                (one for one in _entries(node) if one[0] <= here), key=lambda one: one[0], default=None
+                (child for child in _entries(node) if child[0] <= place), key=lambda one: one[0], default=None
             )  # a mapping has no end, so the last one that begins before the place
             if entry is None:
                 return None
             _, step, key, node = entry
             path = (*path, step)
-            if key is not None and _holds(span_of(key), here):
-                return At(path, key=True, span=span_of(key))
-        return At(path, key=False, span=node.span) if path and _holds(node.span, here) else None
+            if key is not None and _is_within(span_of(key), place):
+                return Location(path, key=True, span=span_of(key))
+        return Location(path, key=False, span=node.span) if path and _is_within(node.span, place) else None
 
 
 def _entries(node: Node) -> Iterator[tuple[tuple[int, int], str | int, Event | None, Node]]:
@@ -159,7 +159,7 @@ def start_of(span: Span) -> tuple[int, int]:
     return span.line, span.column
 
 
-def _holds(span: Span, place: tuple[int, int]) -> bool:
+def _is_within(span: Span, place: tuple[int, int]) -> bool:
     """Whether a place is within a span, its end included."""
     return start_of(span) <= place <= (span.end_line, span.end_column)
 
@@ -196,7 +196,7 @@ def resolve_templates(doc: Document) -> Document:
     if data is None or "vendor" not in data or not (TEMPLATES in data or any(_loop_uses(data))):
         return doc
     resolver = _Resolver(doc)
-    loops = resolver.loops()
+    loops = resolver.resolve_loops()
     if any(d.severity is Severity.ERROR for d in resolver.problems):
         return replace(doc, data=None, problems=(*doc.problems, *resolver.problems))
     data = {key: value for key, value in data.items() if key != TEMPLATES} | {"loops": [value for value, _ in loops]}
@@ -246,21 +246,21 @@ class _Resolver:
         templates = (self.doc.data or {}).get(TEMPLATES)
         return templates if isinstance(templates, dict) else {}
 
-    def loops(self) -> list[tuple[object, Node]]:
+    def resolve_loops(self) -> list[tuple[object, Node]]:
         """All loops written out."""
         data = self.doc.data or {}
         if TEMPLATES in data:
             self._check_templates(data[TEMPLATES])
         loops, entry = data.get("loops"), self.doc.root.child("loops")
         if not isinstance(loops, list) or entry is None:
-            self._refuse(
+            self._add_error(
                 "PID016", (TEMPLATES,), "templates are for loops, and there are none", "add loops that use them"
             )
             return []
         out = []
         for i, loop in enumerate(loops):
             node = entry[1].child(i)
-            out.append(self._loop(("loops", i), loop, node[1] if node else Node(None)))
+            out.append(self._resolve_loop(("loops", i), loop, node[1] if node else Node(None)))
         failed = bool(self.problems)
         for name in self.templates:
             if name not in self.resolved and not failed:
@@ -276,7 +276,7 @@ class _Resolver:
     def _check_templates(self, templates: object) -> None:
         """Templates are loops by name, and none of them has a loop's own name."""
         if not isinstance(templates, dict) or not templates:
-            self._refuse(
+            self._add_error(
                 "PID016",
                 (TEMPLATES,),
                 "templates are loops by their names",
@@ -285,25 +285,25 @@ class _Resolver:
             return
         for name, loop in templates.items():
             if not isinstance(loop, dict):
-                self._refuse(
+                self._add_error(
                     "PID016", (TEMPLATES, name), f"the template {name} is no loop", "write the keys of a loop below it"
                 )
             elif OWN_KEY in loop:
-                self._refuse(
+                self._add_error(
                     "PID016",
                     (TEMPLATES, name, OWN_KEY),
                     f"the template {name} has a {OWN_KEY}, which no two loops share",
                     f"give each loop its {OWN_KEY}",
                 )
 
-    def _loop(self, path: Path, loop: object, node: Node) -> tuple[object, Node]:
+    def _resolve_loop(self, path: Path, loop: object, node: Node) -> tuple[object, Node]:
         """A loop with the values of its template."""
         if not isinstance(loop, dict) or USE not in loop:
             return loop, node
-        base, own = self._template(loop[USE], (*path, USE)), _without_use(loop, node)
+        base, own = self._resolve_template(loop[USE], (*path, USE)), _without_use(loop, node)
         return own if base is None else self._join_within_limit(base, own, path)
 
-    def _template(self, name: Any, path: Path) -> tuple[Data, Node] | None:
+    def _resolve_template(self, name: Any, path: Path) -> tuple[Data, Node] | None:
         """A template with what it uses itself; None for one that cannot be used."""
         users: dict[str, None] = {}  # from the one that is asked for to the one that uses no other
         while self._is_usable(name, path, users) and name not in self.resolved:
@@ -327,15 +327,15 @@ class _Resolver:
     def _is_usable(self, name: object, path: Path, users: Collection[str]) -> bool:
         """Whether there is a template of that name, which none of its users is; an error says why not."""
         if not isinstance(name, str):
-            self._refuse("PID015", path, "use names one template", "write 'use: ovens'")
+            self._add_error("PID015", path, "use names one template", "write 'use: ovens'")
         elif name not in self.templates:
-            self._refuse("PID015", path, f"there is no template {name}", self._name_cure(name))
+            self._add_error("PID015", path, f"there is no template {name}", self._name_cure(name))
         elif name in users:
             ring = [*users, name][[*users].index(name) :]
             if len(ring) > MAX_RING_NAMED:
                 ring[MAX_RING_NAMED // 2 : 1 - MAX_RING_NAMED // 2] = ["…"]
             cure = "write the values out in one of them"
-            self._refuse("PID015", path, f"a template uses itself: {' uses '.join(ring)}", cure)
+            self._add_error("PID015", path, f"a template uses itself: {' uses '.join(ring)}", cure)
         else:
             return isinstance(self.templates[name], dict)
         return False
@@ -359,31 +359,31 @@ class _Resolver:
             return self._merge(base, own, path)
         if fitted:
             message = f"more than {self.doc.limits.nodes} values with those of templates"
-            self._refuse("PID013", (*path, USE), message, "split the file, or raise the limit by option")
+            self._add_error("PID013", (*path, USE), message, "split the file, or raise the limit by option")
         return own
 
     def _merge(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[object, Node]:
         """Two mappings as one; of a key that both have, mappings are joined and anything else is the own one."""
-        (data, node), (more, below) = base, own
+        (data, node), (own_data, own_node) = base, own
         keys: Data = dict(data)
         children = dict(node.children) if isinstance(node.children, dict) else {}
-        mine = below.children if isinstance(below.children, dict) else {}
-        for key, value in more.items():
+        own_children = own_node.children if isinstance(own_node.children, dict) else {}
+        for key, value in own_data.items():
             if isinstance(value, dict) and isinstance(data.get(key), dict):
-                pair = (data[key], children[key][1]), (value, mine[key][1])
+                pair = (data[key], children[key][1]), (value, own_children[key][1])
                 keys[key], inner = self._merge(*pair, (*path, key))
-                children[key] = (mine[key][0], inner)
+                children[key] = (own_children[key][0], inner)
             else:
                 if isinstance(data.get(key), list) and not isinstance(value, list):
                     message = f"the template has a list at {key}, which is replaced as a whole"
-                    self._refuse("PID016", (*path, key), message, "write the whole list")
-                children[key] = mine[key]
+                    self._add_error("PID016", (*path, key), message, "write the whole list")
+                children[key] = own_children[key]
                 keys[key] = value
-        merged = Node(below.event, children)
+        merged = Node(own_node.event, children)
         merged.size = 1 + sum(child.size for _, child in children.values())
         return keys, merged
 
-    def _refuse(self, code: str, path: Path, message: str, cure: str) -> None:
+    def _add_error(self, code: str, path: Path, message: str, cure: str) -> None:
         self._add_problem(code, path, message, cure, Severity.ERROR)
 
     def _add_problem(self, code: str, path: Path, message: str, cure: str, severity: Severity) -> None:

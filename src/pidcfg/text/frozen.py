@@ -15,17 +15,17 @@ from types import FunctionType
 from typing import Any, NoReturn, TypeVar, dataclass_transform
 
 T = TypeVar("T")
-put = object.__setattr__
+set_field = object.__setattr__
 
 
-class _Made:
+class _Factory:
     """What a signature shows for a value that is made anew for each record."""
 
     def __repr__(self) -> str:
         return "<factory>"
 
 
-MADE = _Made()
+FACTORY = _Factory()
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
@@ -35,20 +35,25 @@ def frozen(cls: type[T], /) -> type[T]:
     Keyword-only fields and orders are left to `dataclass`, and hashes of other fields than those that are compared.
     """
     slots = not any(isinstance(value, cached_property) for value in vars(cls).values())
-    made = dataclass(init=False, repr=False, eq=False, slots=slots)(cls)
-    methods = {"__init__": _init(made), "__setattr__": _refuse_set, "__delattr__": _refuse_delete, **_values(made)}
+    record_class = dataclass(init=False, repr=False, eq=False, slots=slots)(cls)
+    methods = {
+        "__init__": _make_init(record_class),
+        "__setattr__": _refuse_set,
+        "__delattr__": _refuse_delete,
+        **_make_value_methods(record_class),
+    }
     if slots:
-        methods |= {"__getstate__": _state, "__setstate__": _set_state}
+        methods |= {"__getstate__": _get_state, "__setstate__": _set_state}
     for name, method in methods.items():
         if name not in vars(cls):
-            setattr(made, name, method)
-    return made
+            setattr(record_class, name, method)
+    return record_class
 
 
-def _init(cls: type) -> FunctionType:
+def _make_init(cls: type) -> FunctionType:
     """The constructor, as `dataclass` writes it."""
     parameters, lines = ["self"], []
-    names: dict[str, Any] = {"put_": put, "MADE_": MADE}
+    names: dict[str, Any] = {"put_": set_field, "MADE_": FACTORY}
     for f in fields(cls):
         value = name = f.name
         if f.default_factory is not MISSING:
@@ -70,9 +75,9 @@ def _init(cls: type) -> FunctionType:
     return init
 
 
-def _values(cls: type) -> dict[str, Callable[..., object]]:
+def _make_value_methods(cls: type) -> dict[str, Callable[..., object]]:
     """How two records are compared, and how one is shown."""
-    compared = _getter([f for f in fields(cls) if f.compare])
+    compared = _make_getter([f for f in fields(cls) if f.compare])
     shown = [f.name for f in fields(cls) if f.repr]
 
     def equal(self: object, other: object) -> bool:
@@ -87,9 +92,9 @@ def _values(cls: type) -> dict[str, Callable[..., object]]:
     return {"__eq__": equal, "__hash__": number, "__repr__": text}
 
 
-def _getter(of: list[Field[object]]) -> Callable[[object], object]:
+def _make_getter(members: list[Field[object]]) -> Callable[[object], object]:
     """What reads some fields of a record at once."""
-    return attrgetter(*(f.name for f in of)) if of else lambda _: ()
+    return attrgetter(*(f.name for f in members)) if members else lambda _: ()
 
 
 def _refuse_set(self: object, name: str, value: object) -> NoReturn:
@@ -104,7 +109,7 @@ def _refuse_delete(self: object, name: str) -> NoReturn:
     raise FrozenInstanceError(f"cannot delete field {name!r}")
 
 
-def _state(self: Any) -> list[object]:
+def _get_state(self: Any) -> list[object]:
     """What is pickled of a record with slots."""
     return [getattr(self, f.name) for f in fields(self)]
 
@@ -112,4 +117,4 @@ def _state(self: Any) -> list[object]:
 def _set_state(self: Any, state: list[object]) -> None:
     """A record as it was pickled."""
     for f, value in zip(fields(self), state, strict=True):
-        put(self, f.name, value)
+        set_field(self, f.name, value)

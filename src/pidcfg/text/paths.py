@@ -21,17 +21,17 @@ CONTAINERS = (dict, list, tuple)
 
 
 @lru_cache(maxsize=4096)
-def steps(text: str) -> Path:
+def parse_path(text: str) -> Path:
     """``setpoint.limits.0`` as keys and indices; empty text is the top."""
     return tuple(int(step) if step.isdecimal() else step for step in text.split(".")) if text else ()
 
 
-def dotted(path: Sequence[str | int]) -> str:
+def dotted_text(path: Sequence[str | int]) -> str:
     """Keys and indices as text: ``setpoint.limits.0``."""
     return ".".join(str(step) for step in path)
 
 
-def beginnings(key: str) -> Iterator[str]:
+def outer_keys(key: str) -> Iterator[str]:
     """What a dotted key lies in, the nearest first: ``setpoint.limits`` and ``setpoint`` of ``setpoint.limits.0``."""
     while "." in key:
         key = key.rpartition(".")[0]
@@ -60,15 +60,15 @@ def has_key(data: object, path: Sequence[str | int]) -> bool:
     return isinstance(above, dict) and path[-1] in above
 
 
-def put(data: Data, path: Sequence[str | int], value: object) -> None:
+def set_value(data: Data, path: Sequence[str | int], value: object) -> None:
     """Sets a value in plain data; mappings on the way are created as needed, items of lists must exist."""
-    here: Any = data
+    container: Any = data
     for step, below in pairwise(path):
         kinds = dict if isinstance(below, str) else dict | list
-        if isinstance(here, dict) and not isinstance(here.get(str(step)), kinds):
-            here[str(step)] = {}
-        here = here[step]
-    here[path[-1]] = value
+        if isinstance(container, dict) and not isinstance(container.get(str(step)), kinds):
+            container[str(step)] = {}
+        container = container[step]
+    container[path[-1]] = value
 
 
 def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], object, Path]]:
@@ -81,7 +81,7 @@ def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], objec
         if isinstance(value, dict):
             yield from leaves(value, here)
         else:
-            yield tuple(dotted(here).split(".")), value, here
+            yield tuple(dotted_text(here).split(".")), value, here
 
 
 def is_given(model: object, path: Sequence[str | int]) -> bool:
@@ -113,7 +113,7 @@ def given_fields(model: Any, above: Path = ()) -> Iterator[tuple[Path, object]]:
 
 # --- Patterns of paths, the same on every system: ``*`` and ``?`` within a name, ``**`` for any number of folders -----
 
-ANY, UP = "**", ".."
+ANY_DEPTH, PARENT = "**", ".."
 
 
 def matches(pattern: str, path: str) -> bool:
@@ -123,26 +123,26 @@ def matches(pattern: str, path: str) -> bool:
     begin. The pattern is walked once along the path, so that none takes
     long.
     """
-    if path.startswith("/") or UP in path.split("/"):
+    if path.startswith("/") or PARENT in path.split("/"):
         return False
     bare = pattern.removeprefix("./")
     parts = [part.replace("[", "[[]") for part in bare.strip("/").split("/")]
     if "/" not in pattern.rstrip("/"):
-        parts.insert(0, ANY)
-    places = _reached({0}, parts)
+        parts.insert(0, ANY_DEPTH)
+    places = _reachable_places({0}, parts)
     for name in path.split("/"):
-        stays = {i for i in places if i < len(parts) and parts[i] == ANY}
-        steps = {i + 1 for i in places if i < len(parts) and parts[i] != ANY and fnmatchcase(name, parts[i])}
-        places = _reached(stays | steps, parts)
+        waiting = {i for i in places if i < len(parts) and parts[i] == ANY_DEPTH}
+        steps = {i + 1 for i in places if i < len(parts) and parts[i] != ANY_DEPTH and fnmatchcase(name, parts[i])}
+        places = _reachable_places(waiting | steps, parts)
         if len(parts) in places:
             return True
     return False
 
 
-def _reached(places: set[int], parts: list[str]) -> set[int]:
+def _reachable_places(places: set[int], parts: list[str]) -> set[int]:
     """The places of a pattern with those behind ``**``, which may stand for nothing."""
     reached = set(places)
     for i, part in enumerate(parts):
-        if i in reached and part == ANY:
+        if i in reached and part == ANY_DEPTH:
             reached.add(i + 1)
     return reached

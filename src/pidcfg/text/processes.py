@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-AHEAD = 4
+ITEMS_AHEAD = 4
 """Items that wait for each process."""
-A_FILE = 20_000
+FILE_MICROSECONDS = 20_000
 """µs that reading and checking a file takes."""
-WORTH_STARTING = 1_500_000
+START_MICROSECONDS = 1_500_000
 """µs of work from which on two processes are done sooner than one: each takes 0.7 s to start and to import."""
 
 
@@ -36,19 +36,19 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-class _Mine:
+class _Process:
     """What this process does with an item."""
 
     worker: Callable[[object], object]
 
 
 @frozen
-class Crew(Generic[Item, Result]):
+class WorkerPool(Generic[Item, Result]):
     """Up to ``jobs`` processes, each with a worker that ``make(*given)`` returns there."""
 
     jobs: int
-    make: Callable[..., Callable[[Item], Result]]
-    given: tuple[object, ...] = ()
+    make_worker: Callable[..., Callable[[Item], Result]]
+    arguments: tuple[object, ...] = ()
 
     def results(self, items: Iterable[Item]) -> Iterator[Result]:
         """The results in order; raises `ChildProcessError` where a process is gone before its work is done."""
@@ -58,9 +58,9 @@ class Crew(Generic[Item, Result]):
             waiting: deque[Future[Result]] = deque()
             try:
                 for item in items:
-                    with _deaf():
-                        waiting.append(pool.submit(_work, item))
-                    if len(waiting) >= self.jobs * AHEAD:
+                    with _ignore_interrupts():
+                        waiting.append(pool.submit(_run_item, item))
+                    if len(waiting) >= self.jobs * ITEMS_AHEAD:
                         yield waiting.popleft().result()
                 while waiting:
                     yield waiting.popleft().result()
@@ -71,22 +71,22 @@ class Crew(Generic[Item, Result]):
         self,
         items: Sequence[Item],
         effort: Callable[[Result], float],
-        make: Callable[..., Callable[[Item], Result]] | None = None,
+        make_worker: Callable[..., Callable[[Item], Result]] | None = None,
     ) -> Iterator[Result]:
         """The same, with processes only where they pay: this one works until what is left is worth starting them.
 
         ``effort``: what an item with this result has taken beside a file, in µs by a count of its work. What is left is
-        taken to be like the largest so far. ``make``: for this process, whose worker may also say how far it has come.
+        taken to be like the largest so far. ``make_worker``: for this process, whose worker may also say how far it has come.
         """
-        worker, most = None, 0.0
+        worker, longest = None, 0.0
         for i, item in enumerate(items):
-            left = len(items) - i
-            if self.jobs > 1 and left > 1 and left * (A_FILE + most) >= WORTH_STARTING:
+            remaining = len(items) - i
+            if self.jobs > 1 and remaining > 1 and remaining * (FILE_MICROSECONDS + longest) >= START_MICROSECONDS:
                 yield from self.results(items[i:])
                 return
-            worker = worker or (make or self.make)(*self.given)
+            worker = worker or (make_worker or self.make_worker)(*self.arguments)
             result = worker(item)
-            most = max(most, effort(result))
+            longest = max(longest, effort(result))
             yield result
 
     @contextmanager
@@ -96,21 +96,21 @@ class Crew(Generic[Item, Result]):
         from multiprocessing import get_context
 
         context = get_context("spawn")
-        theirs, mine = context.Pipe(duplex=False)
-        pool = ProcessPoolExecutor(self.jobs, context, _begin, (theirs, self.make, self.given))
+        child_end, parent_end = context.Pipe(duplex=False)
+        pool = ProcessPoolExecutor(self.jobs, context, _start_worker, (child_end, self.make_worker, self.arguments))
         try:
             yield pool
         except BaseException:
-            mine.close()
+            parent_end.close()
             raise
         finally:
             pool.shutdown(cancel_futures=True)
-            mine.close()
-            theirs.close()
+            parent_end.close()
+            child_end.close()
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
+def _ignore_interrupts() -> Iterator[None]:
     """A process that starts now never hears Ctrl-C; this one hears it afterwards."""
     if sys.platform == "win32":
         yield
@@ -122,18 +122,20 @@ def _deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(stop: Connection, make: Callable[..., Callable[[Any], object]], given: tuple[object, ...]) -> None:
+def _start_worker(
+    stop: Connection, make_worker: Callable[..., Callable[[Any], object]], arguments: tuple[object, ...]
+) -> None:
     """A new process makes its worker; it ends with its parent, which alone hears Ctrl-C."""
     import threading
     import warnings
 
     warnings.simplefilter("ignore")  # what there is to say, the parent says
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_when_told, args=(stop,), daemon=True).start()
-    _Mine.worker = make(*given)
+    threading.Thread(target=_end_with_parent, args=(stop,), daemon=True).start()
+    _Process.worker = make_worker(*arguments)
 
 
-def _end_when_told(stop: Connection) -> None:
+def _end_with_parent(stop: Connection) -> None:
     """Ends this process with the other end of a pipe, which its parent closes, or which is closed with it."""
     from multiprocessing import parent_process
     from multiprocessing.connection import wait
@@ -143,5 +145,5 @@ def _end_when_told(stop: Connection) -> None:
     os._exit(1)
 
 
-def _work(item: object) -> Any:
-    return _Mine.worker(item)
+def _run_item(item: object) -> Any:
+    return _Process.worker(item)

@@ -16,7 +16,7 @@ from pidcfg.text.frozen import frozen
 # --- Limits on untrusted input, all in one place; the command line may raise them, a file never can -------------------
 
 
-LISTING_SIZE = 3
+LISTING_FACTOR = 3
 """How many times the size of a configuration a file of another program may have: CODESYS projects have 1.1 MB."""
 
 
@@ -25,7 +25,7 @@ class Limits:
     """How large an input may be before it is refused (exit code 2, naming the limit)."""
 
     file_bytes: int = 1 << 20
-    """Of a configuration or scenario; what a program has written may have `LISTING_SIZE` times as much."""
+    """Of a configuration or scenario; what a program has written may have `LISTING_FACTOR` times as much."""
     depth: int = 32
     nodes: int = 50_000
     aliases: int = 100
@@ -38,7 +38,7 @@ class Limits:
     @property
     def listing_bytes(self) -> int:
         """How many bytes a memory listing, a project, a sheet or a recording may have."""
-        return LISTING_SIZE * self.file_bytes
+        return LISTING_FACTOR * self.file_bytes
 
 
 DEFAULT = Limits()
@@ -51,8 +51,8 @@ STREAM = re.compile(r"/dev/(?:std(?:in|out|err)|fd/.*)|/proc/[^/]+/fd/.*")
 """Names of what a process has open."""
 PROCESSES = "/proc/"
 """Where the kernel shows its own state as if in files: some are waited for, and some take what they show away."""
-NO_FILES = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
-AT_ONCE = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY"))
+SPECIAL_FILES = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
+OPEN_FLAGS = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY"))
 """How a file is opened: nothing is waited for that takes its place meanwhile."""
 UNNAMED = "<text>"
 """The name of a text that has none."""
@@ -61,8 +61,8 @@ UNNAMED = "<text>"
 class Reader(Protocol):
     """What a call reads other files with."""
 
-    def read(self, name: str, most: int) -> bytes:
-        """The first ``most`` bytes of a file; raises `OSError`, or `ValueError` for a name that no file can have."""
+    def read(self, name: str, max_bytes: int) -> bytes:
+        """The first ``max_bytes`` bytes of a file; raises `OSError`, or `ValueError` for a name that no file can have."""
 
     def resolve(self, name: str, other: str) -> str:
         """The name of a file that the file ``name`` refers to as ``other``: relative names begin in its folder."""
@@ -71,11 +71,11 @@ class Reader(Protocol):
 class Disk:
     """The files of the disk."""
 
-    def read(self, name: str, most: int) -> bytes:
-        """The first ``most`` bytes of a file."""
-        return read_file(name, most, self.opened)
+    def read(self, name: str, max_bytes: int) -> bytes:
+        """The first ``max_bytes`` bytes of a file."""
+        return read_file(name, max_bytes, self.on_open)
 
-    def opened(self, stream: IO[bytes]) -> None:
+    def on_open(self, stream: IO[bytes]) -> None:
         """Called with every file that is opened; a hook for readers that keep track of them."""
 
     def resolve(self, name: str, other: str) -> str:
@@ -97,43 +97,43 @@ def open_file(name: str | Path) -> IO[bytes]:
     name = os.fspath(name)
     if is_stream(name):
         return Path(name).open("rb")
-    _refuse(os.stat(name), name)  # noqa: PTH116 - as the name stands
+    _refuse_special(os.stat(name), name)  # noqa: PTH116 - as the name stands
     if os.path.realpath(name).startswith(PROCESSES):
         raise OSError(errno.EINVAL, f"it lies in {PROCESSES[:-1]} and is no file", name)
-    handle = os.open(name, AT_ONCE)
+    handle = os.open(name, OPEN_FLAGS)
     try:
-        _refuse(os.fstat(handle), name)
+        _refuse_special(os.fstat(handle), name)
     except OSError:
         os.close(handle)
         raise
     return os.fdopen(handle, "rb")
 
 
-def _refuse(facts: os.stat_result, name: str) -> None:
+def _refuse_special(facts: os.stat_result, name: str) -> None:
     """Raises `OSError` for what is no regular file."""
     if stat.S_ISDIR(facts.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), name)
     if not stat.S_ISREG(facts.st_mode):
-        what = NO_FILES.get(stat.S_IFMT(facts.st_mode), "something else")
-        raise OSError(errno.EINVAL, f"it is {what} and no file", name)
+        kind = SPECIAL_FILES.get(stat.S_IFMT(facts.st_mode), "something else")
+        raise OSError(errno.EINVAL, f"it is {kind} and no file", name)
 
 
-def read_file(name: str | Path, most: int = -1, opened: Callable[[IO[bytes]], None] | None = None) -> bytes:
-    """The first ``most`` bytes of a file, or all of them; ``opened`` is called with it."""
+def read_file(name: str | Path, max_bytes: int = -1, on_open: Callable[[IO[bytes]], None] | None = None) -> bytes:
+    """The first ``max_bytes`` bytes of a file, or all of them; ``on_open`` is called with it."""
     with open_file(name) as stream:
-        if opened is not None:
-            opened(stream)
-        data: bytes | None = stream.read(most)
+        if on_open is not None:
+            on_open(stream)
+        data: bytes | None = stream.read(max_bytes)
     if data is None:
         raise BlockingIOError(errno.EAGAIN, "it is waited for and no file", os.fspath(name))
     return data
 
 
-def read_other(reader: Reader, name: str, most: int) -> bytes:
-    """The first ``most`` bytes of what another file names: what the process has open is not meant."""
+def read_other(reader: Reader, name: str, max_bytes: int) -> bytes:
+    """The first ``max_bytes`` bytes of what another file names: what the process has open is not meant."""
     if is_stream(name):
         raise OSError(errno.EINVAL, "it is a stream and no file", name)
-    return reader.read(name, most)
+    return reader.read(name, max_bytes)
 
 
 class Texts:
@@ -142,12 +142,12 @@ class Texts:
     def __init__(self, files: Mapping[str, str | bytes]) -> None:
         self.files = {posixpath.normpath(name): data_of(text) for name, text in files.items()}
 
-    def read(self, name: str, most: int) -> bytes:
-        """The first ``most`` bytes of a text."""
+    def read(self, name: str, max_bytes: int) -> bytes:
+        """The first ``max_bytes`` bytes of a text."""
         data = self.files.get(posixpath.normpath(name))
         if data is None:
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), name)
-        return data[:most]
+        return data[:max_bytes]
 
     def resolve(self, name: str, other: str) -> str:
         """The name from the folder of ``name``."""
@@ -158,15 +158,15 @@ class Overlay(Disk):
     """Texts that stand for files, such as the buffers of an editor; every other file is that of the disk."""
 
     def __init__(self, texts: Mapping[str, str | bytes]) -> None:
-        self.texts = {_place(name): data_of(text) for name, text in texts.items()}
+        self.texts = {_full_name(name): data_of(text) for name, text in texts.items()}
 
-    def read(self, name: str, most: int) -> bytes:
-        """The first ``most`` bytes of a text, else of the file."""
-        data = self.texts.get(_place(name))
-        return super().read(name, most) if data is None else data[:most]
+    def read(self, name: str, max_bytes: int) -> bytes:
+        """The first ``max_bytes`` bytes of a text, else of the file."""
+        data = self.texts.get(_full_name(name))
+        return super().read(name, max_bytes) if data is None else data[:max_bytes]
 
 
-def _place(name: str) -> str:
+def _full_name(name: str) -> str:
     """A file by whatever name it is called; links are not followed."""
     return os.path.normcase(os.path.abspath(name))  # noqa: PTH100 - as it is named
 
@@ -174,7 +174,7 @@ def _place(name: str) -> str:
 DISK = Disk()
 MAX_NEARBY = 1000
 """Files of a folder that are looked at for a name like another one."""
-LIKE = 0.7
+MIN_LIKENESS = 0.7
 """How like it must be."""
 Files = Mapping[str, str | bytes] | Reader | None
 """Texts by name, or a reader; None: the disk."""
@@ -196,10 +196,10 @@ def data_of(text: str | bytes) -> bytes:
     raise TypeError(f"a source is a pathlib.Path, str or bytes, not {type(text).__name__}")
 
 
-def source_data(source: Path | str | bytes, name: str | None, files: Files, most: int) -> tuple[bytes, str]:
-    """The first ``most`` bytes of a source, and its name in findings; raises `OSError` for a file that is not there."""
+def source_data(source: Path | str | bytes, name: str | None, files: Files, max_bytes: int) -> tuple[bytes, str]:
+    """The first ``max_bytes`` bytes of a source, and its name in findings; raises `OSError` for a file that is not there."""
     if isinstance(source, Path):
-        return reader_of(files).read(source.as_posix(), most), name or source.as_posix()
+        return reader_of(files).read(source.as_posix(), max_bytes), name or source.as_posix()
     return data_of(source), name or UNNAMED
 
 
@@ -230,11 +230,11 @@ def near_name(name: str, reader: Reader) -> str | None:
     else:
         return None
     names = {other.name: other for other in others if other.suffix.lower() in SUFFIXES}
-    near = get_close_matches(path.name, names, 1, LIKE)
+    near = get_close_matches(path.name, names, 1, MIN_LIKENESS)
     return (path.parent / near[0]).as_posix() if near else None
 
 
-def refusal(name: str, error: OSError | ValueError) -> str:
+def read_failure(name: str, error: OSError | ValueError) -> str:
     """Why a file cannot be read, in words."""
     if isinstance(error, OSError):
         return f"cannot read {name}: {error.strerror or error}"

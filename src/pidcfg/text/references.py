@@ -15,7 +15,7 @@ class Manual:
     title: str
     short: str
 
-    def at(self, place: str) -> Ref:
+    def cite(self, place: str) -> Ref:
         """A place in this manual: a page or the heading of a section."""
         return Ref(self, place)
 

@@ -17,11 +17,11 @@ UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{CONTROL}]")
 CI_COMMAND = re.compile(r"(?:^|(?<=\r))[^\S\r\n]*:(?=:)|#(?=#\w*\[)", re.MULTILINE)
 """How an order begins that a CI system takes out of a log: ``::add-mask::`` of GitHub first on a line, and anywhere its
 ``##[add-mask]``, ``##vso[…]`` of Azure and ``##teamcity[…]``; a sign behind it is the end of the order."""
-FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20", "\t", "\r", "\n", "'")
+FORMULA_STARTS = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20", "\t", "\r", "\n", "'")
 """How a text begins that a spreadsheet would calculate, the wide signs too, or whose first character it would drop."""
 
 
-def printable(text: str) -> str:
+def to_printable(text: str) -> str:
     """Text for people and logs: a control character other than tab and line feed shows as U+FFFD."""
     return UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)
 
@@ -36,15 +36,15 @@ def break_ci_commands(text: str) -> str:
     return text if find_ci_command(text) is None else CI_COMMAND.sub(lambda begin: f"{begin[0]} ", text)
 
 
-def one_line(text: str) -> str:
+def to_one_line(text: str) -> str:
     """Text that has one line of an output to itself: a line break in it would begin another one, of any meaning."""
-    return " ".join(printable(text).splitlines())
+    return " ".join(to_printable(text).splitlines())
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # How many columns a text takes on a terminal: a Chinese, Japanese or Korean sign takes two, a combining one none.
 
-WIDE = frozenset("WF")
+WIDE_CLASSES = frozenset("WF")
 """Classes of East Asian width that take two columns (Unicode Standard Annex 11)."""
 
 
@@ -54,7 +54,7 @@ def width_of(text: str) -> int:
         return len(text)
     from unicodedata import category, east_asian_width
 
-    return sum(0 if category(c) in {"Mn", "Me", "Cf"} else 1 + (east_asian_width(c) in WIDE) for c in text)
+    return sum(0 if category(c) in {"Mn", "Me", "Cf"} else 1 + (east_asian_width(c) in WIDE_CLASSES) for c in text)
 
 
 def pad_right(text: str, width: int) -> str:
@@ -155,7 +155,7 @@ def lookalike_remark(text: str) -> str:
     return f": {code_point(sign)} in it is {describe_sign(sign)}" if sign else ""
 
 
-def in_curly_quotes(text: str) -> bool:
+def is_curly_quoted(text: str) -> bool:
     """Whether a text begins and ends with quotes that are none of YAML's."""
     return len(text) > 1 and text[-1] in QUOTES.get(text[0], "")
 

@@ -48,7 +48,7 @@ class _RefusedError(Exception):
         self.code, self.message, self.span, self.cure = code, message, span, cure
 
 
-class _Open:
+class _Container:
     """A mapping or sequence whose end has not come yet; ``key`` is the event of the key that waits for its value."""
 
     __slots__ = ("anchor", "data", "key", "node")
@@ -67,8 +67,8 @@ class _Builder:
         self.file = file
         self.limits = limits
         # A character has at most four bytes, so shorter text need not be measured.
-        self.short = min(limits.scalar_bytes, limits.key_bytes) // 4
-        self.stack: list[_Open] = []
+        self.unchecked_length = min(limits.scalar_bytes, limits.key_bytes) // 4
+        self.stack: list[_Container] = []
         self.anchors: dict[str, tuple[object, Node] | None] = {}
         self.duplicates: list[Diagnostic] = []
         self.result: tuple[object, Node] | None = None
@@ -76,7 +76,7 @@ class _Builder:
         self.aliases = 0
         self.documents = 0
 
-    def document(self, event: Any) -> None:
+    def begin_document(self, event: Any) -> None:
         """A second document, or a directive, is refused."""
         self.documents += 1
         if self.documents > 1:
@@ -86,10 +86,10 @@ class _Builder:
             cure = "delete the line that begins with %"
             raise _RefusedError("PID011", "YAML directives are not accepted", span_of(event), cure)
 
-    def alias(self, event: AliasEvent) -> None:
+    def add_alias(self, event: AliasEvent) -> None:
         """An alias shares what its anchor named; the expansion counts against the limits."""
         self.aliases += 1
-        self.check(self.aliases, self.limits.aliases, "aliases", event)
+        self.check_limit(self.aliases, self.limits.aliases, "aliases", event)
         if self.wants_key():
             raise _RefusedError("PID008", "an alias cannot be a key", span_of(event), "write the key itself")
         if event.anchor not in self.anchors:
@@ -100,11 +100,11 @@ class _Builder:
             message = f"the anchor &{event.anchor} contains itself"
             raise _RefusedError("PID012", message, span_of(event), "write the values out")
         self.nodes += target[1].size
-        self.check(self.nodes, self.limits.nodes, "values", event)
-        self.check(len(self.stack) + target[1].levels, self.limits.depth, "levels of nesting", event)
+        self.check_limit(self.nodes, self.limits.nodes, "values", event)
+        self.check_limit(len(self.stack) + target[1].levels, self.limits.depth, "levels of nesting", event)
         self.add(*target)
 
-    def scalar(self, event: ScalarEvent) -> None:
+    def add_scalar(self, event: ScalarEvent) -> None:
         """A key, or a value that stays text."""
         if event.tag is not None:
             self.refuse_tag(event)
@@ -113,34 +113,34 @@ class _Builder:
             return
         text: str = event.value
         value = text if event.style else None if text in NULLS else Plain(text)
-        if len(text) > self.short:
-            self.check(len(text.encode()), self.limits.scalar_bytes, "bytes in a value", event)
+        if len(text) > self.unchecked_length:
+            self.check_limit(len(text.encode()), self.limits.scalar_bytes, "bytes in a value", event)
         self.nodes += 1
         if self.nodes > self.limits.nodes:
-            self.check(self.nodes, self.limits.nodes, "values", event)
+            self.check_limit(self.nodes, self.limits.nodes, "values", event)
         node = Node(event)
         if event.anchor is not None:
             self.anchors[event.anchor] = (value, node)
         self.add(value, node)
 
-    def open(self, event: CollectionStartEvent, data: Data | list[object], node: Node) -> None:
+    def open_container(self, event: CollectionStartEvent, data: Data | list[object], node: Node) -> None:
         """Pushes a container that has begun."""
         self.refuse_tag(event)
         if self.wants_key():
             raise _RefusedError("PID008", "a key must be plain text", span_of(event), "write 'key: value'")
         self.nodes += 1
-        self.check(self.nodes, self.limits.nodes, "values", event)
-        self.check(len(self.stack) + 1, self.limits.depth, "levels of nesting", event)
+        self.check_limit(self.nodes, self.limits.nodes, "values", event)
+        self.check_limit(len(self.stack) + 1, self.limits.depth, "levels of nesting", event)
         if event.anchor is not None:
             self.anchors[event.anchor] = None
-        self.stack.append(_Open(data, node, event.anchor))
+        self.stack.append(_Container(data, node, event.anchor))
 
     def close(self) -> None:
         """Closes a mapping or sequence and hands it to what holds it."""
-        done = self.stack.pop()
-        if done.anchor is not None:
-            self.anchors[done.anchor] = (done.data, done.node)
-        self.add(done.data, done.node)
+        container = self.stack.pop()
+        if container.anchor is not None:
+            self.anchors[container.anchor] = (container.data, container.node)
+        self.add(container.data, container.node)
 
     def wants_key(self) -> bool:
         """Whether the next event is a key of the innermost mapping."""
@@ -158,8 +158,8 @@ class _Builder:
                 cure = "write the keys out, or alias a whole value"
                 raise _RefusedError("PID009", "merge keys (<<) are not accepted", span_of(event), cure)
             raise _RefusedError("PID008", "a key is missing before the colon", span_of(event), "write 'key: value'")
-        if len(text) > self.short:
-            self.check(len(text.encode()), self.limits.key_bytes, "bytes in a key", event)
+        if len(text) > self.unchecked_length:
+            self.check_limit(len(text.encode()), self.limits.key_bytes, "bytes in a key", event)
         if text in top.data:
             first = top.node.child(text)
             line = span_of(first[0]).line if first else 0
@@ -193,11 +193,11 @@ class _Builder:
             cure = "delete the tag, the key decides the type; put a text that begins with ! in quotes"
             raise _RefusedError("PID010", f"the tag {event.tag} is not accepted", span_of(event), cure)
 
-    def check(self, value: int, limit: int, what: str, event: Event) -> None:
+    def check_limit(self, value: int, limit: int, unit: str, event: Event) -> None:
         """Refuses the file when a limit is passed."""
         if value > limit:
             cure = "split the file, or raise the limit by option"
-            raise _RefusedError("PID013", f"more than {limit} {what}", span_of(event), cure)
+            raise _RefusedError("PID013", f"more than {limit} {unit}", span_of(event), cure)
 
 
 def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
@@ -208,7 +208,7 @@ def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     text = data[: limits.file_bytes].decode("utf-8-sig", "replace")
     try:
         _refuse_bytes(data, text, limits)
-        root, node, duplicates = _build(text, file, limits)
+        root, node, duplicates = _build_data(text, file, limits)
     except _RefusedError as e:
         problem = Diagnostic(e.code, Severity.ERROR, e.message, file, e.span, help=e.cure)
         return Document(file, text, None, Node(None), (problem,), limits)
@@ -225,24 +225,24 @@ def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:
     except UnicodeDecodeError as e:
         before = data[: e.start].decode("utf-8-sig", "replace")
         message = f"byte 0x{data[e.start]:02X} is not UTF-8"
-        raise _RefusedError("PID002", message, _place(before), SAVE_AS_UTF8) from None
-    found = UNPRINTABLE.search(text)
-    if found:
-        message = f"control character U+{ord(found.group()):04X}"
-        raise _RefusedError("PID003", message, _place(text[: found.start()]), "delete the character")
+        raise _RefusedError("PID002", message, _span_behind(before), SAVE_AS_UTF8) from None
+    control = UNPRINTABLE.search(text)
+    if control:
+        message = f"control character U+{ord(control.group()):04X}"
+        raise _RefusedError("PID003", message, _span_behind(text[: control.start()]), "delete the character")
 
 
-def _place(before: str) -> Span:
+def _span_behind(before: str) -> Span:
     """The position that follows this text."""
     lines = LINE_BREAK.split(before)
     line, column = len(lines), len(lines[-1]) + 1
     return Span(line, column, line, column + 1)
 
 
-def _build(text: str, file: str, limits: Limits) -> tuple[Data, Node, list[Diagnostic]]:
+def _build_data(text: str, file: str, limits: Limits) -> tuple[Data, Node, list[Diagnostic]]:
     """Walks the events of the parser."""
     builder = _Builder(file, limits)
-    _walk(text, builder)
+    _walk_events(text, builder)
     if builder.result is None or builder.result[0] is None:
         message = "the file holds comments alone" if text.strip() else "the file is empty"
         raise _RefusedError("PID005", message, START, "'pidcfg init' writes a starter file")
@@ -255,24 +255,24 @@ def _build(text: str, file: str, limits: Limits) -> tuple[Data, Node, list[Diagn
     return data, node, builder.duplicates
 
 
-def _walk(text: str, builder: _Builder) -> None:
+def _walk_events(text: str, builder: _Builder) -> None:
     """The events of ruamel's parser one by one; the pure one gives the same where the C extension is missing."""
     from ruamel.yaml import events
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-    take: dict[type, Callable[[Any], None]] = {
-        events.ScalarEvent: builder.scalar,
-        events.AliasEvent: builder.alias,
-        events.MappingStartEvent: lambda event: builder.open(event, {}, Node(event, {})),
-        events.SequenceStartEvent: lambda event: builder.open(event, [], Node(event, [])),
-        events.DocumentStartEvent: builder.document,
+    handlers: dict[type, Callable[[Any], None]] = {
+        events.ScalarEvent: builder.add_scalar,
+        events.AliasEvent: builder.add_alias,
+        events.MappingStartEvent: lambda event: builder.open_container(event, {}, Node(event, {})),
+        events.SequenceStartEvent: lambda event: builder.open_container(event, [], Node(event, [])),
+        events.DocumentStartEvent: builder.begin_document,
     }
     ends = {events.MappingEndEvent, events.SequenceEndEvent}
     try:
-        for event in parser().parse(text):
+        for event in thread_parser().parse(text):
             kind = event.__class__
-            if kind in take:
-                take[kind](event)
+            if kind in handlers:
+                handlers[kind](event)
             elif kind in ends:
                 builder.close()
     except MarkedYAMLError as e:
@@ -281,7 +281,7 @@ def _walk(text: str, builder: _Builder) -> None:
         raise _RefusedError("PID001", f"not YAML: {str(e).splitlines()[0]}", START) from None
 
 
-def parser() -> Any:
+def thread_parser() -> Any:
     """One reader for all files of a thread: the one without C keeps the text in itself while it reads it."""
     if not hasattr(THREAD, "parser"):
         from ruamel.yaml import YAML
@@ -310,7 +310,7 @@ def _refuse_syntax(text: str, error: MarkedYAMLError) -> NoReturn:
 
 COMMENT_START = re.compile(r"(?:^|(?<=[ \t]))#")
 """What begins a comment outside of a scalar."""
-REST = 1 << 30
+LINE_END_COLUMN = 1 << 30
 """A column behind every line."""
 BLOCK_STYLES = frozenset("|>")
 
@@ -321,62 +321,62 @@ class Comment(NamedTuple):
     line: int
     column: int
     text: str
-    alone: bool
+    is_alone: bool
 
 
 def comments_in(text: str) -> Iterator[Comment]:
     """The comments of a text that the parser accepts, in order."""
     taken: dict[int, list[tuple[int, int]]] = defaultdict(list)
-    for event in parser().parse(text):
+    for event in thread_parser().parse(text):
         if hasattr(event, "value"):
-            _take(span_of(event), taken, block=event.style in BLOCK_STYLES)
+            _mark_columns(span_of(event), taken, block=event.style in BLOCK_STYLES)
     for number, line in enumerate(LINE_BREAK.split(text), start=1):
         if "#" not in line:
             continue
         scalars = taken[number]
         for mark in COMMENT_START.finditer(line):
             at = mark.start()
-            before = bisect_right(scalars, (at, REST)) - 1  # of scalars, which stand one behind the other
+            before = bisect_right(scalars, (at, LINE_END_COLUMN)) - 1  # of scalars, which stand one behind the other
             if before < 0 or at >= scalars[before][1]:
                 yield Comment(number, at + 1, line[at:], not line[:at].strip())
                 break
 
 
-def _take(span: Span, taken: dict[int, list[tuple[int, int]]], *, block: bool) -> None:
+def _mark_columns(span: Span, taken: dict[int, list[tuple[int, int]]], *, block: bool) -> None:
     """Marks the columns (0-based) of every line that a scalar takes; the head of a block scalar may have a comment."""
     if block:
         taken[span.line].append((span.column - 1, span.column))
         span = Span(span.line + 1, 1, span.end_line, span.end_column)
     for line in range(span.line, span.end_line + 1):
         first = span.column - 1 if line == span.line else 0
-        taken[line].append((first, span.end_column - 1 if line == span.end_line else REST))
+        taken[line].append((first, span.end_column - 1 if line == span.end_line else LINE_END_COLUMN))
 
 
 # --- Where a value is used: an alias (``*name``) shares the text of its anchor, but stands at a place of its own ------
 
-ANY_SIZE = Limits(*[1 << 40] * len(fields(Limits)))
+NO_LIMITS = Limits(*[1 << 40] * len(fields(Limits)))
 """The text has been read within its limits before."""
 
 
 @dataclass(slots=True)
-class Places:
+class FindingLines:
     """The lines that findings of one file belong to."""
 
     doc: Document
     root: Node | None = field(default=None, init=False)
 
-    def line(self, finding: Diagnostic) -> int:
+    def line_of(self, finding: Diagnostic) -> int:
         """Where a finding is written; of one that was reached through an alias the line of the alias's key."""
         if "*" not in self.doc.text:
             return finding.span.line
         if self.root is None:
-            kept = self.doc.root.children is not None
-            self.root = self.doc.root if kept else read_document(self.doc.text.encode(), "", ANY_SIZE).root
-        alias = _alias(self.root, finding.path)
+            has_tree = self.doc.root.children is not None
+            self.root = self.doc.root if has_tree else read_document(self.doc.text.encode(), "", NO_LIMITS).root
+        alias = _alias_line(self.root, finding.path)
         return finding.span.line if alias is None else alias
 
 
-def _alias(node: Node, path: Path) -> int | None:
+def _alias_line(node: Node, path: Path) -> int | None:
     """The line of the first key on a path whose value stands above it, which only an alias does; 0 in a list."""
     for step in path:
         entry = node.child(step)

@@ -21,7 +21,7 @@ from typing import Any
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import read_file
 
-PLACE = "PIDCFG_CACHE_DIR"
+FOLDER_VARIABLE = "PIDCFG_CACHE_DIR"
 """The variable that names another folder."""
 KERNELS = "kernels"
 """The folder of compiled kernels; to look into it loads no compiler."""
@@ -29,10 +29,10 @@ SHELF_BYTES = 512 << 10
 """How much lies in one of the 256 shelves before its oldest half goes: 128 MiB in all."""
 ENTRY_BYTES = 64 << 10
 """What is larger is not kept."""
-CHECKSUM = 65
+CHECKSUM_BYTES = 65
 """Bytes of a checksum and the line break before it."""
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-ROOT = 0
+ROOT_USER = 0
 """The user to whom the folders above a home belong."""
 
 
@@ -46,8 +46,8 @@ def user_cache() -> Path:
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
-    named = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    return named if named.is_absolute() else Path.home() / ".cache"
+    folder = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return folder if folder.is_absolute() else Path.home() / ".cache"
 
 
 def cache_folder(name: str) -> Path:
@@ -56,7 +56,7 @@ def cache_folder(name: str) -> Path:
     Raises `UnsafeFolderError` where it is not the user's alone, and `OSError` where there can be none.
     """
     try:
-        place = os.environ.get(PLACE)
+        place = os.environ.get(FOLDER_VARIABLE)
         folder = ((Path(place) if place else user_cache() / "pidcfg") / name).resolve()
     except (RuntimeError, ValueError) as error:
         raise OSError(errno.ENOENT, str(error)) from error
@@ -90,7 +90,7 @@ def _refuse_others(part: Path, facts: os.stat_result, user: int, *, last: bool) 
 
     In a folder such as /tmp all may write, but exchange only what is their own: that will do, except for the ``last``.
     """
-    if facts.st_uid not in ({user} if last else {user, ROOT}):
+    if facts.st_uid not in ({user} if last else {user, ROOT_USER}):
         raise UnsafeFolderError(errno.EPERM, f"{part} belongs to another user")
     if facts.st_mode & OTHERS_WRITE and (last or not facts.st_mode & stat.S_ISVTX):
         raise UnsafeFolderError(errno.EPERM, f"others may write to {part}")
@@ -119,63 +119,63 @@ class Store:
 
     def read(self, key: str) -> bytes | None:
         """The bytes that were kept under a key; None where none are whole."""
-        path = self._path(key)
+        path = self._entry_path(key)
         try:
             for part in (path.parent, path):
                 refuse_others(part)
-            text, _, checksum = read_file(path, self._most(key)).rpartition(b"\n")
+            text, _, checksum = read_file(path, self._max_bytes(key)).rpartition(b"\n")
         except OSError:
             return None
-        whole = checksum == hashlib.sha256(text).hexdigest().encode()
+        is_whole = checksum == hashlib.sha256(text).hexdigest().encode()
         head = f"{key}\n".encode()
-        return text.removeprefix(head) if whole and text.startswith(head) else None
+        return text.removeprefix(head) if is_whole and text.startswith(head) else None
 
     def write(self, key: str, data: bytes) -> None:
         """Keeps bytes, unless they are too many; raises `OSError` where that cannot be done."""
         text = f"{key}\n".encode() + data
         if len(data) > self.entry_bytes:
             return
-        path = self._path(key)
+        path = self._entry_path(key)
         path.parent.mkdir(mode=0o700, exist_ok=True)
         refuse_others(path.parent)
         _make_room(path.parent, self.shelf_bytes)
-        _write(path, text + b"\n" + hashlib.sha256(text).hexdigest().encode())
+        _write_file(path, text + b"\n" + hashlib.sha256(text).hexdigest().encode())
 
-    def _path(self, key: str) -> Path:
+    def _entry_path(self, key: str) -> Path:
         return self.folder / key[:2] / key
 
-    def _most(self, key: str) -> int:
-        return len(key) + 1 + self.entry_bytes + CHECKSUM
+    def _max_bytes(self, key: str) -> int:
+        return len(key) + 1 + self.entry_bytes + CHECKSUM_BYTES
 
 
-def _write(path: Path, data: bytes) -> None:
+def _write_file(path: Path, data: bytes) -> None:
     """Puts a whole file in its place, and leaves nothing beside it."""
     from tempfile import NamedTemporaryFile
 
     with NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as stream:
-        beside = Path(stream.name)
+        temporary = Path(stream.name)
         try:
             stream.write(data)
             stream.close()
-            beside.replace(path)
+            temporary.replace(path)
         except OSError:
             stream.close()
-            beside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
             raise
 
 
-def _make_room(shelf: Path, most: int) -> None:
+def _make_room(shelf: Path, max_bytes: int) -> None:
     """Removes the oldest half of a shelf that is full, with what killed writers have left there."""
     with os.scandir(shelf) as entries:
-        found = [(facts.st_mtime, facts.st_size, entry.path) for entry in entries if (facts := _facts(entry))]
-    if sum(size for _, size, _ in found) <= most:
+        files = [(facts.st_mtime, facts.st_size, entry.path) for entry in entries if (facts := _file_status(entry))]
+    if sum(size for _, size, _ in files) <= max_bytes:
         return
-    for _, _, path in sorted(found)[: len(found) // 2 + 1]:
+    for _, _, path in sorted(files)[: len(files) // 2 + 1]:
         with suppress(OSError):
             Path(path).unlink()
 
 
-def _facts(entry: os.DirEntry[str]) -> os.stat_result | None:
+def _file_status(entry: os.DirEntry[str]) -> os.stat_result | None:
     """What is known of a file; None where another run has just removed it."""
     try:
         return entry.stat(follow_symlinks=False)

@@ -35,12 +35,12 @@ HINTS = (
 QUOTE = '"'
 QUOTED = re.compile(r" *(?:- +)*[\w.-]+: +(?P<quote>[\"'])(?P<text>.*)")
 """A value that begins with a quote."""
-CLOSED = {"'": re.compile(r"(?:[^']|'')*'"), '"': re.compile(r'(?:[^"\\]|\\.)*"')}
+CLOSED_QUOTE = {"'": re.compile(r"(?:[^']|'')*'"), '"': re.compile(r'(?:[^"\\]|\\.)*"')}
 """What such a value is up to its end."""
 OTHER_COMMENT = re.compile(r" *(?P<sign>//|\(\*|/\*|--(?= )|;)(?P<text>.*)")
 """A line that is a comment in other languages."""
 TWO_DASHES = re.compile(r" *(?P<dashes>--+) *(?P<rest>[\w.-]+:(?: .*)?)$")
-FAR = 3
+MAX_COLUMN_DISTANCE = 3
 """Columns that a key may stand beside the one that it was to line up with."""
 
 
@@ -72,7 +72,7 @@ def syntax_fault(lines: Sequence[str], problem: str, span: Span, begin: Span | N
         or _other_comment(lines, span.line)
         or _behind_closing(lines, span)
         or _sign_of_yaml(lines, problem, span)
-        or _bracket(lines, problem, span, begin)
+        or _bracket_fault(lines, problem, span, begin)
         or _no_colon(lines, problem, begin)
         or _misplaced_key(lines, span.line)
         or _colon_in_text(lines, problem, span)
@@ -89,18 +89,18 @@ def _merge_marks(lines: Sequence[str]) -> Fault | None:
     return Fault("two versions that were not merged stand here", Span(number, 1, number, 8), cure)
 
 
-def _near(lines: Sequence[str], line: int) -> tuple[int, int]:
+def _nearby_lines(lines: Sequence[str], line: int) -> tuple[int, int]:
     """The written line above a line, and itself: the parser often complains of the next one."""
     return next((k for k in range(line - 1, 0, -1) if lines[k - 1].strip()), line), line
 
 
 def _odd_blank(lines: Sequence[str], line: int) -> Fault | None:
     """The first blank in this line, or in the written one above it, that only looks like a space."""
-    for number in _near(lines, line):
-        found = BLANK.search(_code(lines[number - 1]))
-        if found:
-            message = f"{code_point(found.group())}, {BLANKS[found.group()]}, stands where a space belongs"
-            return Fault(message, _sign(number, found.start()), "replace it with a space")
+    for number in _nearby_lines(lines, line):
+        match = BLANK.search(_without_comment(lines[number - 1]))
+        if match:
+            message = f"{code_point(match.group())}, {BLANKS[match.group()]}, stands where a space belongs"
+            return Fault(message, _sign_span(number, match.start()), "replace it with a space")
     return None
 
 
@@ -108,18 +108,22 @@ def _open_quote(lines: Sequence[str], line: int) -> Fault | None:
     """A value in this line or above it that begins with a quote which does not end in its line."""
     for number in range(1, line + 1):
         match, below = QUOTED.match(lines[number - 1]), "".join(lines[number : number + 1])
-        if match and not CLOSED[match["quote"]].match(match["text"]) and (KEY_LINE.match(below) or not below.strip()):
+        if (
+            match
+            and not CLOSED_QUOTE[match["quote"]].match(match["text"])
+            and (KEY_LINE.match(below) or not below.strip())
+        ):
             quote, at = match["quote"], match.start("quote")
             cure = f"write {quote} at the end of the text"
             if quote == "'" and '"' not in match["text"]:
                 cure += f', or put it into double quotes where the apostrophe is a part of it: "{quote}{match["text"]}"'
-            return Fault(f"the quote {quote} that opens here is not closed", _sign(number, at), cure)
+            return Fault(f"the quote {quote} that opens here is not closed", _sign_span(number, at), cure)
     return None
 
 
 def _other_comment(lines: Sequence[str], line: int) -> Fault | None:
     """The comment of another language in this line, or in the written one above it."""
-    for number in _near(lines, line):
+    for number in _nearby_lines(lines, line):
         match = OTHER_COMMENT.match(lines[number - 1])
         if match:
             sign, at = match["sign"], match.start("sign")
@@ -130,7 +134,7 @@ def _other_comment(lines: Sequence[str], line: int) -> Fault | None:
 
 def _two_dashes(lines: Sequence[str], line: int) -> Fault | None:
     """Two dashes where an item begins with one, in this line or the written one above it."""
-    for number in _near(lines, line):
+    for number in _nearby_lines(lines, line):
         match = TWO_DASHES.match(lines[number - 1])
         if match:
             at = match.start("dashes")
@@ -141,7 +145,7 @@ def _two_dashes(lines: Sequence[str], line: int) -> Fault | None:
 
 def _behind_closing(lines: Sequence[str], span: Span) -> Fault | None:
     """Text behind what a bracket has closed: a unit, a comma, the rest of a sentence."""
-    line = _code(lines[span.line - 1]).rstrip()
+    line = _without_comment(lines[span.line - 1]).rstrip()
     before, rest = line[: span.column - 1].rstrip(), line[span.column - 1 :]
     if not rest or before[-1:] not in CLOSING.values() or rest[0] in "}],#":
         is_comma = rest == "," and before[-1:] in CLOSING.values()
@@ -150,35 +154,35 @@ def _behind_closing(lines: Sequence[str], span: Span) -> Fault | None:
     text = behind[0].strip() if behind else ""
     if not text or ":" in text:
         return None
-    here = KEY_LINE.match(line)
-    value = line[here.end() :] if here else ""
+    key_line = KEY_LINE.match(line)
+    value = line[key_line.end() :] if key_line else ""
     cure = "take it away; a unit stands in 'unit', or behind one number"
-    if here and here["key"] in {"name", "description", "unit"}:
-        cure = f'write {here["key"]}: "{value}"'
+    if key_line and key_line["key"] in {"name", "description", "unit"}:
+        cure = f'write {key_line["key"]}: "{value}"'
     place = Span(span.line, span.column, span.line, span.column + len(text))
     return Fault(f"{text!r} stands behind the closing {before[-1]}", place, cure)
 
 
 def _sign_of_yaml(lines: Sequence[str], problem: str, span: Span) -> Fault | None:
     """A text that begins with, or has in it, what is a sign of YAML."""
-    line = _code(lines[span.line - 1]).rstrip()
-    here = KEY_LINE.match(line)
-    if here is None:
+    line = _without_comment(lines[span.line - 1]).rstrip()
+    key_line = KEY_LINE.match(line)
+    if key_line is None:
         return None
-    value = line[here.end() :].strip()
+    value = line[key_line.end() :].strip()
     if "unknown escape character" in problem:
-        cure = f"write {here['key']}: '{value.strip(QUOTE)}' in single quotes, or \\\\ for \\"
+        cure = f"write {key_line['key']}: '{value.strip(QUOTE)}' in single quotes, or \\\\ for \\"
         return Fault("a backslash in double quotes begins a special character", span, cure)
     if value[:1] in {"|", ">", "?"} and ("comment or line break" in problem or "mapping keys" in problem):
-        cure = f'write {here["key"]}: "{value}"'
+        cure = f'write {key_line["key"]}: "{value}"'
         if value == "?":
-            cure = f"write the value of {here['key']}, or leave the key out"
-        place = _sign(span.line, line.index(value, here.end()))
+            cure = f"write the value of {key_line['key']}, or leave the key out"
+        place = _sign_span(span.line, line.index(value, key_line.end()))
         return Fault(f"a text without quotes cannot begin with {value[0]}", place, cure)
     return None
 
 
-def _bracket(lines: Sequence[str], problem: str, span: Span, begin: Span | None) -> Fault | None:
+def _bracket_fault(lines: Sequence[str], problem: str, span: Span, begin: Span | None) -> Fault | None:
     """What is wrong between brackets and quotes: one that is not closed, another sign for a comma, one too many."""
     here = lines[span.line - 1][span.column - 1 : span.column]
     if problem == "found unexpected ':'":
@@ -189,7 +193,9 @@ def _bracket(lines: Sequence[str], problem: str, span: Span, begin: Span | None)
     if begin and opening in CLOSING and "',' or" in problem:
         if (at := _other_comma(lines[span.line - 1][: span.column])) is not None:
             sign = lines[span.line - 1][at]
-            return Fault(f"{sign!r} stands where a comma belongs", _sign(span.line, at), "write a comma and a space")
+            return Fault(
+                f"{sign!r} stands where a comma belongs", _sign_span(span.line, at), "write a comma and a space"
+            )
         place = f"the {opening} of line {begin.line}, column {begin.column} is still open"
         cure = f"write a comma before this, or {CLOSING[opening]} where what the {opening} opens ends"
         return Fault(f"a comma or the closing {CLOSING[opening]} is missing: {place}", span, cure)
@@ -212,7 +218,7 @@ def _no_colon(lines: Sequence[str], problem: str, begin: Span | None) -> Fault |
     """A line that was to be ``key: value`` without a colon, with another sign for it, or with no space behind it."""
     if begin is None or "could not find expected ':'" not in problem:
         return None
-    line = _code(lines[begin.line - 1]).rstrip()
+    line = _without_comment(lines[begin.line - 1]).rstrip()
     match = ALMOST_KEY.match(line)
     if match is None:
         return None
@@ -221,23 +227,23 @@ def _no_colon(lines: Sequence[str], problem: str, begin: Span | None) -> Fault |
         return _no_space(line, begin.line, at)
     cure = f"write '{match['key']}: {match['value'].removeprefix('-> ') or '…'}'"
     if sign:
-        return Fault(f"{sign!r} stands where a colon belongs", _sign(begin.line, at), cure)
+        return Fault(f"{sign!r} stands where a colon belongs", _sign_span(begin.line, at), cure)
     if match["dash"]:
         dash = match.start("dash")
-        return Fault("no space stands behind the dash", _sign(begin.line, dash), f"write '- {line[dash + 1 :]}'")
+        return Fault("no space stands behind the dash", _sign_span(begin.line, dash), f"write '- {line[dash + 1 :]}'")
     return Fault("no colon stands behind the key", Span(begin.line, begin.column, begin.line, len(line) + 1), cure)
 
 
 def _colon_in_text(lines: Sequence[str], problem: str, span: Span) -> Fault | None:
     """A value without quotes that has a colon and a space in it."""
-    line = _code(lines[span.line - 1]).rstrip()
-    here = KEY_LINE.match(line)
-    value = line[here.end() :].strip() if here else ""
-    if here is None or "mapping values are not allowed" not in problem or ": " not in value or value[0] in "{[\"'":
+    line = _without_comment(lines[span.line - 1]).rstrip()
+    key_line = KEY_LINE.match(line)
+    value = line[key_line.end() :].strip() if key_line else ""
+    if key_line is None or "mapping values are not allowed" not in problem or ": " not in value or value[0] in "{[\"'":
         return None
-    cure = f'write {here["key"]}: "{to_ascii(value)}"'
+    cure = f'write {key_line["key"]}: "{to_ascii(value)}"'
     if value[0] == "(" and value[-1] == ")":
-        cure = f"write {here['key']}: {{{value[1:-1]}}}"
+        cure = f"write {key_line['key']}: {{{value[1:-1]}}}"
     return Fault("a colon and a space stand in a text without quotes", span, cure)
 
 
@@ -250,53 +256,53 @@ def _no_space(line: str, number: int, at: int) -> Fault:
         return Fault("':=' stands where a colon belongs", place, cure)
     if key and not value:
         cure = f"write '{key}: …' with its value, or leave the key out"
-        return Fault(f"no value stands behind '{key}:'", _sign(number, at), cure)
-    return Fault("no space stands behind the colon", _sign(number, at), f"write '{key}: {value}'")
+        return Fault(f"no value stands behind '{key}:'", _sign_span(number, at), cure)
+    return Fault("no space stands behind the colon", _sign_span(number, at), f"write '{key}: {value}'")
 
 
-def _sign(number: int, at: int) -> Span:
+def _sign_span(number: int, at: int) -> Span:
     """The place of one sign, whose offset is counted from 0."""
     return Span(number, at + 1, number, at + 2)
 
 
-def _code(line: str) -> str:
+def _without_comment(line: str) -> str:
     """A line without its comment."""
     return re.sub(r"(?:^|(?<=\s))#.*", "", line)
 
 
 def _misplaced_key(lines: Sequence[str], line: int) -> Fault | None:
     """A key in this line that stands beside the column of the keys that it seems to belong to."""
-    here = KEY_LINE.match(lines[line - 1])
-    if here is None:
+    key_line = KEY_LINE.match(lines[line - 1])
+    if key_line is None:
         return None
-    column = len(here["dashes"]) + 1
+    column = len(key_line["dashes"]) + 1
     open_keys = _open_keys(lines, line)
     if any(column == other for other, _, _ in open_keys):
         return None
-    place = Span(line, column, line, column + len(here["key"]))
+    place = Span(line, column, line, column + len(key_line["key"]))
     left = next((row for row in open_keys if row[0] < column), None)
     right = next((row for row in reversed(open_keys) if row[0] > column), None)
     if left and right:
         between = " and ".join(f"{key!r} (line {number}, column {other})" for other, key, number in (left, right))
         return Fault(
-            f"{here['key']!r} begins in column {column}, between {between}", place, "line it up with one of them"
+            f"{key_line['key']!r} begins in column {column}, between {between}", place, "line it up with one of them"
         )
     nearest = left or right
-    if nearest is None or abs(nearest[0] - column) > FAR:
+    if nearest is None or abs(nearest[0] - column) > MAX_COLUMN_DISTANCE:
         return None
     other, key, number = nearest
     if key.startswith("-"):
         text = lines[number - 1].strip().removeprefix("-")
-        return Fault("no space stands behind the dash", _sign(number, other - 1), f"write '- {text}'")
+        return Fault("no space stands behind the dash", _sign_span(number, other - 1), f"write '- {text}'")
     step = f"{abs(other - column)} space{'s' * (abs(other - column) > 1)}"
     cure = f"line them up: {f'add {step}' if other > column else f'take {step} away'} here, or move the other"
-    message = f"{here['key']!r} begins in column {column}, {key!r} of line {number} in column {other}"
+    message = f"{key_line['key']!r} begins in column {column}, {key!r} of line {number} in column {other}"
     return Fault(message, place, cure)
 
 
 def _open_keys(lines: Sequence[str], line: int) -> list[tuple[int, str, int]]:
     """Keys above a line that it may stand beside or below: column, name and line, the innermost first."""
-    found: list[tuple[int, str, int]] = []
+    keys: list[tuple[int, str, int]] = []
     narrowest = None
     for number in range(line - 1, 0, -1):
         match = KEY_LINE.match(lines[number - 1])
@@ -304,8 +310,8 @@ def _open_keys(lines: Sequence[str], line: int) -> list[tuple[int, str, int]]:
             continue
         column = len(match["dashes"]) + 1
         if narrowest is None or column < narrowest:
-            found.append((column, match["key"], number))
+            keys.append((column, match["key"], number))
             narrowest = column if "-" not in match["dashes"] else len(match["dashes"].partition("-")[0]) + 1
         if narrowest == 1:
             break
-    return found
+    return keys

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from pidcfg.text.paths import Data
 
-IN_QUOTES = re.compile(rf"[{CONTROL}]|#(?=#\w*\[)")
+ESCAPED_SIGNS = re.compile(rf"[{CONTROL}]|#(?=#\w*\[)")
 """Control characters that JSON, and YAML in double quotes, may hold as they are; and what begins an order in a log."""
 WIDTH = 110
 FLOW_ENDINGS = frozenset("?:")
@@ -40,7 +40,7 @@ def json_line(data: object) -> str:
 
 def _without_controls(text: str) -> str:
     """JSON or YAML whose control characters are all escapes; outside of quoted texts there is none."""
-    return IN_QUOTES.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
+    return ESCAPED_SIGNS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
 
 
 def yaml_text(data: Data) -> str:
@@ -50,13 +50,13 @@ def yaml_text(data: Data) -> str:
     yaml = YAML()
     yaml.width = 1000
     yaml.indent(mapping=2, sequence=4, offset=2)
-    yaml.representer.add_representer(Number, _number)
+    yaml.representer.add_representer(Number, _represent_number)
     out = io.StringIO()
     yaml.dump(_in_flow_style(data), out)
     return _without_controls(out.getvalue())
 
 
-def _number(representer: BaseRepresenter, text: Number) -> ScalarNode:
+def _represent_number(representer: BaseRepresenter, text: Number) -> ScalarNode:
     """A node whose tag is the one that its text means to any reader, so that it needs neither quotes nor a tag."""
     from ruamel.yaml.nodes import ScalarNode
     from ruamel.yaml.resolver import VersionedResolver
@@ -81,7 +81,7 @@ def _in_flow_style(value: object, *, flow: bool = False) -> object:
         if short:
             sequence.fa.set_flow_style()
         return sequence
-    if isinstance(value, str) and IN_QUOTES.search(value):
+    if isinstance(value, str) and ESCAPED_SIGNS.search(value):
         return DoubleQuotedScalarString(value)
     if flow and isinstance(value, str) and FLOW_ENDINGS.intersection(value):
         return SingleQuotedScalarString(value)

@@ -556,7 +556,7 @@ ALL_FORMS: tuple[Form, ...] = ("P", "PI", "PID")
 PI_PID: tuple[Form, ...] = ("PI", "PID")
 ANY_LAG: tuple[Model, ...] = ("first-order", "integrating")
 ANY_MODEL: tuple[Model, ...] = ("first-order", "second-order", "integrating")
-IAE = NEXTOPID.at("Minimization of Integral of Absolute Error")
+IAE = NEXTOPID.cite("Minimization of Integral of Absolute Error")
 
 
 def _fitted_rule(
@@ -587,7 +587,7 @@ after_disturbances, after_steps = least_error_after_disturbances, least_error_af
 CHIEN, CHR_RANGE = "Chien, Hrones and Reswick, ", (0.11, 1.0)
 # fmt: off
 METHOD_ROWS = (
-    Method("synthesis", "a closed-loop time constant that you choose", NEXTOPID.at("Synthesis Method"), PI_PID,
+    Method("synthesis", "a closed-loop time constant that you choose", NEXTOPID.cite("Synthesis Method"), PI_PID,
            synthesis, needs=("gain", "time_constant", "closed_loop"), aims=True),
     _fitted_rule("iae-disturbance", "least absolute error after disturbances", IAE, ALL_FORMS,
                  after_disturbances(DISTURBANCE)),

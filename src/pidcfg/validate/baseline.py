@@ -12,7 +12,7 @@ from typing import NamedTuple
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
-from pidcfg.text.source import Comment, Places, comments_in, read_document
+from pidcfg.text.source import Comment, FindingLines, comments_in, read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import LISTED, ignorable, rules, suggestion, unusable
 from pidcfg.validate.fixes import line_break, splice
@@ -261,10 +261,10 @@ def suppress(findings: Sequence[Diagnostic], doc: Document) -> Suppressed:
     kept: list[Diagnostic] = []
     ignored: list[Ignored] = []
     used: dict[int, set[str]] = defaultdict(set)
-    places = Places(doc)
+    places = FindingLines(doc)
     by_place = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
     for d in findings:
-        match = by_place.get((places.line(d), d.code)) if ignorable(d) else None
+        match = by_place.get((places.line_of(d), d.code)) if ignorable(d) else None
         if match is None:
             kept.append(d)
         else:
@@ -281,13 +281,13 @@ def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
     ignores: list[_Ignore] = []
     problems: list[Diagnostic] = []
     comments = list(comments_in(doc.text))
-    below = _lines_below({comment.line for comment in comments if comment.alone}, doc.lines)
+    below = _lines_below({comment.line for comment in comments if comment.is_alone}, doc.lines)
     for comment in comments:
         first = DIRECTIVE.match(comment.text)
         for match in DIRECTIVE.finditer(comment.text):
             span = _part(comment, match.start(), match.end())
             if match.start() and match["word"].lower() == WORD:
-                if first or not comment.alone:
+                if first or not comment.is_alone:
                     problems.append(_problem("PID045", "an ignore begins its comment", doc, span, ONE))
                 continue
             codes = _codes_of(match)
@@ -297,7 +297,7 @@ def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
             elif not codes:
                 problems.append(_problem("PID045", "the comment names no code to ignore", doc, span, FORM))
             else:
-                target = below[comment.line] if comment.alone else comment.line
+                target = below[comment.line] if comment.is_alone else comment.line
                 whole = match.start() == 0 and match.end() == len(comment.text)
                 codes_once = tuple(dict.fromkeys(codes))
                 ignores.append(_Ignore(comment, span, target, codes_once, match["reason"].strip(), whole))
@@ -340,7 +340,7 @@ def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool, n
         elif checked:
             unused.append(code)
     if unused:
-        where = "the next line" if ignore.comment.alone else "this line"
+        where = "the next line" if ignore.comment.is_alone else "this line"
         message = f"{', '.join(unused)}: no such finding on {where}"
         yield _problem("PID043", message, doc, ignore.span, "delete it", _without(ignore, set(unused), doc))
     if not ignore.reason:
@@ -373,7 +373,7 @@ def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ..
     if ignore.reason:
         remark = f"# {ignore.reason}"
         return () if DIRECTIVE.search(remark) else (Edit(ignore.span, remark),)
-    if ignore.comment.alone and line < len(doc.lines):
+    if ignore.comment.is_alone and line < len(doc.lines):
         return (Edit(Span(line, 1, line + 1, 1), ""),)
     return (Edit(Span(line, len(row[: column - 1].rstrip()) + 1, line, len(row) + 1), ""),)
 
@@ -384,7 +384,7 @@ def ignore_edit(doc: Document, finding: Diagnostic, reason: str) -> Edit | None:
     The comment stands at the end of the line, or above it where there is another comment. None where the finding cannot
     be ignored, or where no comment can be put without changing what the file says.
     """
-    line = Places(doc).line(finding) if ignorable(finding) and doc.data is not None else 0
+    line = FindingLines(doc).line_of(finding) if ignorable(finding) and doc.data is not None else 0
     if not 0 < line <= len(doc.lines):
         return None
     ignores = _read_comments(doc)[0] if HINT.search(doc.text) else []

@@ -16,7 +16,7 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.document import Document, Plain
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import Files, Limits, source_data
-from pidcfg.text.signs import QUOTES, code_point, in_curly_quotes, same_word, to_ascii
+from pidcfg.text.signs import QUOTES, code_point, is_curly_quoted, same_word, to_ascii
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import is_to_check, lines
@@ -111,7 +111,7 @@ def odd_texts(doc: Document) -> list[Diagnostic]:
     if not (CUT_OFF.search(doc.text) or any(sign in doc.text for sign in QUOTES)):
         return []
     texts = [*_plain_texts(doc.data, ())]
-    quoted = [_quotes_warning(doc, path, text) for path, text in texts if in_curly_quotes(text)]
+    quoted = [_quotes_warning(doc, path, text) for path, text in texts if is_curly_quoted(text)]
     cut = [_cut_warning(doc, path, text, rest) for path, text in texts if (rest := _rest(doc, path))]
     return quoted + cut
 

@@ -12,7 +12,7 @@ from typing import Any
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import LINE_BREAK, Document, Plain, same_places, span_of
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, has_key, put, value_at
+from pidcfg.text.paths import Path, has_key, set_value, value_at
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import ignorable, unusable
@@ -316,12 +316,12 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], after: M
             place = _Target.of(doc, path)
             quote = place.quote if " " in text else ""
             edits.append(Edit(place.value, f"{quote}{text}{quote}"))
-            put(wanted, path, text if quote else Plain(text))
+            set_value(wanted, path, text if quote else Plain(text))
         else:
             neighbour = after[path]
             text_beside = _Target.of(doc, neighbour).beside(doc, str(path[-1]), text)
             added[neighbour] = added.get(neighbour, "") + text_beside
-            put(wanted, path, Plain(text))
+            set_value(wanted, path, Plain(text))
     edits += [Edit(_Target.of(doc, key).end(doc), text) for key, text in added.items()]
     mark = BOM if data.startswith(BOM) else b""
     made = mark + splice(doc.text, edits).encode()

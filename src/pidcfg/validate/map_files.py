@@ -16,7 +16,7 @@ from pidcfg.encoders.modbus_map import (
     read_symbol_map,
 )
 from pidcfg.text.diagnostics import Diagnostic, Severity
-from pidcfg.text.reader import UNNAMED, may_be_quoted, read_other, reader_of, refusal, source_data
+from pidcfg.text.reader import UNNAMED, may_be_quoted, read_failure, read_other, reader_of, source_data
 from pidcfg.vendors import format_of
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def named_map(document: Document | None, reader: Reader) -> MapFile | None:
     except (OSError, ValueError) as error:
         span = document.locate(PATH)
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
-        raise UnusableMapError(f"{refusal(name, error)}: {cure}", document.file, span.line, span.column) from None
+        raise UnusableMapError(f"{read_failure(name, error)}: {cure}", document.file, span.line, span.column) from None
     return map_of_data(data, name, document.limits)._replace(quoted=may_be_quoted(reader, document.file, name))
 
 

@@ -258,7 +258,7 @@ def _comma(doc: Document, path: Path) -> str | None:
         return f"write [{number[1:]}, {str(path[-1])[:-1]}]: a list stands in square brackets"
     if not (number[-1:].isdigit() and str(path[-1])[:1].isdigit()):
         return None
-    help_text = numbers.cure(f"{number},{path[-1]}")
+    help_text = numbers.number_cure(f"{number},{path[-1]}")
     return help_text and f"{help_text}; {number},{path[-1]} inside braces is two keys"
 
 
@@ -337,7 +337,11 @@ def _wording(error: ErrorDetails, path: Path, model: type[BaseModel]) -> tuple[s
         return f"{_below(path)}{key} is missing", f"add {key}" + (f": {text}" if text else "") + dash
     message = _plain_wording(kind, context, key, value) or f"{key}: {error['msg'].lower()}"
     cure = context.get("help") or _shape(kind, key, value, model_at(model, error["loc"]))
-    if text and cure and ("without decimals" in cure or (cure == numbers.ANY and re.match(r"[0-9] \w+, [0-9] ", text))):
+    if (
+        text
+        and cure
+        and ("without decimals" in cure or (cure == numbers.WRITE_ONE_NUMBER and re.match(r"[0-9] \w+, [0-9] ", text)))
+    ):
         cure = f"{cure}: {text}"
     return message, f"{cure}; {text}" if kind == "boolean_form" and text and cure == EITHER else cure
 

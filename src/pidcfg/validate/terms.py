@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.schemas.base import SIDES, is_scaled, unit_text, units_of
 from pidcfg.schemas.document import models_in
-from pidcfg.schemas.numbers import NUMBER, WITH_UNIT, range_of
-from pidcfg.schemas.terms import BANDS, DIRECTION, ENDS, WORDS, leaves
+from pidcfg.schemas.numbers import NUMBER, WITH_UNIT, range_cure
+from pidcfg.schemas.terms import BAND_WORDS, DIRECTION, PAIR_ENDS, WORDS, leaves
 from pidcfg.text.document import Plain
 from pidcfg.text.paths import value_at
 from pidcfg.text.signs import fold_word
@@ -82,7 +82,7 @@ def foreign_key(key: str, root: type[BaseModel], place: Path) -> Foreign | None:
     if own is None or place[:1] != ("loops",) or fold_word(key) in {fold_word(_last(k)) for k in _keys(own)}:
         return None
     word = key.casefold().replace("-", "_").replace(" ", "_")
-    if word in BANDS:
+    if word in BAND_WORDS:
         return Foreign(_known(GAIN, own), _of_band(own))
     if word in REPEATS:
         return Foreign(_known(RESET, own), "60 / repeats per minute is the time in s")
@@ -101,8 +101,8 @@ def pair_for(key: str, known: Sequence[str]) -> str | None:
 
 def shown(target: str, place: Path) -> str:
     """A key of a loop as it is written at a place of it."""
-    section, _, last = target.removesuffix(ENDS[0]).removesuffix(ENDS[1]).rpartition(".")
-    pair = ": [low, high]" * target.endswith(ENDS)
+    section, _, last = target.removesuffix(PAIR_ENDS[0]).removesuffix(PAIR_ENDS[1]).rpartition(".")
+    pair = ": [low, high]" * target.endswith(PAIR_ENDS)
     here = ".".join(step for step in place[1:] if isinstance(step, str))
     return f"{section}: {{{last}{pair or ': …'}}}" if section not in {here, ""} else f"{last}{pair}"
 
@@ -120,7 +120,7 @@ AMBIGUOUS = {"value", "low", "high", "limits", "range", "unit", "low_low", "high
 
 
 def _last(key: str) -> str:
-    return key.removesuffix(ENDS[0]).removesuffix(ENDS[1]).rpartition(".")[2]
+    return key.removesuffix(PAIR_ENDS[0]).removesuffix(PAIR_ENDS[1]).rpartition(".")[2]
 
 
 @cache
@@ -129,7 +129,7 @@ def _keys(vendor: str) -> Mapping[str, None]:
     keys: dict[str, None] = {}
     for model in models_in(VENDORS[vendor].model.model_fields["loops"].annotation):
         for key, is_pair in leaves(model):
-            keys |= dict.fromkeys((key.partition(".")[0], key, *(f"{key}{end}" for end in ENDS if is_pair)))
+            keys |= dict.fromkeys((key.partition(".")[0], key, *(f"{key}{end}" for end in PAIR_ENDS if is_pair)))
     return keys
 
 
@@ -297,7 +297,7 @@ def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iter
         value = value_at(doc.data, place)
         items = enumerate(value) if isinstance(value, list) else [(None, value)]
         for i, item in items:
-            if not isinstance(item, str) or range_of(item) is not None:
+            if not isinstance(item, str) or range_cure(item) is not None:
                 continue
             path = place if i is None else (*place, i)
             said = stated_number(vendor, value_at(doc.data, path[:2]), path[2:], item)

@@ -29,7 +29,7 @@ from pidcfg.output.reporting import (
     processing_time,
     run_input,
 )
-from pidcfg.text.processes import Crew
+from pidcfg.text.processes import WorkerPool
 from pidcfg.validate.engine import Checked, check_document, is_scenario
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def _read_inputs(
     def make(*arguments: Any) -> InputReader:
         return replace(InputReader(*arguments), progress=part)
 
-    for one in Crew(jobs, InputReader, given).results_soon(entries, processing_time, make):
+    for one in WorkerPool(jobs, InputReader, given).results_soon(entries, processing_time, make):
         done += 1
         part(0.0)
         if isinstance(one, RunInput):

@@ -201,7 +201,7 @@ def run_all(
     scenarios: Sequence[Document], how: Mapping[str, object], trend: TextIO | None, detail: Detail, jobs: int
 ) -> Iterator[SimulateResult]:
     """Runs the scenarios, here or in several processes; the line on the terminal shows how many are done."""
-    from pidcfg.text.processes import Crew
+    from pidcfg.text.processes import WorkerPool
 
     here, done = {doc.file: doc for doc in scenarios}, 0
 
@@ -214,7 +214,7 @@ def run_all(
 
     LINE.update(f"simulating {Path(scenarios[0].file).name}" if scenarios else "simulating")
     items = [doc if doc.file == name_of(STDIN) else doc.file for doc in scenarios]
-    for result in Crew(jobs, Runner, (how,)).results_soon(items, lambda result: result.outcome.effort, runner):
+    for result in WorkerPool(jobs, Runner, (how,)).results_soon(items, lambda result: result.outcome.effort, runner):
         note_read(result.outcome.config)
         note_read(result.outcome.reference)
         detail.ran(result.outcome)

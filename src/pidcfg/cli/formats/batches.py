@@ -10,7 +10,7 @@ from pidcfg.cli.formats.findings import text as findings_text
 from pidcfg.cli.formats.runs import FAILED, METRIC_UNITS, NOT_PROVEN, Case, document, entry, figure_text, table
 from pidcfg.output.runs import batches_data
 from pidcfg.text.diagnostics import Severity
-from pidcfg.text.signs import one_line
+from pidcfg.text.signs import to_one_line
 from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
@@ -47,9 +47,9 @@ def _section(outcome: BatchOutcome, written: Mapping[tuple[str, int], str], *, t
     found = outcome.certification
     findings = findings_text(outcome.findings, outcome.documents, brief=not tables).rstrip("\n")
     if found is None:
-        return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
+        return f"{to_one_line(outcome.file)}: cannot run\n\n{findings}\n"
     head = (
-        f"{one_line(found.scenario)}\n  {one_line(f'{outcome.file} runs {outcome.config}')}\n"
+        f"{to_one_line(found.scenario)}\n  {to_one_line(f'{outcome.file} runs {outcome.config}')}\n"
         f"  {found.samples:,} samples of seed {found.seed}; each bound holds by itself, at 95 % confidence\n"
     )
     parts = [
@@ -101,7 +101,7 @@ def _shortfall(one: Share) -> str:
     if one.passed or one.wanted is None:
         return ""
     said = f"{figure(one.share)} % of {one.samples:,} samples, so at least {figure(one.bound)} %; {one.wants}"
-    return f"  {one_line(f'{one.text}: {said}')}\n"
+    return f"  {to_one_line(f'{one.text}: {said}')}\n"
 
 
 def _metrics(found: Certification) -> str:

@@ -15,7 +15,7 @@ from pidcfg.cli.plots import chart_text
 from pidcfg.conversion import KINDS_BY_HARM, LOSSES, text_of
 from pidcfg.conversion.operation import PREFIX
 from pidcfg.output.conversion import SEVERAL
-from pidcfg.text.signs import one_line
+from pidcfg.text.signs import to_one_line
 from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
@@ -240,7 +240,7 @@ def _rules_in_brief(result: ConvertResult) -> list[str]:
     """What the target's rules say about a result that is no error: in words where it is little, else by code."""
     rows = said_once(result.faults)
     if len(rows) <= FEW_FINDINGS:
-        findings = (fill(f"  {one_line(row)}", NARROW, subsequent_indent="    ") for row in rows)
+        findings = (fill(f"  {to_one_line(row)}", NARROW, subsequent_indent="    ") for row in rows)
         return [f"what the rules of {result.target} say about the result:", *findings]
     codes = ", ".join(sorted({d.code for d in result.faults}))
     said = f"the rules of {result.target} warn of {len(result.faults)} things ({codes}); -v and `validate` say of which"
@@ -264,7 +264,7 @@ def conversion_text(result: ConvertResult) -> str:
         lines += ["", f"what the rules of {result.target} say about the result:"]
         for d in result.faults:
             where = f" [{d.loop}]" if d.loop else ""
-            said = f"  {d.severity.label} {d.code}: {one_line(d.message + where)}"
+            said = f"  {d.severity.label} {d.code}: {to_one_line(d.message + where)}"
             lines.append(fill(said, WIDTH, subsequent_indent="    "))
     return "\n".join(lines) + "\n"
 
@@ -367,8 +367,8 @@ def _line(change: Change, width: int = WIDTH) -> str:
         values = text_of(change.target)
     error = f" ({_error(change)})" if change.error_percent else ""
     mark = "!" if _is_marked(change) else " "
-    texts = [f" {mark}{change.kind:<8} {change.field}: {one_line(values)}{error}"]
-    texts += [f"             {one_line(change.note)}"] if change.note else []
+    texts = [f" {mark}{change.kind:<8} {change.field}: {to_one_line(values)}{error}"]
+    texts += [f"             {to_one_line(change.note)}"] if change.note else []
     return "\n".join(
         fill(text, width, subsequent_indent=" " * 15, break_long_words=False, break_on_hyphens=False) for text in texts
     )
@@ -486,7 +486,7 @@ def differences_text(result: DiffResult) -> str:
     same = [entry.loop for entry in result.loops if entry.same and entry.loop and not (entry.missing or entry.operated)]
     if same:
         lines += ["", f"the same: {', '.join(same)}"]
-    lines = [one_line(line) for line in lines]
+    lines = [to_one_line(line) for line in lines]
     if result.verified is not None:
         lines += ["", verdict_text(result.verified, pictures=False).rstrip()]
     return "\n".join(lines) + "\n"
@@ -505,7 +505,7 @@ HEADER = ("", "| risk | key | before → after | register | |", "|---|---|---|--
 
 def differences_markdown(result: DiffResult) -> str:
     """Tables for a pull request."""
-    lines = [one_line(f"### PID loops: `{result.before}` → `{result.after}`")]
+    lines = [to_one_line(f"### PID loops: `{result.before}` → `{result.after}`")]
     for entry in result.loops:
         heading = _heading(entry)
         rows = [_difference_cells(d, d.risk) for d in entry.differences if not d.other_word_only]

@@ -16,7 +16,7 @@ from pidcfg.output.findings import counts, findings_data
 from pidcfg.text.diagnostics import Severity, words_of
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import one_line, printable, width_of
+from pidcfg.text.signs import to_one_line, to_printable, width_of
 from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ MARKS = re.compile(r"[\\|]|(?<=\])\(")
 
 def cell(text: str) -> str:
     """Text that stays in its cell of a Markdown table, and is no picture or link there."""
-    return MARKS.sub(r"\\\g<0>", one_line(text)).replace("&", "&amp;").replace("<", "&lt;")
+    return MARKS.sub(r"\\\g<0>", to_one_line(text)).replace("&", "&amp;").replace("<", "&lt;")
 
 
 @frozen
@@ -207,7 +207,7 @@ def _blocks(
     for group in groups:
         severity = group[0].severity
         if severity is Severity.INFO and (infos or (shared and len(group) > 1)):
-            rows.append(f"{one_line(_row_of(group))}\n")
+            rows.append(f"{to_one_line(_row_of(group))}\n")
         elif short and severity is Severity.WARNING:
             blocks.append(f"{_short(group)}\n")
         else:
@@ -256,7 +256,7 @@ def _block(group: Sequence[Diagnostic], doc: Document | None) -> str:
         if value
     ]
     lines += [f"      = also: {row}" for row in _further(group)]
-    return "\n".join(map(one_line, lines)) + "\n"
+    return "\n".join(map(to_one_line, lines)) + "\n"
 
 
 def _short(group: Sequence[Diagnostic]) -> str:
@@ -265,7 +265,7 @@ def _short(group: Sequence[Diagnostic]) -> str:
     lines = [f"{_head(d)} [{d.loop}]" if d.loop else _head(d)]
     lines += [f"      = cure: {d.help}"] if d.help else []
     lines += [f"      = also: {_places(others, d.file)}"] if others else []
-    return "\n".join(map(one_line, lines)) + "\n"
+    return "\n".join(map(to_one_line, lines)) + "\n"
 
 
 def _further(group: Sequence[Diagnostic]) -> list[str]:
@@ -298,7 +298,7 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     rows = doc.lines if doc else []
     if not 0 < d.span.line <= len(rows) or not rows[d.span.line - 1].strip():
         return []
-    row, start = printable(rows[d.span.line - 1]), d.span.column - 1
+    row, start = to_printable(rows[d.span.line - 1]), d.span.column - 1
     end = d.span.end_column - 1 if d.span.end_line == d.span.line else len(row.rstrip())
     begin = max(0, start - MAX_LINE // 2) if len(row) > MAX_LINE else 0
     row = row[begin : begin + MAX_LINE]
@@ -312,7 +312,7 @@ def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0, left_o
     n = counts(findings)
     parts = [f"{n[s]} {s.label}{'s' if n[s] != 1 else ''}" for s in n]
     others = f"; {skipped} without a pidcfg key skipped" if skipped else ""
-    others += f"; {one_line(left_out)}" if left_out else ""
+    others += f"; {to_one_line(left_out)}" if left_out else ""
     return f"{files} file{'s' if files != 1 else ''} checked: {', '.join(parts)}{others}"
 
 

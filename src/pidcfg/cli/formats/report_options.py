@@ -11,7 +11,7 @@ import click
 from pidcfg.cli.console import echo_json, echo_xml, note, show, show_ci_commands, show_lines
 from pidcfg.cli.formats import Kind, formats_of, load
 from pidcfg.cli.inputs import identity, one_file, was_read
-from pidcfg.text.signs import printable
+from pidcfg.text.signs import to_printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -154,7 +154,7 @@ def write_reports(
 
 def _text(fmt: str, render: Callable[[str], str]) -> str:
     """A report without control characters; JSON and XML have their own ways."""
-    return render(fmt) if load(fmt).kind in {Kind.JSON, Kind.XML} else printable(render(fmt))
+    return render(fmt) if load(fmt).kind in {Kind.JSON, Kind.XML} else to_printable(render(fmt))
 
 
 def put(fmt: str, text: str, *, aside: bool = False) -> None:

@@ -20,7 +20,7 @@ from pidcfg.cli.formats.findings import (
     uri,
 )
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
-from pidcfg.text.signs import printable
+from pidcfg.text.signs import to_printable
 from pidcfg.text.writer import json_text
 from pidcfg.validate import page
 from pidcfg.validate.catalog import rule_of, text_of, url_of
@@ -59,7 +59,7 @@ def findings_concise(findings: Findings) -> str:
         f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code} {' '.join(sentence(d).split())}"
         for d in findings.reported
     )
-    return "".join(printable(row).replace("\n", " ") + "\n" for row in rows)
+    return "".join(to_printable(row).replace("\n", " ") + "\n" for row in rows)
 
 
 CONCISE = Format("people and editors: one line a finding", "txt", Kind.PLAIN, findings_concise)
@@ -143,7 +143,7 @@ def _place(d: Diagnostic) -> dict[str, str]:
 
 def escape_data(text: str, table: dict[str, str]) -> str:
     """Text whose special characters are written as GitHub's runner reads them back; other control characters go."""
-    return printable("".join(table.get(c, c) for c in text))
+    return to_printable("".join(table.get(c, c) for c in text))
 
 
 GITHUB = Format("annotations in GitHub Actions; the default there", "github", Kind.ORDERS, findings_github)

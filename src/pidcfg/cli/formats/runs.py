@@ -16,7 +16,7 @@ from pidcfg.sim.judgement.meters import METRICS, SWING_METRICS
 from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import CONTROL, one_line, pad_left, pad_right, width_of
+from pidcfg.text.signs import CONTROL, pad_left, pad_right, to_one_line, width_of
 from pidcfg.text.writer import json_text
 from pidcfg.validate.catalog import rule_of
 
@@ -51,7 +51,7 @@ def _run_section(outcome: Outcome, *, tables: bool) -> str:
     report = outcome.report
     findings = findings_text(outcome.findings, outcome.documents, brief=not tables).rstrip("\n")
     if report is None:
-        return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
+        return f"{to_one_line(outcome.file)}: cannot run\n\n{findings}\n"
     parts = [_head(outcome, report, tables=tables), findings and f"{findings}\n", _verdicts(outcome, report)]
     if tables:
         parts += [_judged(report), _happenings(report), _tables(report, outcome), _flags(report)]
@@ -65,8 +65,8 @@ def _head(outcome: Outcome, report: Report, *, tables: bool) -> str:
     if not report.running:
         words.append("the loop task is off, no loop is calculated")
     lines = [
-        one_line(report.scenario),
-        f"  {one_line(f'{outcome.file} runs {outcome.config}')}",
+        to_one_line(report.scenario),
+        f"  {to_one_line(f'{outcome.file} runs {outcome.config}')}",
         f"  {report.duration:g} s in steps of {report.step:g} s{steady}{engine}",
         *([f"  {', '.join(words)}"] if words else []),
     ]
@@ -245,7 +245,7 @@ def remarks(outcomes: Sequence[Outcome], fmt: str, trend: str | None) -> Iterato
 def in_a_line(outcome: Outcome) -> str:
     """A scenario's file, and how its run went."""
     line = "cannot run" if outcome.report is None else run_verdict_line(outcome, outcome.report)
-    return f"{one_line(outcome.file)}: {line}"
+    return f"{to_one_line(outcome.file)}: {line}"
 
 
 def run_verdict_line(outcome: Outcome, report: Report) -> str:
@@ -286,7 +286,7 @@ def value_text(value: object) -> str:
 
 def table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
     """Aligned columns; the first ``right`` ones and all after ``left`` to the right."""
-    rows = [[one_line(cell) for cell in row] for row in rows]
+    rows = [[to_one_line(cell) for cell in row] for row in rows]
     widths = [max(map(width_of, column)) for column in zip(*rows, strict=True)]
     lines = []
     for row in rows:

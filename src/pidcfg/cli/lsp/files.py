@@ -218,7 +218,7 @@ class Files:
         doc = read_document(data, path)
         base = Analysis(uri, one.version, one.buffer, doc)
         if not is_for_pidcfg(path, data, DEFAULT.listing_bytes):
-            return replace(base, document=doc.bare())
+            return replace(base, document=doc.without_data())
         one.good = one.good if doc.data is None else doc
         found, checked = judge(doc, self.reader)
         findings, remark = as_validated(found, doc)

@@ -40,7 +40,7 @@ from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.encoders.parameters import Entry, Parameter, Program
 from pidcfg.encoders.regmap import writer_of
 from pidcfg.encoders.structured_text import comment_text, literal, opening, settings_text, wrap_call
-from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, Call, DpideFile, Loop, LoopSettings, place_of
+from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, Call, DpideFile, Loop, LoopSettings, device_range
 from pidcfg.text.references import Decision
 
 OFFERED = ("PV", "MV", "PID_RUN", "PID_MAN", "PID_MODE")
@@ -268,7 +268,7 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
     """What no file does by itself: devices, the direction, and where the instruction stands."""
     if not config.loops:
         return ()
-    blocks = ", ".join(f"{loop.name} {place_of('I_MV', loop.device)}" for loop in config.loops)
+    blocks = ", ".join(f"{loop.name} {device_range('I_MV', loop.device)}" for loop in config.loops)
     items = [
         f"nothing else in the program may use the registers of I_MV: {blocks}",
         f"direction of control: {'; '.join(_direction(loop) for loop in config.loops)}",
@@ -313,7 +313,7 @@ def _direction(loop: Loop) -> str:
 def _without_device(loop: Loop) -> list[str]:
     """Operands that the PLC may write and that have no device in the file."""
     written = [*OUTSIDE, *(WRITTEN_BY_AUTOTUNE if loop.PID_MODE == 1 else ()), *(["MOUT"] if loop.MOUT_AUTO else [])]
-    return [name for name in written if name != "I_MV" and name not in loop.devices.given()]
+    return [name for name in written if name != "I_MV" and name not in loop.devices.by_operand()]
 
 
 # --- Where the operands of DPIDE may stand in a Delta AS: those with a device, and those that a map names -------------
@@ -363,7 +363,7 @@ def points(program: Program) -> Symbols:
 def _of_loop(program: Program, entry: object) -> Iterator[Point]:
     settings = LoopSettings.model_validate(entry)
     loop = settings.loop
-    devices = settings.devices.given() | {"I_MV": settings.device}
+    devices = settings.devices.by_operand() | {"I_MV": settings.device}
     held = {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
     values = {row.name: held.get(row.name, row.type.default) for row in DPIDE_TABLE.rows}
     for row in DPIDE_TABLE.rows:

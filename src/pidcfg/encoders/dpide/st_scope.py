@@ -31,8 +31,8 @@ from pidcfg.encoders.structured_text import (
     statement,
     tokens_of,
 )
-from pidcfg.schemas.dpide import BLOCK, parse_flag_device, parse_register
-from pidcfg.schemas.iec import BOOL, REAL, IecType, Timed
+from pidcfg.schemas.dpide import BLOCK_REGISTERS, parse_flag_device, parse_register
+from pidcfg.schemas.iec import BOOL, REAL, IecType, TimeNumber
 from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
 
@@ -348,9 +348,11 @@ class Scope:
         wanted = SAME_TYPE.get(row.type.name, frozenset((row.type.name,)))
         if row.name == "I_MV" and declared.type and declared.type[0].upper == "ARRAY":
             taken = len(registers_of(" ".join(token.text for token in declared.type), symbol.device or "D0"))
-            if taken >= BLOCK:
+            if taken >= BLOCK_REGISTERS:
                 return
-            raise at.error(f"I_MV takes {BLOCK} registers; {symbol.name} has {taken} (line {declared.name.line})")
+            raise at.error(
+                f"I_MV takes {BLOCK_REGISTERS} registers; {symbol.name} has {taken} (line {declared.name.line})"
+            )
         if kind not in wanted:
             types = " or ".join(sorted(wanted))
             raise at.error(
@@ -428,7 +430,7 @@ def _value(tokens: Sequence[Token]) -> tuple[bool | int | float, str]:
     number = number_of(token)
     if isinstance(number, bool):
         return number, "bool"
-    if isinstance(number, Timed):
+    if isinstance(number, TimeNumber):
         return float(number), "time"
     if signed and tokens[0].text == "-":
         number = -number

@@ -23,13 +23,13 @@ from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
 from pidcfg.encoders.parameter_files import content_of, read_csv, read_json, safe_cell
 from pidcfg.encoders.parameters import Entry, Parameter, Program, content_text
 from pidcfg.schemas.base import parse_name
-from pidcfg.schemas.dpide import parse_flag_device, parse_register, place_of
+from pidcfg.schemas.dpide import device_range, parse_flag_device, parse_register
 from pidcfg.schemas.iec import BOOL
 from pidcfg.schemas.numbers import NUMBER
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
-from pidcfg.text.signs import printable
+from pidcfg.text.signs import to_printable
 
 # --- The operand table: a row an operand with device, value and unit, for people who enter a DPIDE instruction --------
 #
@@ -70,7 +70,7 @@ def unit_of(row: Parameter, settings: Settings, *, dependent: bool) -> str:
     if row.name == "Ti_Ki":
         return "s" if dependent else "1/s"
     unit = settings.get(row.unit, {}).get("unit") or "" if row.unit in {"pv", "output"} else row.unit
-    return safe_cell(printable(" ".join(str(unit).split())))
+    return safe_cell(to_printable(" ".join(str(unit).split())))
 
 
 def read_operands(text: str) -> Listing:
@@ -223,7 +223,7 @@ def symbols(image: Program) -> Iterator[Symbol]:
 
 
 def _registers(operand: str, device: str) -> range:
-    place = place_of(operand, device) if device else None
+    place = device_range(operand, device) if device else None
     return range(place.first, place.last + 1) if place is not None and place.bank == "D" else range(0)
 
 
@@ -238,7 +238,7 @@ def identifier(loop: str, operand: str) -> str:
 def _comment(row: Parameter, settings: Settings, *, dependent: bool) -> Iterator[str]:
     yield f"{row.name}: {row.title}"
     if row.name == "I_MV":
-        yield f"30 registers {place_of(row.name, settings['device'])}"
+        yield f"30 registers {device_range(row.name, settings['device'])}"
     if unit := unit_of(row, settings, dependent=dependent):
         yield unit
 

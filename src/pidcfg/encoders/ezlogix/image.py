@@ -30,7 +30,7 @@ from pidcfg.schemas.ezlogix import (
     CV_FULL,
     DISCRETES,
     REGISTERS,
-    WORD_MOST,
+    WORD_MAX,
     EzlogixFile,
     Loop,
     LoopSettings,
@@ -110,7 +110,7 @@ TIMES = ("tuning.integral_time", "tuning.derivative_time")
 """Times of terms that 0 switches off."""
 PV_WORDS = ("setpoint", "deadband", "setpoint_low", "setpoint_high")
 """Registers on the PV's scale."""
-WHOLE_REGISTER = (0, WORD_MOST)
+WHOLE_REGISTER = (0, WORD_MAX)
 """Counts of a PV that is scaled by the ladder program."""
 ALWAYS = frozenset({"mode", *TIMES})
 """Fields that are written even where they are defaults."""

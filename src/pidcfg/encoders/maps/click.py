@@ -22,7 +22,7 @@ from pidcfg.encoders.regmap import (
 )
 from pidcfg.schemas import click as limits
 from pidcfg.schemas.base import Limits
-from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS, OUTPUTS
+from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS, OUTPUT_RANGES
 from pidcfg.schemas.click import ERRORS as ERROR_LIST
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import CLICK, CLICK_ADDRESSES, Decision
@@ -32,9 +32,9 @@ from pidcfg.text.references import CLICK, CLICK_ADDRESSES, Decision
 # A loop has three blocks, each at an address of its own: C bits, DS integers and DF floats. ``suffix`` is what the
 # PLC's own nicknames add to the loop's name.
 
-ADDRESSES = CLICK_ADDRESSES.at("PID Address Descriptions")
-MODES = CLICK.at("Manual Mode, Auto Mode, Autotune Mode")
-ALARMS = CLICK.at("PV Alarm")
+ADDRESSES = CLICK_ADDRESSES.cite("PID Address Descriptions")
+MODES = CLICK.cite("Manual Mode, Auto Mode, Autotune Mode")
+ALARMS = CLICK.cite("PV Alarm")
 
 D102 = Decision(
     102,
@@ -72,8 +72,8 @@ SPACE = Space(
 # fmt: off
 ALL_BANKS = {
     # bank    numbers                data type
-    "X":   (OUTPUTS,                 "BIT"),
-    "Y":   (OUTPUTS,                 "BIT"),
+    "X":   (OUTPUT_RANGES,                 "BIT"),
+    "Y":   (OUTPUT_RANGES,                 "BIT"),
     "C":   ((BITS[1:3],),            "BIT"),
     "T":   (((1, 500),),             "BIT"),
     "CT":  (((1, 250),),             "BIT"),
@@ -170,7 +170,7 @@ C_BLOCK = RegisterMap(
         Word(5,  "freeze_bias",                     "freeze_bias",                          FLAG,        "", "Freeze bias (anti-windup)",        "-", ADDRESSES, suffix="_EN_AntiWindup"),
         Word(6,  "autotune_method",                 "autotune.method",                      OPEN_CLOSED, "", "Autotune open or closed loop",     "-", D100, suffix="_SEL_AutotuneMthd"),
         Word(7,  "autotune_type",                   "autotune.type",                        PID_PI,      "", "Autotune PID or PI",               "-", D100, suffix="_SEL_AutotunePIDPI"),
-        Word(8,  "bumpless_mode",                   "bumpless",                             BUMPLESS,    "", "Bumpless transfer mode 1 or 2",    "-", CLICK.at("Bumpless Transfer (Cn+08)"), suffix="_SEL_BumplessMode"),
+        Word(8,  "bumpless_mode",                   "bumpless",                             BUMPLESS,    "", "Bumpless transfer mode 1 or 2",    "-", CLICK.cite("Bumpless Transfer (Cn+08)"), suffix="_SEL_BumplessMode"),
         Word(9,  "action",                          "action",                               ACTION,      "", "Forward (direct) or reverse action", "-", D100, suffix="_SEL_DirectReverse"),
         Word(11, "filter_enable",                   "pv.filter_enabled",                    FLAG,        "", "PV input filter enable",           "-", ADDRESSES, suffix="_EN_PV_InputFiltr"),
         Word(12, "pv_alarm_enable",                 "alarms.pv.enabled",                    FLAG,        "", "PV alarm enable",                  "-", ALARMS, suffix="_EN_PV_Alarm"),
@@ -197,10 +197,10 @@ DS_BLOCK = RegisterMap(
     label="DSn+{:02d}",
     words=(
         Word(0,  "error_code",                      None,                                   WHOLE,        "",   "PID error number, the lowest active", "-", ERROR_LIST, "status", suffix="_PID_ErrorCode"),
-        Word(5,  "sample_rate",                     "sample_rate",                          MILLISECONDS, "s",  "Sample rate in ms",                  "-", CLICK.at("Sample Rate(TS)"), suffix="_SampleRate"),
-        Word(6,  "derivative_gain_limit",           "derivative_gain_limit",                WHOLE,        "",   "Derivative gain limit factor",       "-", CLICK.at("Derivative Gain Limit"), suffix="_DerivativeLmt"),
-        Word(7,  "pwm_period",                      "output.pwm.period",                    WHOLE,        "s",  "PWM time period",                    "-", CLICK.at("PWM Control"), suffix="_PWM_Period"),
-        Word(8,  "filter",                          "pv.filter",                            WHOLE,        "%",  "PV filter constant",                 "-", CLICK.at("PV Filter"), suffix="_PV_InputFiltr"),
+        Word(5,  "sample_rate",                     "sample_rate",                          MILLISECONDS, "s",  "Sample rate in ms",                  "-", CLICK.cite("Sample Rate(TS)"), suffix="_SampleRate"),
+        Word(6,  "derivative_gain_limit",           "derivative_gain_limit",                WHOLE,        "",   "Derivative gain limit factor",       "-", CLICK.cite("Derivative Gain Limit"), suffix="_DerivativeLmt"),
+        Word(7,  "pwm_period",                      "output.pwm.period",                    WHOLE,        "s",  "PWM time period",                    "-", CLICK.cite("PWM Control"), suffix="_PWM_Period"),
+        Word(8,  "filter",                          "pv.filter",                            WHOLE,        "%",  "PV filter constant",                 "-", CLICK.cite("PV Filter"), suffix="_PV_InputFiltr"),
     ),
 ).filled(D102)
 
@@ -209,30 +209,30 @@ DF_BLOCK = RegisterMap(
     size=25,
     label="DFn+{:02d}",
     words=(
-        Word(0,  "setpoint",                        "setpoint.value",                       FLOAT,       "pv",   "Setpoint (SP)",                   "-", CLICK.at("Setpoint (DFn+00)"), suffix="_SP"),
-        Word(1,  "setpoint_lower",                  "setpoint.lower_limit",                 FLOAT,       "pv",   "SP lower limit",                  "-", CLICK.at("Setpoint Upper and Lower Limits"), suffix="_SP_LimitLower"),
-        Word(2,  "setpoint_upper",                  "setpoint.upper_limit",                 FLOAT,       "pv",   "SP upper limit",                  "-", CLICK.at("Setpoint Upper and Lower Limits"), suffix="_SP_LimitUpper"),
-        Word(3,  "deadband",                        "error.deadband",                       FLOAT,       "pv",   "Error deadband",                  "-", CLICK.at("Error Deadband Option"), suffix="_ErrorDeadband"),
+        Word(0,  "setpoint",                        "setpoint.value",                       FLOAT,       "pv",   "Setpoint (SP)",                   "-", CLICK.cite("Setpoint (DFn+00)"), suffix="_SP"),
+        Word(1,  "setpoint_lower",                  "setpoint.lower_limit",                 FLOAT,       "pv",   "SP lower limit",                  "-", CLICK.cite("Setpoint Upper and Lower Limits"), suffix="_SP_LimitLower"),
+        Word(2,  "setpoint_upper",                  "setpoint.upper_limit",                 FLOAT,       "pv",   "SP upper limit",                  "-", CLICK.cite("Setpoint Upper and Lower Limits"), suffix="_SP_LimitUpper"),
+        Word(3,  "deadband",                        "error.deadband",                       FLOAT,       "pv",   "Error deadband",                  "-", CLICK.cite("Error Deadband Option"), suffix="_ErrorDeadband"),
         Word(4,  "bias",                            "state.bias",                           FLOAT,       "%",    "Bias",                            "-", ADDRESSES, "status", suffix="_Bias"),
-        Word(5,  "proportional_gain",               "tuning.proportional_gain",             FLOAT,       "",     "Proportional gain (P)",           "-", CLICK.at("Proportional Gain (DFn+05)"), suffix="_P"),
-        Word(6,  "reset_time",                      "tuning.reset_time",                    FLOAT,       "s",    "Integral or reset time (I)",      "-", CLICK.at("Integral or Reset Time (DFn+06)"), suffix="_I"),
-        Word(7,  "derivative_gain",                 "tuning.derivative_gain",               FLOAT,       "s",    "Derivative gain (D)",             "-", CLICK.at("Derivative Gain (DFn+07)"), suffix="_D"),
-        Word(8,  "output",                          "state.output",                         FLOAT,       "%",    "Control output (CO)",             "-", CLICK.at("Control Output (DFn+08)"), "status", suffix="_CO"),
-        Word(9,  "output_lower",                    "output.limits.0",                      FLOAT,       "%",    "CO lower limit",                  "-", CLICK.at("Control Output (DFn+08)"), suffix="_CO_LimitLower"),
-        Word(10, "output_upper",                    "output.limits.1",                      FLOAT,       "%",    "CO upper limit",                  "-", CLICK.at("Control Output (DFn+08)"), suffix="_CO_LimitUpper"),
-        Word(11, "raw_pv",                          "state.raw_pv",                         FLOAT,       "pv",   "Raw process variable",            "-", CLICK.at("Raw Process Variable (DFn+11)"), "status", suffix="_PV_Raw"),
-        Word(12, "pv",                              "state.pv",                             FLOAT,       "pv",   "Process variable, filtered",      "-", CLICK.at("Raw Process Variable (DFn+11)"), "status", suffix="_PV"),
+        Word(5,  "proportional_gain",               "tuning.proportional_gain",             FLOAT,       "",     "Proportional gain (P)",           "-", CLICK.cite("Proportional Gain (DFn+05)"), suffix="_P"),
+        Word(6,  "reset_time",                      "tuning.reset_time",                    FLOAT,       "s",    "Integral or reset time (I)",      "-", CLICK.cite("Integral or Reset Time (DFn+06)"), suffix="_I"),
+        Word(7,  "derivative_gain",                 "tuning.derivative_gain",               FLOAT,       "s",    "Derivative gain (D)",             "-", CLICK.cite("Derivative Gain (DFn+07)"), suffix="_D"),
+        Word(8,  "output",                          "state.output",                         FLOAT,       "%",    "Control output (CO)",             "-", CLICK.cite("Control Output (DFn+08)"), "status", suffix="_CO"),
+        Word(9,  "output_lower",                    "output.limits.0",                      FLOAT,       "%",    "CO lower limit",                  "-", CLICK.cite("Control Output (DFn+08)"), suffix="_CO_LimitLower"),
+        Word(10, "output_upper",                    "output.limits.1",                      FLOAT,       "%",    "CO upper limit",                  "-", CLICK.cite("Control Output (DFn+08)"), suffix="_CO_LimitUpper"),
+        Word(11, "raw_pv",                          "state.raw_pv",                         FLOAT,       "pv",   "Raw process variable",            "-", CLICK.cite("Raw Process Variable (DFn+11)"), "status", suffix="_PV_Raw"),
+        Word(12, "pv",                              "state.pv",                             FLOAT,       "pv",   "Process variable, filtered",      "-", CLICK.cite("Raw Process Variable (DFn+11)"), "status", suffix="_PV"),
         Word(13, "pv_low_low",                      "alarms.pv.low_low",                    FLOAT,       "pv",   "PV low-low alarm limit",          "-", ALARMS, suffix="_LMT_LowLow"),
         Word(14, "pv_low",                          "alarms.pv.low",                        FLOAT,       "pv",   "PV low alarm limit",              "-", ALARMS, suffix="_LMT_Low"),
         Word(15, "pv_high",                         "alarms.pv.high",                       FLOAT,       "pv",   "PV high alarm limit",             "-", ALARMS, suffix="_LMT_High"),
         Word(16, "pv_high_high",                    "alarms.pv.high_high",                  FLOAT,       "pv",   "PV high-high alarm limit",        "-", ALARMS, suffix="_LMT_HighHigh"),
         Word(17, "deviation_high",                  "alarms.deviation.high",                FLOAT,       "pv",   "Deviation high alarm limit",      "-", ALARMS, suffix="_LMT_DevHigh"),
         Word(18, "deviation_high_high",             "alarms.deviation.high_high",           FLOAT,       "pv",   "Deviation high-high alarm limit", "-", ALARMS, suffix="_LMT_DevHighHigh"),
-        Word(19, "rate_of_change",                  "alarms.rate_of_change",                FLOAT,       "pv/sample", "Rate-of-change alarm limit", "-", CLICK.at("Use PV Rate of Change (Cn+14)"), suffix="_LMT_RateChange"),
-        Word(20, "hysteresis",                      "alarms.hysteresis",                    FLOAT,       "pv",   "PV alarm hysteresis",             "-", CLICK.at("PV Alarm Hysteresis (DFn+20)"), suffix="_ALM_Hysteresis"),
+        Word(19, "rate_of_change",                  "alarms.rate_of_change",                FLOAT,       "pv/sample", "Rate-of-change alarm limit", "-", CLICK.cite("Use PV Rate of Change (Cn+14)"), suffix="_LMT_RateChange"),
+        Word(20, "hysteresis",                      "alarms.hysteresis",                    FLOAT,       "pv",   "PV alarm hysteresis",             "-", CLICK.cite("PV Alarm Hysteresis (DFn+20)"), suffix="_ALM_Hysteresis"),
         Word(21, "autotune_hysteresis",             "autotune.hysteresis",                  FLOAT,       "%",    "Autotune output hysteresis",      "-", D101, suffix="_AutotuneHyst"),
-        Word(22, "pv_lower",                        "pv.range.0",                           FLOAT,       "pv",   "PV lower limit (process range)",  "-", CLICK.at("PV Upper and Lower Limits"), suffix="_PV_LimitLower"),
-        Word(23, "pv_upper",                        "pv.range.1",                           FLOAT,       "pv",   "PV upper limit (process range)",  "-", CLICK.at("PV Upper and Lower Limits"), suffix="_PV_LimitUpper"),
+        Word(22, "pv_lower",                        "pv.range.0",                           FLOAT,       "pv",   "PV lower limit (process range)",  "-", CLICK.cite("PV Upper and Lower Limits"), suffix="_PV_LimitLower"),
+        Word(23, "pv_upper",                        "pv.range.1",                           FLOAT,       "pv",   "PV upper limit (process range)",  "-", CLICK.cite("PV Upper and Lower Limits"), suffix="_PV_LimitUpper"),
     ),
 ).filled(D102)
 
@@ -300,18 +300,21 @@ SETPOINT_CROSSED = next(error.number for error in ERRORS if error.above is not N
 OUTPUT_BELOW_ZERO = next(error.number for error in ERRORS if error.register == "output_lower")
 
 WRITTEN = (
-    Written("raw_pv", "live", "the program", CLICK.at("Raw Process Variable (DFn+11)")),
+    Written("raw_pv", "live", "the program", CLICK.cite("Raw Process Variable (DFn+11)")),
     Written(
-        "output", "live", "the PLC in Auto; in Manual the operator or the program", CLICK.at("Control Output (DFn+08)")
+        "output",
+        "live",
+        "the PLC in Auto; in Manual the operator or the program",
+        CLICK.cite("Control Output (DFn+08)"),
     ),
     Written(
-        "bias", "live", "the PLC: a CLICK loop always has an integral", CLICK.at("Freeze Bias (Anti-Windup) (Cn+05)")
+        "bias", "live", "the PLC: a CLICK loop always has an integral", CLICK.cite("Freeze Bias (Anti-Windup) (Cn+05)")
     ),
     Written(
         "setpoint",
         "operated",
         "the operator or the program; the PLC, beyond a limit that is enabled",
-        CLICK.at("Setpoint Upper and Lower Limits"),
+        CLICK.cite("Setpoint Upper and Lower Limits"),
     ),
     Written("mode", "live", "the operator or the program, by requests", MODES),
     *(
@@ -380,10 +383,10 @@ WORDS = {
     "alarm_deviation_high_high": Meaning(f"The PV is further from the set point than DFn+18 allows, above or below. {ALARM}", "", (), ALARMS),
     "alarm_rate_of_change": Meaning("The PV changed by more within one sample than DFn+19 allows.",
                                     "A broken sensor or wire jumps like this; if the signal is only noisy, filter it.",
-                                    (), CLICK.at("Use PV Rate of Change (Cn+14)")),
+                                    (), CLICK.cite("Use PV Rate of Change (Cn+14)")),
     "bias": Meaning("The integral: the part of the output that holds the set point at rest."),
     "output": Meaning("What the loop gives to the actuator. Read only in Auto; in Manual the operator writes it.",
-                      "", (), CLICK.at("Control Output (DFn+08)")),
+                      "", (), CLICK.cite("Control Output (DFn+08)")),
     "raw_pv": Meaning("The measurement as the program writes it here; the loop controls this value."),
     "pv": Meaning("The measurement behind the PV filter; without the filter the same as DFn+11."),
 }

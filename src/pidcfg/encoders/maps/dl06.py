@@ -21,7 +21,7 @@ from pidcfg.encoders.codecs import (
     is_raw,
 )
 from pidcfg.encoders.regmap import D345, WORD, Bank, Bits, Meaning, RegisterMap, Space, TunedWords, Word, Written
-from pidcfg.schemas.base import HIGHEST, RESET_UNIT, v_name
+from pidcfg.schemas.base import LAST_V_ADDRESS, RESET_UNIT, v_name
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import DL06, Decision
 
@@ -105,12 +105,12 @@ class Source:
 # the controller. ``read`` is the manual's column "Read on the Fly": ``*`` alarm words are read when their enable bit
 # goes from 0 to 1, ``**`` words at a change of the PLC's mode.
 
-TABLE = DL06.at("Loop Table Word Definitions")
-SETUP = DL06.at("Establishing the Loop Table Size and Location")
-RAMP_TABLE = DL06.at("Ramp/Soak Table")
-TRANSFER = DL06.at("PV Auto Transfer (Addr + 36) from I/O Module Base/Slot/Channel Option")
-OUTPUT_TRANSFER = DL06.at("Auto Transfer to Analog I/O")
-FLAGS = DL06.at("Ramp / Soak Table Flags (Addr + 33)")
+TABLE = DL06.cite("Loop Table Word Definitions")
+SETUP = DL06.cite("Establishing the Loop Table Size and Location")
+RAMP_TABLE = DL06.cite("Ramp/Soak Table")
+TRANSFER = DL06.cite("PV Auto Transfer (Addr + 36) from I/O Module Base/Slot/Channel Option")
+OUTPUT_TRANSFER = DL06.cite("Auto Transfer to Analog I/O")
+FLAGS = DL06.cite("Ramp / Soak Table Flags (Addr + 33)")
 
 D01 = Decision(
     1,
@@ -148,7 +148,7 @@ D16 = Decision(
     "largest PV, so that 70.7 % of the set point's scale is the root of it, and no PV reaches more.",
 )
 
-SPACE = Space((Bank("V", 0, HIGHEST, WORD, octal=True),))
+SPACE = Space((Bank("V", 0, LAST_V_ADDRESS, WORD, octal=True),))
 
 UNSIGNED_12, UNSIGNED_15, UNSIGNED_16 = Binary(0x0FFF), Binary(0x7FFF), Binary(0xFFFF)
 SIGNED_12, SIGNED_15 = SignMagnitude(0x0FFF), SignMagnitude(0x7FFF)
@@ -376,9 +376,9 @@ CPU = Cpu(
 )
 
 
-SOURCES = DL06.at("Data Sources")
-TUNE = DL06.at("Open-Loop Auto Tuning, Closed-Loop Auto Tuning")
-RUNS = DL06.at("Loop Modes")
+SOURCES = DL06.cite("Data Sources")
+TUNE = DL06.cite("Open-Loop Auto Tuning, Closed-Loop Auto Tuning")
+RUNS = DL06.cite("Loop Modes")
 WRITTEN = (
     Written("pv", "live", "the ladder program, or the PLC by auto transfer (+36)", SOURCES),
     Written("output", "live", "the PLC in Automatic and Cascade; in Manual the operator or the program", RUNS),
@@ -386,7 +386,7 @@ WRITTEN = (
         "bias",
         "live",
         "the PLC; the program too, for feedforward",
-        DL06.at("Bias Term"),
+        DL06.cite("Bias Term"),
         lambda values: values["tuning.reset"] not in RESET_OFF,
     ),
     Written("bias", "compared", "the program", D345),
@@ -404,12 +404,12 @@ WRITTEN = (
 #
 # Keys are the register's name and the lowest bit of the row in the register map; names and bits stand there.
 
-ERROR_FLAGS_BASIS = DL06.at("PID Error Flags, V7642")
-MODES = DL06.at("Mode / Alarm Monitoring Word (Addr + 06)")
-TROUBLE = DL06.at("Troubleshooting Tips")
-ALARM_ERROR = DL06.at("Alarm Programming Error")
-TUNING = DL06.at("Auto Tuning error")
-RAMP_ERRORS = DL06.at("Ramp/Soak Table Programming Error Flags (Addr + 35)")
+ERROR_FLAGS_BASIS = DL06.cite("PID Error Flags, V7642")
+MODES = DL06.cite("Mode / Alarm Monitoring Word (Addr + 06)")
+TROUBLE = DL06.cite("Troubleshooting Tips")
+ALARM_ERROR = DL06.cite("Alarm Programming Error")
+TUNING = DL06.cite("Auto Tuning error")
+RAMP_ERRORS = DL06.cite("Ramp/Soak Table Programming Error Flags (Addr + 35)")
 
 NO_LOOP = "The loop task does not run: no loop is calculated, in any mode."
 STOPS = "This stops the machine: in Program mode the outputs are off and the loops that follow the CPU are in Manual."
@@ -448,7 +448,7 @@ BIT_MEANINGS = {
                                    WAIT, (), D04),
     ("mode_setting_2", 7): Meaning("Starts the auto-tune: it takes the output over and moves the plant. Off again when "
                                    "it is done.", "Stay at the plant while it runs; bits 12 and 13 of +06 tell how it "
-                                   "goes.", (), DL06.at("PID Mode Setting 2 Bit Descriptions (Addr + 01)")),
+                                   "goes.", (), DL06.cite("PID Mode Setting 2 Bit Descriptions (Addr + 01)")),
     ("mode_setting_2", 8): Meaning("The CPU's own clock; nothing to do with the plant."),
 
     ("mode_and_alarm_status", 0): Meaning(

@@ -11,8 +11,8 @@ from pidcfg.text.references import DPIDE, Decision
 
 # --- DPIDE operands: a table only, in the order of the instruction ----------------------------------------------------
 
-TABLE = DPIDE.at("parameter settings")
-REMARKS = DPIDE.at("Additional remarks")
+TABLE = DPIDE.cite("parameter settings")
+REMARKS = DPIDE.cite("Additional remarks")
 
 D253 = Decision(
     253,
@@ -93,7 +93,7 @@ LOOPS = NamedLoops(
     devices=lambda loop: loop.devices.given() | {"I_MV": loop.device},
 )
 
-MODES = DPIDE.at("The diagram of switching to PID_MAN / MOUT_AUTO")
+MODES = DPIDE.cite("The diagram of switching to PID_MAN / MOUT_AUTO")
 WRITTEN = (
     Written("PV", "live", "the program: it is an input, the measurement", TABLE),
     Written("MV", "live", "the PLC", TABLE),

@@ -24,9 +24,9 @@ from pidcfg.text.references import EZLOGIX, Decision
 
 # --- EZLogix registers and discretes: tables only, offsets from the base in decimal as the manual prints them ---------
 
-MODE = EZLOGIX.at("PID Loop Mode")
-OPTIONS = EZLOGIX.at("Options")
-BASE = EZLOGIX.at("Base Register Tag, Base Discrete Tag")
+MODE = EZLOGIX.cite("PID Loop Mode")
+OPTIONS = EZLOGIX.cite("Options")
+BASE = EZLOGIX.cite("Base Register Tag, Base Discrete Tag")
 
 D153 = Decision(
     153,
@@ -160,7 +160,7 @@ def counts_format(low: int, high: int) -> Format:
 CV = counts_format(0, CV_FULL)
 
 WRITTEN = (
-    Written("setpoint", "operated", "the operator or the program", EZLOGIX.at("PID Monitor")),
+    Written("setpoint", "operated", "the operator or the program", EZLOGIX.cite("PID Monitor")),
     Written("mode", "live", "the operator or the program", MODE),
     Written("autotune_timeout", "compared", "an autotune, which counts it down", AUTOTUNE),
     *(

@@ -206,7 +206,7 @@ MOST_SAMPLES = 100
 TUNED = TunedParameters(
     BLOCK_TYPES["PIDA_REAL"].table, ("Kp", "Ti_Ki", "Td_Kd"), "Direct FALSE", "Direct TRUE", dependent=("Indep", False)
 )
-INPUTS = NEXTOPID.at("Input Parameters")
+INPUTS = NEXTOPID.cite("Input Parameters")
 SIGNAL = "signals"
 """What stands for the name of a signal."""
 WRITTEN = (
@@ -225,9 +225,9 @@ WRITTEN = (
 # What the bits of the NextoPID blocks mean for the plant: tables only. The bits themselves stand in the blocks'
 # tables.
 
-ERRORS = NEXTOPID.at("ErrBits - Fatal Error Indication Bits")
-WARNINGS = NEXTOPID.at("WarnBits - Warning Indication Bits")
-RESULTS = NEXTOPID.at("AutoTuneResult")
+ERRORS = NEXTOPID.cite("ErrBits - Fatal Error Indication Bits")
+WARNINGS = NEXTOPID.cite("WarnBits - Warning Indication Bits")
+RESULTS = NEXTOPID.cite("AutoTuneResult")
 
 D325 = Decision(
     325,

@@ -33,7 +33,7 @@ from pidcfg.schemas.iec import BOOL, REAL, Identifier, IecType, Wire, real_text,
 from pidcfg.schemas.nextopid import Block, Controller, Item, Loop, Move, NextopidFile, OutputText, Pida, Plc, PvText
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Data, Path, put, steps, value_at
+from pidcfg.text.paths import Data, Path, parse_path, set_value, value_at
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import closest_name
 
@@ -197,7 +197,7 @@ class Placed:
     def given(self) -> Iterator[tuple[Parameter, Any]]:
         """Its inputs with what the file says or the default is; those that are left to the program around have none."""
         for row in self.kind.inputs:
-            value = value_at(self.item, steps(row.name))
+            value = value_at(self.item, parse_path(row.name))
             if value is not None:
                 yield row, f"AUTOTUNE_{value}" if row.type.kind == "word" else value
 
@@ -261,7 +261,7 @@ def encode(config: NextopidFile) -> NextopidEncoding:
         entries.append(Entry(name, types[name], content, name))
     for i, block in enumerate(items):
         for row, value in block.given():
-            place = (*block.place, *steps(row.name))
+            place = (*block.place, *parse_path(row.name))
             raw: Content | Wire = value
             if isinstance(value, Wire):
                 misfit = _wire(layout, wires, (i, row), value)
@@ -461,7 +461,7 @@ def _item(item: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal
             raise DecodeError(f"{item.name}.{row.name}: {content!r} is not a value of {row.type.name}")
         if content is not None and (_kept(kind, row.name) or content != row.type.default):
             text = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _plain(content)
-            put(data, steps(row.name), text)
+            set_value(data, parse_path(row.name), text)
     sections = {"pv": file_data(PvText, dict(item.pv)), "output": file_data(OutputText, dict(item.output))}
     return data | {key: section for key, section in sections.items() if section}
 

@@ -49,7 +49,7 @@ from pidcfg.schemas.expressions import (
     SIGNAL,
     TRUTH,
 )
-from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, IecType, Timed, Wire, parse_identifier
+from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, IecType, TimeNumber, Wire, parse_identifier
 from pidcfg.text.paths import Data
 from pidcfg.text.signs import closest_name
 
@@ -526,7 +526,7 @@ class Wiring:
             raise token.error(f"{token.text} cannot stand in an expression")
         self.emit(CONSTANT, len(self.constants))
         self.constants.append(float(value))
-        return TIME_KIND if isinstance(value, Timed) else WHOLE_KIND if isinstance(value, int) else REAL_KIND
+        return TIME_KIND if isinstance(value, TimeNumber) else WHOLE_KIND if isinstance(value, int) else REAL_KIND
 
     def signal(self, name: str) -> None:
         """The value of a name."""

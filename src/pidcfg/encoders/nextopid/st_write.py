@@ -25,7 +25,7 @@ from pidcfg.schemas.expressions import (
     DIVIDE,
     EQUALITIES,
     FUNCTIONS,
-    JOINTS,
+    JOIN_LEVELS,
     MAX_LENGTH,
     MAXIMUM,
     MINIMUM,
@@ -50,10 +50,10 @@ from pidcfg.text.frozen import frozen
 # What is printed here reads back to the same code, so that no sum is taken in another order: `print_expression` sets
 # parentheses wherever the order of evaluation is not the one that the language has by itself.
 
-EQUALITY, COMPARISON, SUM, PRODUCT, SIGN, ATOM = range(len(JOINTS), len(JOINTS) + 6)
+EQUALITY, COMPARISON, SUM, PRODUCT, SIGN, ATOM = range(len(JOIN_LEVELS), len(JOIN_LEVELS) + 6)
 """How tightly a text binds; what words join binds less."""
 OPERATORS = {
-    **{op: (word, rank) for rank, level in enumerate(JOINTS) for word, op in level.items()},
+    **{op: (word, rank) for rank, level in enumerate(JOIN_LEVELS) for word, op in level.items()},
     **{op: (sign, EQUALITY) for sign, op in EQUALITIES.items()},
     **{op: (sign, COMPARISON) for sign, op in COMPARISONS.items()},
     ADD: ("+", SUM),

@@ -26,7 +26,7 @@ from pidcfg.schemas.expressions import (
     TWO_OPERANDS,
     Expression,
     ExpressionError,
-    Typed,
+    TypedParser,
     lengths_of,
 )
 from pidcfg.schemas.iec import IecType
@@ -156,9 +156,9 @@ class Layout:
             raise ExpressionError(
                 "this is a number; a BOOL is wanted", 0, f"write {'true' if text == '1' else 'false'}"
             )
-        parser = Typed(text, self.numbers, self._lengths, types=self.kinds.__getitem__)
+        parser = TypedParser(text, self.numbers, self._lengths, types=self.kinds.__getitem__)
         expression = parser.read()
-        parser.expect(parser.operands[-1], wanted)
+        parser.expect_kind(parser.operands[-1], wanted)
         fault = never_a_value(expression)
         if fault is not None:
             raise ExpressionError(f"{fault}: {text!r} has no value", 0, "correct the numbers")

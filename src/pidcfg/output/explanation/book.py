@@ -11,7 +11,7 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.output.explanation import Page, Point
 from pidcfg.output.explanation.page import Placement, choice_text, choices_text, key_text, label
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import pad_left, pad_right, printable, width_of
+from pidcfg.text.signs import pad_left, pad_right, to_printable, width_of
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def as_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
         first, *rest = wrap(line.meaning, max(WIDTH - at, NARROWEST), break_on_hyphens=False) or [""]
         out.append("  ".join([*cells, first]).rstrip())
         out += [" " * at + text for text in rest]
-    return printable("\n".join(out) + "\n")
+    return to_printable("\n".join(out) + "\n")
 
 
 # --- A vendor's tables as records of one form: what is known of a register, a bit, a number, a parameter or a key -----

@@ -17,7 +17,7 @@ from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import has_key, steps, value_at
+from pidcfg.text.paths import has_key, parse_path, value_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -417,7 +417,7 @@ class Configured:
         word = next(w for w in block.table.words if w.offset == offset)
         rows = [row for row in block.table.bits if row.offset == offset and row.access == "setting"]
         paths = [path for path in (word.path, *(row.path for row in rows)) if path is not None]
-        origins = [o for path in paths if (o := self.origin((*block.place, *steps(path)), block.loop))]
+        origins = [o for path in paths if (o := self.origin((*block.place, *parse_path(path)), block.loop))]
         raw = block.encoded.words[offset]
         return Placement(block.table, word, block.loop, self._scaling(block), raw, tuple(origins))
 
@@ -433,13 +433,13 @@ class Configured:
         for key in ("loops", "blocks", "signals"):
             for i, item in enumerate((self.document.data or {}).get(key) or ()):
                 if isinstance(item, dict) and item.get("name") == entry.address.removesuffix(f".{entry.field}"):
-                    origin = self.origin((key, i, *steps(entry.field)), entry.loop)
+                    origin = self.origin((key, i, *parse_path(entry.field)), entry.loop)
                     return replace(page, loop=entry.loop, origins=(origin,) if origin else ())
         return replace(page, loop=entry.loop)
 
     def origins(self, key: str, *, in_loops: bool) -> list[Origin]:
         """The lines that give a key, of every loop or of the file."""
-        path = steps(key)
+        path = parse_path(key)
         if not in_loops:
             return [origin] if (origin := self.origin(path, None)) else []
         lines = [self.origin(("loops", i, *path), loop) for i, loop in enumerate(self.loops)]

@@ -30,7 +30,7 @@ from pidcfg.output.explanation.page import (
     unit_of,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import steps
+from pidcfg.text.paths import parse_path
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -596,7 +596,7 @@ class RegisterBook(Registers):
         key = name.lower()
         paths = [path for path in self.unstored if key == path]
         paths = paths or [path for path in self.unstored if path.endswith(f".{key}")]
-        paths = paths or [path for path in self.unstored if key in steps(path)[:-1]]
+        paths = paths or [path for path in self.unstored if key in parse_path(path)[:-1]]
         if paths and question.value is not None:
             raise QuestionError(f"{question.text}: {paths[0]} {self.unstored[paths[0]]}; it has no content to explain")
         return [page for path in paths for page in self._unstored_pages(path, question, loop)]

@@ -23,7 +23,7 @@ from pidcfg.output.report import METRIC_TITLES, contents_of, measurement_text, m
 from pidcfg.output.report.sheets import FIRST
 from pidcfg.text.diagnostics import Severity, words_of
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import FORMULA, printable
+from pidcfg.text.signs import FORMULA_STARTS, to_printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -87,7 +87,7 @@ def door_sheet(content: Content) -> str:
 
 def _rendered(template: str, content: Content, **more: object) -> str:
     title = content.title
-    return printable(
+    return to_printable(
         _environment()
         .get_template(template)
         .render(
@@ -504,13 +504,13 @@ def csv_files(tables: Iterable[Table]) -> dict[str, str]:
 
 def csv_text(table: Table) -> str:
     """One table: UTF-8 with the mark by which spreadsheets know it, commas, lines that end in LF."""
-    return printable(MARK + csv_lines([table.columns, *(map(safe, row) for row in table.rows)]))
+    return to_printable(MARK + csv_lines([table.columns, *(map(safe, row) for row in table.rows)]))
 
 
 def safe(value: Value) -> str:
     """A cell as text; a text that a spreadsheet would calculate gets an apostrophe, a number never."""
     shown = text(value)
-    return f"'{shown}" if isinstance(value, str) and shown.startswith(FORMULA) else shown
+    return f"'{shown}" if isinstance(value, str) and shown.startswith(FORMULA_STARTS) else shown
 
 
 # --- The tables as an Excel workbook: a sheet each, numbers as numbers, texts as nothing but texts --------------------
@@ -581,7 +581,7 @@ def _plain(name: str) -> str:
 
 def _encodable(words: str) -> str:
     """A printable text, with a question mark for a byte of a name that is none of UTF-8, as the workbook is."""
-    return printable(words).encode("utf-8", "replace").decode()
+    return to_printable(words).encode("utf-8", "replace").decode()
 
 
 def _write(sheet: Any, place: tuple[int, int], value: Value, formats: Data) -> None:

@@ -40,8 +40,8 @@ from pidcfg.schemas.base import Quantity, Rate, unit_text, units_of
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import path_text, sort_findings
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import steps, value_at
-from pidcfg.text.signs import one_line
+from pidcfg.text.paths import parse_path, value_at
+from pidcfg.text.signs import to_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -82,7 +82,7 @@ def facts(
     units = {side: value_at(neutral, (side, "unit")) or "" for side in SIDES}
     settings = {setting.path: setting for group in groups for setting in group.settings}
     for title, path, unit, keys in FIRST:
-        value = value_at(neutral, steps(path))
+        value = value_at(neutral, parse_path(path))
         setting = next((settings[key] for key in keys if key in settings), None)
         place = setting.place if setting is not None else ""
         if path in stored and setting is not None and setting.unit == "counts":
@@ -102,7 +102,7 @@ def facts(
 def direction(vendor: Vendor, loop: object) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
     key, heating = vendor.load("explainer").direction.key, tables_of(vendor).TUNED.heating.rpartition(" ")[2]
-    value = value_at(loop, steps(key))
+    value = value_at(loop, parse_path(key))
     if isinstance(value, Wire):
         return f"{WIRED}{key} := {value.text}"
     if isinstance(value, bool | str):
@@ -114,7 +114,7 @@ def tuning(vendor: Vendor, loop: object, settings: Mapping[str, Setting]) -> Ite
     """The form of the equation, where a vendor has two, and the three terms."""
     tuned = tables_of(vendor).TUNED
     form, dependent = getattr(tuned, "dependent", None), None
-    value = None if form is None else value_at(loop, steps(form[0]))
+    value = None if form is None else value_at(loop, parse_path(form[0]))
     if form is not None and value is not None:
         dependent = value is form[1] if isinstance(value, bool) else None
         words = FORMS[dependent] if dependent is not None else f"{WIRED}{form[0]} := {text(value)[3:]}"
@@ -137,8 +137,8 @@ def pulses(neutral: Mapping[str, object], settings: Mapping[str, Setting]) -> It
     bit = next((settings[one].value for one in PULSED if one in settings), None)
     target = [f"on {text(bit)}"] if bit else []
     yield Fact("Pulses", ", ".join([f"every {quantity(period)}", *target, *words]), period.place)
-    ends = [*map(float, value_at(neutral, steps("output.range")) or ())]
-    limits = [*map(float, value_at(neutral, steps("output.limits")) or ends)]
+    ends = [*map(float, value_at(neutral, parse_path("output.range")) or ())]
+    limits = [*map(float, value_at(neutral, parse_path("output.limits")) or ends)]
     if len(ends) == len(limits) == PAIR and ends[0] != ends[1]:
         shares = [f"{100 * (limit - ends[0]) / (ends[1] - ends[0]):.3g}" for limit in limits]
         yield Fact("Duty cycle", f"{' to '.join(shares)} %", "")
@@ -524,7 +524,7 @@ def compose(
         runs=tuple(replace(run, anchor=f"run-{i}") for i, run in enumerate(runs, start=1)),
         findings=tuple(gravest_first(findings)),
     )
-    return rename_files(content, one_line)
+    return rename_files(content, to_one_line)
 
 
 def number_anchors(sheet: PlcSheet, anchor: str) -> PlcSheet:

@@ -17,7 +17,7 @@ from pidcfg.encoders.regmap import Point, RegisterMap, Word
 from pidcfg.schemas.base import SIDES, Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import dotted
+from pidcfg.text.paths import dotted_text
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import closest_name, key_of_term
 
@@ -55,7 +55,7 @@ class Keys:
 
     def find(self, path: tuple[str, ...]) -> list[Point]:
         """The registers behind a key: one, or both ends of a pair of limits; refuses what cannot be set."""
-        key = self.short.get(dotted(path), dotted(path))
+        key = self.short.get(dotted_text(path), dotted_text(path))
         if key in self.events:
             refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
         if key in self.rows:
@@ -194,7 +194,7 @@ class NamedKeys:
 
     def find(self, path: tuple[str, ...]) -> Parameter:
         """The parameter behind a key; refuses what cannot be set."""
-        key = self.short.get(dotted(path), dotted(path))
+        key = self.short.get(dotted_text(path), dotted_text(path))
         if key in self.events:
             refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
         if key in self.fixed:

@@ -13,7 +13,7 @@ from pidcfg.schemas.numbers import parse_number
 from pidcfg.schemas.scenario import Bound, Event, Expectation, Never, Plant, Scenario
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, Plc
 from pidcfg.sim.engine.expressions import Problem, unknown_name
-from pidcfg.text.paths import Path, dotted, leaves, steps
+from pidcfg.text.paths import Path, dotted_text, leaves, parse_path
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What an expectation may say: one subject with the keys that go with it, names that exist, bounds that can be met.
@@ -277,7 +277,7 @@ def _check_times(scenario: Scenario) -> Iterator[Problem]:
     for key, time in times.items():
         if time is None:
             continue
-        path = steps(key)
+        path = parse_path(key)
         if time <= 0:
             message = f"{path[-1]} is {time:f} s; it must be above 0 s"
             yield Problem(path, message, "value", help="write a time, as in 10 or 10 min")
@@ -303,7 +303,7 @@ def _refused(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: obje
         plc.check_set(plc.loops.index(loop), keys, value)
     except PydanticCustomError as error:
         cure = (error.context or {}).get("help")
-        yield Problem(path, f"{dotted(keys)}: {error.message()}", "value", help=cure, loop=loop)
+        yield Problem(path, f"{dotted_text(keys)}: {error.message()}", "value", help=cure, loop=loop)
 
 
 def check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
@@ -410,7 +410,7 @@ def check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterato
     """New values of signals, or of a loop's parameters."""
     for keys, value, below in leaves(event.set):
         key_path = (*path, "set", *below)
-        name = dotted(keys)
+        name = dotted_text(keys)
         if event.loop is not None:
             yield from _refused(key_path, event.loop, plc, keys, value)
         elif name in plc.inputs:

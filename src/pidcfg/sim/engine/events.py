@@ -14,7 +14,7 @@ from pidcfg.sim.engine.kernel import LOG_COLUMNS
 from pidcfg.sim.engine.plants import numbers_of, set_parameters
 from pidcfg.sim.judgement.meters import begin_step, break_sensor, cut_off, end_step, repair_sensor, want_mode
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange, Note, Period, ten_digits
-from pidcfg.text.paths import dotted, leaves
+from pidcfg.text.paths import dotted_text, leaves
 
 if TYPE_CHECKING:
     from array import array
@@ -67,7 +67,9 @@ class _Trial:
             return self._switches(event)
         if event.loop is not None:
             return self._writes(event.loop, event.set)
-        return _renews(self.signals, {dotted(keys): self._input(keys, value) for keys, value, _ in leaves(event.set)})
+        return _renews(
+            self.signals, {dotted_text(keys): self._input(keys, value) for keys, value, _ in leaves(event.set)}
+        )
 
     def _switches(self, event: Event) -> bool:
         """Whether an event may change a mode: the CPU's, or that of a loop, which only the run can tell."""
@@ -82,7 +84,7 @@ class _Trial:
     def _input(self, keys: tuple[str, ...], value: object) -> float:
         """The value of a signal as an event gives it."""
         self.plc = self.plc or self.new_plc()
-        name = dotted(keys)
+        name = dotted_text(keys)
         return self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
 
     def _writes(self, loop: str, values: dict[str, Any]) -> bool:
@@ -94,7 +96,7 @@ class _Trial:
         for keys, value, _ in leaves(values):
             before = self._contents(i)
             plc.set(i, keys, plc.check_set(i, keys, value), self.signal_values)
-            changed |= dotted(keys) in LIVE or before != self._contents(i)
+            changed |= dotted_text(keys) in LIVE or before != self._contents(i)
         return changed
 
     def _contents(self, loop: int) -> list[object]:
@@ -348,7 +350,7 @@ class Agenda:
         """Values from outside; they may be a loop's set point, or what chooses its mode."""
         before = list(self.net.signal_values)
         for keys, value, _ in leaves(event.set):
-            name = dotted(keys)
+            name = dotted_text(keys)
             self.net.signal_values[self.net.outside[name]] = (
                 self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
             )
@@ -398,13 +400,13 @@ class Agenda:
         signals, config = self.net.signal_values, self.plc.configs[loop]
         before, changed, of_mode = signals[config.sp_slot], False, False
         late = []
-        for keys, value, _ in sorted(leaves(event.set), key=lambda leaf: dotted(leaf[0]) != self.plc.form_key):
+        for keys, value, _ in sorted(leaves(event.set), key=lambda leaf: dotted_text(leaf[0]) != self.plc.form_key):
             present = signals[config.sp_slot]
             effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), signals)
             if effect:
-                late.append(f"{dotted(keys)}: {effect}")
-            changed |= dotted(keys) in {*SETPOINT, self.plc.setpoint} and signals[config.sp_slot] != present
-            of_mode |= dotted(keys) in self.plc.mode_keys
+                late.append(f"{dotted_text(keys)}: {effect}")
+            changed |= dotted_text(keys) in {*SETPOINT, self.plc.setpoint} and signals[config.sp_slot] != present
+            of_mode |= dotted_text(keys) in self.plc.mode_keys
         if of_mode:
             self.renew_intent(k, loop)
         if changed:
@@ -455,7 +457,7 @@ class Agenda:
 def describe_event(event: Event) -> str:
     """What an event does, for the report."""
     if event.set is not None:
-        return ", ".join(f"set {dotted(keys)} to {value_text(value)}" for keys, value, _ in leaves(event.set))
+        return ", ".join(f"set {dotted_text(keys)} to {value_text(value)}" for keys, value, _ in leaves(event.set))
     if event.disturb is not None:
         return ", ".join(f"disturb {key} to {value:f}" for key, value in event.disturb.items())
     if event.pv is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.sim.engine.expressions import Problem, depends_on, evaluate
 from pidcfg.sim.engine.plants import PERCENT, PULSES
-from pidcfg.text.paths import dotted, leaves
+from pidcfg.text.paths import dotted_text, leaves
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -159,7 +159,7 @@ class Influence:
         """The signals from outside that an event sets."""
         if event.set is None or event.loop is not None:
             return []
-        return [self.net.outside[dotted(keys)] for keys, _, _ in leaves(event.set)]
+        return [self.net.outside[dotted_text(keys)] for keys, _, _ in leaves(event.set)]
 
     def concerns(self, event: Event, loop: int) -> bool:
         """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""

@@ -15,7 +15,7 @@ from pidcfg.sim.engine.influence import RAISED, answer, read_signals
 from pidcfg.sim.engine.plants import PERCENT
 from pidcfg.sim.judgement.meters import Meter, Rival
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import dotted, leaves
+from pidcfg.text.paths import dotted_text, leaves
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -320,12 +320,12 @@ class Evidence:
         """What an event sets a loop's set point to, itself or a signal that it is made of; None: it does not."""
         if event.loop is None:
             made_of, outside = self.influence.set_points[loop], self.net.outside
-            given = ((outside[dotted(path)], value) for path, value, _ in leaves(event.set or {}))
+            given = ((outside[dotted_text(path)], value) for path, value, _ in leaves(event.set or {}))
             return next((value for slot, value in given if slot in made_of), None)
         if event.loop != self.plc.loops[loop]:
             return None
         keys = {*SETPOINT, self.plc.setpoint}
-        return next((value for path, value, _ in leaves(event.set or {}) if dotted(path) in keys), None)
+        return next((value for path, value, _ in leaves(event.set or {}) if dotted_text(path) in keys), None)
 
     def is_set_point(self, event: Event, loop: int) -> bool:
         """Whether what an event sets is the set point itself, as far as the signals tell before it happens."""

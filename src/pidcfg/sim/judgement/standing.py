@@ -37,7 +37,7 @@ from pidcfg.sim.judgement.evidence import (
 from pidcfg.sim.judgement.lasting import judge_error, judge_saturation, look_at
 from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
 from pidcfg.sim.judgement.report import ASSUMED, ASSUMED_KIND, Standing, VerdictWord, ten_digits
-from pidcfg.text.paths import dotted, leaves
+from pidcfg.text.paths import dotted_text, leaves
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a loop's signals must show at the end: ``pv-not-driven``, ``out-of-range``, ``oscillates``, ``alarm-stands``.
@@ -311,7 +311,7 @@ def _acts_on_mode(e: Evidence, event: Event, i: int) -> bool:
 
 def keys_set(event: Event) -> Iterator[str]:
     """The keys that an event sets."""
-    return (dotted(keys) for keys, _, _ in leaves(event.set or {}))
+    return (dotted_text(keys) for keys, _, _ in leaves(event.set or {}))
 
 
 # --- All standing expectations of a run: which loops are judged by which, and what the scenario allows ----------------

@@ -16,7 +16,7 @@ from pathlib import Path
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
-from pidcfg.schemas.scenario import whole
+from pidcfg.schemas.scenario import rejoin_expressions
 from pidcfg.sim.controllers.plc import axes_of, signals_of
 from pidcfg.sim.engine.recording import Recording
 from pidcfg.sim.engine.repeat import IrregularError, Repeated, with_numbers
@@ -26,8 +26,8 @@ from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.study.scenario import Loaded, load, read_scenario
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import put, steps
-from pidcfg.text.processes import AHEAD, Crew
+from pidcfg.text.paths import parse_path, set_value
+from pidcfg.text.processes import ITEMS_AHEAD, WorkerPool
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_line
@@ -202,7 +202,7 @@ class Batch:
 
     def data(self, sample: int, numbers: Sequence[float]) -> dict[str, Any]:
         """The scenario of a sample as plain data."""
-        data: dict[str, Any] = dict(whole(self.document.data))  # type: ignore[call-overload]  # a mapping, as it is loaded
+        data: dict[str, Any] = dict(rejoin_expressions(self.document.data))  # type: ignore[call-overload]  # a mapping, as it is loaded
         texts = {what: Plain(what.written(number)) for what, number in zip(self.varies, numbers, strict=True)}
         data["scenario"] = f"{data['scenario']} (sample {sample})"
         data["seed"] = Plain(seed_of(self.seed, sample))
@@ -234,7 +234,7 @@ class Batch:
     def varied_plants(self) -> dict[str | int, Any]:
         """The plants that vary, by their keys in the model: names of loops, or places in the list."""
         names = {what.name for what in self.varies if what.of == "plants"}
-        plants: Any = dict(whole(self.document.data)).get("plants", {})  # type: ignore[call-overload]  # it has loaded
+        plants: Any = dict(rejoin_expressions(self.document.data)).get("plants", {})  # type: ignore[call-overload]  # it has loaded
         entries = plants.items() if isinstance(plants, dict) else enumerate(plants)
         return {key: plant for key, plant in entries if str(plant.get("name", key)) in names}
 
@@ -263,7 +263,7 @@ def _plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
             if what.of == "plants" and what.name == str(plant.get("name", name)):
                 if isinstance(plant.get(what.key.partition(".")[0]), list):
                     plant[what.key.partition(".")[0]] = list(plant[what.key.partition(".")[0]])
-                put(plant, steps(what.key), text)
+                set_value(plant, parse_path(what.key), text)
     return dict(copies) if keyed else [plant for _, plant in copies]
 
 
@@ -534,12 +534,12 @@ def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[S
     while first < samples:
         before = first
         try:
-            for part in Crew(jobs, _runner, (job,)).results(process_parts(first, samples)):
+            for part in WorkerPool(jobs, _runner, (job,)).results(process_parts(first, samples)):
                 yield from part
                 first += len(part)
         except ChildProcessError:
             if first == before:
-                last = min(first + jobs * AHEAD * SAMPLES_AT_ONCE, samples) - 1
+                last = min(first + jobs * ITEMS_AHEAD * SAMPLES_AT_ONCE, samples) - 1
                 why = "perhaps for want of memory, of which fewer --jobs need less"
                 raise WorkersError(f"a process ended at samples {first} to {last}, {why}") from None
 
@@ -561,7 +561,7 @@ def recordings(job: Job, samples: int, jobs: int) -> Fan:
     if jobs == 1 or samples <= SAMPLES_AT_ONCE:
         kept = _recorder(job)(range(samples))
     else:
-        kept = [one for part in Crew(jobs, _recorder, (job,)).results(process_parts(0, samples)) for one in part]
+        kept = [one for part in WorkerPool(jobs, _recorder, (job,)).results(process_parts(0, samples)) for one in part]
     ran = [one for one in kept if one is not None]
     return fan_of(ran[0][0] if ran else (), [signals for _, signals in ran])
 

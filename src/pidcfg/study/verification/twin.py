@@ -30,7 +30,7 @@ from pidcfg.study.verification.comparison import (
 )
 from pidcfg.study.verification.trial import loops_of, neutral_of
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, steps, value_at
+from pidcfg.text.paths import Path, parse_path, value_at
 from pidcfg.vendors import Vendor
 
 if TYPE_CHECKING:
@@ -298,7 +298,7 @@ def _without(config: Any, vendor: Vendor, i: int, key: str) -> Any:
 
 def _place(config: Any, i: int, key: str) -> Path | None:
     """Where a key of a loop stands in the file: below the loop, else in the file itself; None: nowhere."""
-    path = steps(key)
+    path = parse_path(key)
     if str(path[0]) in type(config.loops[i]).model_fields:
         return ("loops", i, *path)
     blocks = [block.name for block in getattr(config, "blocks", ())]

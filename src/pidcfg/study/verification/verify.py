@@ -62,7 +62,7 @@ from pidcfg.study.verification.twin import (
     without_losses,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.text.processes import Crew
+from pidcfg.text.processes import WorkerPool
 from pidcfg.vendors import Vendor
 
 # --- The battery: source, twin and target of every loop through all stages, and what comes of it ----------------------
@@ -405,7 +405,7 @@ def verify(  # noqa: PLR0913
     sides = _sides(*given)
     comparable = [(i, j) for i, j in pairs if sides.source.loops[i] is not None and sides.target.loops[j] is not None]
     several = jobs > 1 and len(comparable) >= MANY_LOOPS
-    found = Crew(jobs, _judge, given).results(comparable) if several else map(_judge(*given), comparable)
+    found = WorkerPool(jobs, _judge, given).results(comparable) if several else map(_judge(*given), comparable)
     results = []
     for done, one in enumerate(found, start=1):
         results.append(one)

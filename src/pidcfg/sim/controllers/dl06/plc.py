@@ -73,7 +73,7 @@ from pidcfg.text.references import DL06
 # ----------------------------------------------------------------------------------------------------------------------
 # How much the loops lengthen the PLC's scan, by the formula of the manual ("PID Loop Effect on CPU Scan Time").
 
-BASIS = DL06.at("PID Loop Effect on CPU Scan Time")
+BASIS = DL06.cite("PID Loop Effect on CPU Scan Time")
 CALCULATION = (150e-6, 250e-6, 350e-6)
 """Seconds of one loop calculation: minimum, typical, maximum; it depends on the options that are selected."""
 

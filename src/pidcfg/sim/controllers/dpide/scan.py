@@ -11,7 +11,7 @@ from pidcfg.encoders.maps.dpide import LOOPS, ROWS, TABLES
 from pidcfg.encoders.parameters import Content, Program, content_text, raw_of, register_content
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, PlcSettings, Scale, parse_milliseconds, parse_time
-from pidcfg.schemas.iec import Timed
+from pidcfg.schemas.iec import TimeNumber
 from pidcfg.schemas.numbers import parse_integer, refuse
 from pidcfg.sim.controllers.autotune import DONE, FAILED, TUNE_STATUS
 from pidcfg.sim.controllers.dpide import equation as bits
@@ -159,13 +159,13 @@ def parse_mode(value: object) -> int:
 
 
 def parse_seconds_in(value: object) -> Decimal:
-    """A time in s or a gain, as the configuration has it; `Timed` is a number."""
+    """A time in s or a gain, as the configuration has it; `TimeNumber` is a number."""
     return parse_time(value) if isinstance(value, str) else parse_plain(value)
 
 
 def with_mark(name: str, value: object, content: Content) -> Content:
     """The content of an operand, marked where its value can be nothing but a time."""
-    is_time = name in {"Ti_Ki", "Td_Kd"} and isinstance(value, str) and isinstance(parse_time(value), Timed)
+    is_time = name in {"Ti_Ki", "Td_Kd"} and isinstance(value, str) and isinstance(parse_time(value), TimeNumber)
     return Seconds(content) if is_time else content
 
 

@@ -22,8 +22,8 @@ from pidcfg.validate.shared_checks import (
 
 # --- Alarm points: their order, what is missing, and points that trip always or never ---------------------------------
 
-ABSOLUTE = CLICK.at("Use PV Alarm (Cn+12)")
-DEVIATION = CLICK.at("Use PV Deviation Alarm (Cn+13)")
+ABSOLUTE = CLICK.cite("Use PV Alarm (Cn+12)")
+DEVIATION = CLICK.cite("Use PV Deviation Alarm (Cn+13)")
 
 D142 = Decision(
     142,
@@ -255,8 +255,8 @@ def deviation_alarm_beyond_range(view: LoopView) -> Findings:
 
 # --- The hysteresis of alarms, the rate-of-change alarm, and alarms that are switched off -----------------------------
 
-HYSTERESIS = CLICK.at("PV Alarm Hysteresis (DFn+20)")
-RATE = CLICK.at("Use PV Rate of Change (Cn+14)")
+HYSTERESIS = CLICK.cite("PV Alarm Hysteresis (DFn+20)")
+RATE = CLICK.cite("Use PV Rate of Change (Cn+14)")
 
 D144 = Decision(
     144,
@@ -420,7 +420,7 @@ def rate_of_change_never_reached(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("CK385", CLICK.at("Use PV Alarm (Cn+12)"), "{alarms} are stored, but {register} is off: they never trip")
+@info("CK385", CLICK.cite("Use PV Alarm (Cn+12)"), "{alarms} are stored, but {register} is off: they never trip")
 def alarms_switched_off(view: LoopView) -> Findings:
     """Alarm limits are given, but not enabled.
 

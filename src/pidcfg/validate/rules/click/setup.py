@@ -168,8 +168,8 @@ class ClickContext(Context[ClickFile, Encoding]):
 
 # --- The blocks of registers: where they end, what they share, and how many loops there may be ------------------------
 
-AREAS = CLICK.at("C, DS and DF memory areas")
-PWM = CLICK.at("PWM Control")
+AREAS = CLICK.cite("C, DS and DF memory areas")
+PWM = CLICK.cite("PWM Control")
 
 D130 = Decision(
     130,
@@ -329,7 +329,7 @@ def nicknames_collide(context: ClickContext) -> Findings:
 
 # --- What decides whether a loop runs at all, and which way: its action, and the PID errors that its values cause -----
 
-MANUAL = CLICK.at("Manual Mode")
+MANUAL = CLICK.cite("Manual Mode")
 FORWARD = {"direct": "Forward", "reverse": "Reverse"}
 RISES = {"direct": "rises", "reverse": "falls"}
 
@@ -428,9 +428,9 @@ def auto_is_not_downloaded(view: LoopView) -> Findings:
 
 # --- What the autotune needs, and registers that the controller itself writes -----------------------------------------
 
-TUNING = CLICK.at("PID Autotuning")
-OUTPUT = CLICK.at("Control Output (DFn+08)")
-RAW = CLICK.at("Raw Process Variable (DFn+11)")
+TUNING = CLICK.cite("PID Autotuning")
+OUTPUT = CLICK.cite("Control Output (DFn+08)")
+RAW = CLICK.cite("Raw Process Variable (DFn+11)")
 
 D146 = Decision(
     146,

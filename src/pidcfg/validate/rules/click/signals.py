@@ -16,8 +16,8 @@ from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, outside_li
 
 # --- The process variable: its range and its filter -------------------------------------------------------------------
 
-RANGE = CLICK.at("PV Upper and Lower Limits")
-FILTER = CLICK.at("PV Filter")
+RANGE = CLICK.cite("PV Upper and Lower Limits")
+FILTER = CLICK.cite("PV Filter")
 
 D133 = Decision(
     133,
@@ -131,8 +131,8 @@ def filter_switched_off(view: LoopView) -> Findings:
 
 # --- The set point: its limits, the process range, and what the PLC makes of it ---------------------------------------
 
-LIMITS = CLICK.at("Setpoint Upper and Lower Limits")
-TRANSFER = CLICK.at("Bumpless Transfer (Cn+08)")
+LIMITS = CLICK.cite("Setpoint Upper and Lower Limits")
+TRANSFER = CLICK.cite("Bumpless Transfer (Cn+08)")
 
 D132 = Decision(
     132,
@@ -378,8 +378,8 @@ def setpoint_left_at_zero(view: LoopView) -> Findings:
 
 # --- The control output: its limits, and pulses in place of an analog signal ------------------------------------------
 
-OUTPUT = CLICK.at("Control Output (DFn+08)")
-PWM = CLICK.at("PWM Control")
+OUTPUT = CLICK.cite("Control Output (DFn+08)")
+PWM = CLICK.cite("PWM Control")
 
 D140 = Decision(
     140,

@@ -14,8 +14,8 @@ from pidcfg.validate.shared_checks import number_text, value_or_switch
 
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 
-RESET = CLICK.at("Integral or Reset Time (DFn+06)")
-FREEZE = CLICK.at("Freeze Bias (Anti-Windup) (Cn+05)")
+RESET = CLICK.cite("Integral or Reset Time (DFn+06)")
+FREEZE = CLICK.cite("Freeze Bias (Anti-Windup) (Cn+05)")
 
 D134 = Decision(
     134,
@@ -185,7 +185,7 @@ def freeze_without_integral(view: LoopView) -> Findings:
 
 # --- The derivative term and its gain limit ---------------------------------------------------------------------------
 
-LIMIT = CLICK.at("Derivative Gain Limit")
+LIMIT = CLICK.cite("Derivative Gain Limit")
 
 D135 = Decision(
     135,
@@ -364,8 +364,8 @@ def setpoint_step_kicks_output(view: LoopView) -> Findings:
 
 # --- The error term: its square and its deadband ----------------------------------------------------------------------
 
-SQUARED = CLICK.at("Error Squared Option")
-DEADBAND = CLICK.at("Error Deadband Option")
+SQUARED = CLICK.cite("Error Squared Option")
+DEADBAND = CLICK.cite("Error Deadband Option")
 
 D138 = Decision(
     138,

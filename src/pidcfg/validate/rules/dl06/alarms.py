@@ -247,12 +247,12 @@ class Dl06Context(Context[Dl06File, Encoding]):
 
 # --- Alarm points: their order in counts, what is missing, and set points and rates that do not fit them --------------
 
-ERROR = DL06.at("Alarm Programming Error")
-ABSOLUTE = DL06.at("PV Absolute Value Alarms")
-RATE = DL06.at("PV Rate-of-Change Alarm")
-HYSTERESIS = DL06.at("PV Alarm Hysteresis")
-RESOLUTION = DL06.at("Determining a suitable sample rate (Addr+07), NOTE")
-TROUBLE = DL06.at("Troubleshooting Tips")
+ERROR = DL06.cite("Alarm Programming Error")
+ABSOLUTE = DL06.cite("PV Absolute Value Alarms")
+RATE = DL06.cite("PV Rate-of-Change Alarm")
+HYSTERESIS = DL06.cite("PV Alarm Hysteresis")
+RESOLUTION = DL06.cite("Determining a suitable sample rate (Addr+07), NOTE")
+TROUBLE = DL06.cite("Troubleshooting Tips")
 
 D20 = Decision(
     20,
@@ -522,7 +522,7 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
 
 # --- The alarm hysteresis: its range, and what it must stay below -----------------------------------------------------
 
-FEATURES = DL06.at("Alarm Feature Specifications, Deadband")
+FEATURES = DL06.cite("Alarm Feature Specifications, Deadband")
 
 D22 = Decision(
     22,

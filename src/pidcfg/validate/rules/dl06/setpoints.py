@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 # --- Cascade links: which loop gives which its set point, and whether the two words mean the same ---------------------
 
-POINTER = DL06.at("Remote Setpoint (SP) Location")
-CASCADED = DL06.at("Cascaded Loops in the DL06 CPU")
-SOURCES = DL06.at("Data Sources")
+POINTER = DL06.cite("Remote Setpoint (SP) Location")
+CASCADED = DL06.cite("Cascaded Loops in the DL06 CPU")
+SOURCES = DL06.cite("Data Sources")
 
 D24 = Decision(
     24,
@@ -237,9 +237,9 @@ def remote_setpoint_not_an_output(context: Dl06Context) -> Findings:
 # ----------------------------------------------------------------------------------------------------------------------
 # Cascades in operation: modes that can never be reached, sample rates, and limits that work against each other.
 
-OVERRIDE = DL06.at("Loop Mode Override")
-TUNING = DL06.at("Tuning Cascaded Loops")
-INTRODUCTION = DL06.at("Cascade Control, Introduction")
+OVERRIDE = DL06.cite("Loop Mode Override")
+TUNING = DL06.cite("Tuning Cascaded Loops")
+INTRODUCTION = DL06.cite("Cascade Control, Introduction")
 
 D26 = Decision(
     26,
@@ -274,7 +274,7 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Findings:
 @per_loop
 @error(
     "DL266",
-    DL06.at("Remote Setpoint (SP) Location"),
+    DL06.cite("Remote Setpoint (SP) Location"),
     "mode is cascade, but neither cascade_from nor remote_setpoint is given: the pointer in {word} is 0",
 )
 def cascade_mode_without_major(view: LoopView) -> Findings:
@@ -426,8 +426,8 @@ def cascade_output_also_transferred(context: Dl06Context) -> Findings:
 
 # --- The steps of a ramp/soak profile: targets, slopes and soak times -------------------------------------------------
 
-TABLE = DL06.at("Ramp/Soak Table")
-TROUBLE = DL06.at("Troubleshooting Tips")
+TABLE = DL06.cite("Ramp/Soak Table")
+TROUBLE = DL06.cite("Troubleshooting Tips")
 
 D27 = Decision(
     27,
@@ -625,7 +625,7 @@ def soak_of_zero(view: LoopView) -> Findings:
 @per_loop
 @warning(
     "DL288",
-    DL06.at("PV Absolute Value Alarms"),
+    DL06.cite("PV Absolute Value Alarms"),
     "ramp_to is {value}, beyond the {alarm} alarm at {limit}: the profile drives the loop into it",
 )
 def ramp_target_in_alarm(view: LoopView) -> Findings:

@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 
 # --- Set-up of the CPU: where the loop table lies (V7640), how many loops run (V7641), and how fast -------------------
 
-POINTER = DL06.at("Loop Table and Number of Loops")
-FLAGS = DL06.at("PID Error Flags, V7642")
-FEATURES = DL06.at("PID Loop Feature Specifications")
+POINTER = DL06.cite("Loop Table and Number of Loops")
+FLAGS = DL06.cite("PID Error Flags, V7642")
+FEATURES = DL06.cite("PID Loop Feature Specifications")
 
 D10 = Decision(
     10,
@@ -245,11 +245,11 @@ def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Findings:
 
 # --- The ramp/soak generator: its table's place in memory, and whether it can run -------------------------------------
 
-ERRORS = DL06.at("Ramp/Soak Programming Errors")
-RAMP_SOAK_TABLE = DL06.at("Ramp/Soak Table")
-ENABLE = DL06.at("Ramp/Soak Generator Enable")
-CONTROLS = DL06.at("Ramp/Soak Controls")
-TROUBLE = DL06.at("Troubleshooting Tips")
+ERRORS = DL06.cite("Ramp/Soak Programming Errors")
+RAMP_SOAK_TABLE = DL06.cite("Ramp/Soak Table")
+ENABLE = DL06.cite("Ramp/Soak Generator Enable")
+CONTROLS = DL06.cite("Ramp/Soak Controls")
+TROUBLE = DL06.cite("Troubleshooting Tips")
 
 D348 = Decision(
     348,
@@ -446,11 +446,11 @@ def ramp_soak_control_preset(view: LoopView) -> Findings:
 
 # --- Auto transfer of PV and output, and loops that run while the CPU is in Program mode ------------------------------
 
-MODES = DL06.at("CPU Modes and Loop Modes")
-TRANSFER = DL06.at("Auto Transfer to Analog I/O")
-FROM_MEMORY = DL06.at("PV Auto Transfer (Addr + 36) from V-memory Option")
-SOURCES = DL06.at("Data Sources")
-SELECT = DL06.at("Step 4: Select I/O Modules")
+MODES = DL06.cite("CPU Modes and Loop Modes")
+TRANSFER = DL06.cite("Auto Transfer to Analog I/O")
+FROM_MEMORY = DL06.cite("PV Auto Transfer (Addr + 36) from V-memory Option")
+SOURCES = DL06.cite("Data Sources")
+SELECT = DL06.cite("Step 4: Select I/O Modules")
 
 D660 = Decision(
     660,

@@ -17,9 +17,9 @@ from pidcfg.validate.shared_checks import D955, PV_POINTS, crossed_set_points, r
 
 # --- The PV's low-pass filter -----------------------------------------------------------------------------------------
 
-FILTER = DL06.at("The DL06 Built-in Analog Filter")
-OPTIONS = DL06.at("PV Auto Transfer Functions with Filtering Options")
-ROUNDING = DL06.at("Creating an Analog Filter in Ladder Logic")
+FILTER = DL06.cite("The DL06 Built-in Analog Filter")
+OPTIONS = DL06.cite("PV Auto Transfer Functions with Filtering Options")
+ROUNDING = DL06.cite("Creating an Analog Filter in Ladder Logic")
 
 D19 = Decision(
     19,
@@ -116,7 +116,7 @@ def filter_without_auto_transfer(view: LoopView) -> Findings:
 
 # --- PV square-root extract: what it does to the scales of set point and alarms ---------------------------------------
 
-ROOT = DL06.at("Process Variable (PV) Configuration, IMPORTANT")
+ROOT = DL06.cite("Process Variable (PV) Configuration, IMPORTANT")
 
 D17 = Decision(
     17,
@@ -252,10 +252,10 @@ def largest_root(view: LoopView) -> Decimal:
 
 # --- The set point: its limits and what becomes of it, and the deadband of the error ----------------------------------
 
-LIMITS = DL06.at("Setpoint (SP) Limits")
-BUMPLESS = DL06.at("Bumpless Transfers")
-TROUBLE = DL06.at("Troubleshooting Tips")
-DEADBAND = DL06.at("Error Term Configuration")
+LIMITS = DL06.cite("Setpoint (SP) Limits")
+BUMPLESS = DL06.cite("Bumpless Transfers")
+TROUBLE = DL06.cite("Troubleshooting Tips")
+DEADBAND = DL06.cite("Error Term Configuration")
 
 D18 = Decision(
     18,
@@ -416,8 +416,8 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
 
 # --- The control output: its limits, and formats and ranges that do not mean what they look like ----------------------
 
-OUTPUT_LIMITS = DL06.at("Control Output Configuration")
-CHECKS = DL06.at("Open-Loop Test")
+OUTPUT_LIMITS = DL06.cite("Control Output Configuration")
+CHECKS = DL06.cite("Open-Loop Test")
 
 D15 = Decision(
     15,

@@ -15,10 +15,10 @@ from pidcfg.validate.shared_checks import number_text, value_or_switch
 
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 
-TERMS = DL06.at("P-I-D Loop Terms")
-SUBSET = DL06.at("Using a Subset of PID Control")
-DERIVATIVE_LIMIT = DL06.at("Derivative Gain Limiting")
-BIAS = DL06.at("Bias Term")
+TERMS = DL06.cite("P-I-D Loop Terms")
+SUBSET = DL06.cite("Using a Subset of PID Control")
+DERIVATIVE_LIMIT = DL06.cite("Derivative Gain Limiting")
+BIAS = DL06.cite("Bias Term")
 
 D12 = Decision(
     12,
@@ -308,9 +308,9 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
 # ----------------------------------------------------------------------------------------------------------------------
 # The form of the equation and what depends on it: bumpless transfer, bias freeze, and what the derivative acts on.
 
-FEATURES = DL06.at("PID Loop Feature Specifications")
-FREEZE = DL06.at("Bias Freeze")
-BUMPLESS = DL06.at("Bumpless Transfers")
+FEATURES = DL06.cite("PID Loop Feature Specifications")
+FREEZE = DL06.cite("Bias Freeze")
+BUMPLESS = DL06.cite("Bumpless Transfers")
 
 D14 = Decision(
     14,
@@ -421,8 +421,8 @@ def windup_not_prevented(view: LoopView) -> Findings:
 # ----------------------------------------------------------------------------------------------------------------------
 # Auto-tuning: a start that nobody asked for, modes and limits that stop it, and the manual's two contradictions.
 
-PROCEDURE = DL06.at("Auto Tuning Procedure")
-FILTER = DL06.at("The DL06 Built-in Analog Filter")
+PROCEDURE = DL06.cite("Auto Tuning Procedure")
+FILTER = DL06.cite("The DL06 Built-in Analog Filter")
 
 D28 = Decision(
     28,

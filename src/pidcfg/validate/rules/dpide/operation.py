@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.dpide.image import D256, symbol_name, unusable
 from pidcfg.encoders.maps.dpide import REMARKS, ROWS, TABLE, WRITTEN_BY_AUTOTUNE
-from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE, Place, place_of
+from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE, DeviceRange, device_range
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DPIDE, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 # --- What stands around the instruction in the program: pulses, timers, and the bits that they need -------------------
 
-PULSES = DPIDE.at("Example 3")
-TIMER = DPIDE.at("Example 4")
+PULSES = DPIDE.cite("Example 3")
+TIMER = DPIDE.cite("Example 4")
 
 
 @per_loop
@@ -72,12 +72,12 @@ def pulses_collide(context: DpideContext) -> Findings:
         gpwm = view.loop.call.GPWM
         if gpwm is None:
             continue
-        bit = place_of("GPWM", gpwm.output)
+        bit = device_range("GPWM", gpwm.output)
         for other in context.loops:
             others = {} if other is view or other.loop.call.GPWM is None else {"GPWM": other.loop.call.GPWM.output}
             enable = {} if other.loop.call.EN is None else {"EN": other.loop.call.EN}
-            given = {"I_MV": other.loop.device, **other.loop.devices.given(), **enable, **others}
-            for name in [name for name, device in given.items() if place_of(name, device).overlaps(bit)]:
+            given = {"I_MV": other.loop.device, **other.loop.devices.by_operand(), **enable, **others}
+            for name in [name for name, device in given.items() if device_range(name, device).overlaps(bit)]:
                 finding = view.at("call", "GPWM", "output", bit=bit, other=f"{other.name}.{name}")
                 if other is view:
                     yield finding
@@ -133,7 +133,7 @@ class OperandDevice(NamedTuple):
 
     view: LoopView
     operand: str
-    place: Place
+    place: DeviceRange
 
     @property
     def name(self) -> str:
@@ -149,9 +149,9 @@ class OperandDevice(NamedTuple):
 def operands_with_device(context: DpideContext) -> list[OperandDevice]:
     """Every operand with a device, in the order of the file."""
     return [
-        OperandDevice(view, operand, place_of(operand, device))
+        OperandDevice(view, operand, device_range(operand, device))
         for view in context.loops
-        for operand, device in {"I_MV": view.loop.device, **view.loop.devices.given()}.items()
+        for operand, device in {"I_MV": view.loop.device, **view.loop.devices.by_operand()}.items()
     ]
 
 
@@ -490,7 +490,7 @@ def always_in_manual(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("DP710", DPIDE.at("PID_MAN"), "PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV")
+@warning("DP710", DPIDE.cite("PID_MAN"), "PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV")
 def manual_during_autotune(view: LoopView) -> Findings:
     """Manual and the autotune are chosen together.
 
@@ -510,7 +510,7 @@ def may_be_manual(view: LoopView) -> bool:
 @per_loop
 @info(
     "DP718",
-    DPIDE.at("PID_MODE"),
+    DPIDE.cite("PID_MODE"),
     "Ti_Ki is {value}: when PID_MAN becomes FALSE, MV jumps from MOUT to the gain times the error and BIAS",
 )
 def bump_after_manual(view: LoopView) -> Findings:
@@ -525,7 +525,7 @@ def bump_after_manual(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("DP719", DPIDE.at("MOUT_AUTO"), "MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT")
+@info("DP719", DPIDE.cite("MOUT_AUTO"), "MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT")
 def bump_into_manual(view: LoopView) -> Findings:
     """The change from automatic to manual bumps.
 
@@ -623,7 +623,7 @@ def manual_output_outside_limits(view: LoopView) -> Findings:
 @per_loop
 @warning(
     "DP744",
-    DPIDE.at("The PID algorithm"),
+    DPIDE.cite("The PID algorithm"),
     "BIAS {bias} is outside {low} to {high}: with PV at SV the output stands at its limit",
 )
 def feed_forward_outside_limits(view: LoopView) -> Findings:

@@ -9,7 +9,7 @@ from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.maps.dpide import D255, LOOPS, REMARKS, TABLE
 from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
-from pidcfg.schemas.iec import Timed
+from pidcfg.schemas.iec import TimeNumber
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path
@@ -76,7 +76,7 @@ class LoopView(View[Loop]):
 
     def has_device(self, operand: str) -> bool:
         """Whether the operand has a device, so that its value is only the first one."""
-        return operand in self.loop.devices.given()
+        return operand in self.loop.devices.by_operand()
 
     @property
     def mout_is_mv(self) -> bool:
@@ -109,8 +109,8 @@ class DpideContext(Context[DpideFile, ProgramEncoding]):
 
 # --- Coefficients: terms that are off, and numbers that belong to the other form --------------------------------------
 
-FORMULAS = DPIDE.at("The PID algorithm")
-DIAGRAM = DPIDE.at("PID Block Diagram")
+FORMULAS = DPIDE.cite("The PID algorithm")
+DIAGRAM = DPIDE.cite("PID Block Diagram")
 COEFFICIENTS = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
 EFFECTS = {
     "Kc_Kp": "no proportional term",
@@ -208,9 +208,9 @@ def time_as_a_gain(view: LoopView) -> Findings:
     """
     if view.loop.PID_EQ:
         return
-    if isinstance(view.loop.Ti_Ki, Timed):
+    if isinstance(view.loop.Ti_Ki, TimeNumber):
         yield view.at("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
-    if isinstance(view.loop.Td_Kd, Timed):
+    if isinstance(view.loop.Td_Kd, TimeNumber):
         gain = "the gain Kd: Kp times the derivative time in s"
         yield view.at("Td_Kd", severity=Severity.WARNING, operand="Td_Kd", gain=gain)
 
@@ -228,7 +228,7 @@ def integral_faster_than_cycle(view: LoopView) -> Findings:
 
     Fix: check PID_EQ, then write Ti or Ki.
     """
-    if view.times is None or (isinstance(view.loop.Ti_Ki, Timed) and not view.loop.PID_EQ):
+    if view.times is None or (isinstance(view.loop.Ti_Ki, TimeNumber) and not view.loop.PID_EQ):
         return
     time = view.times[0]
     if 0 < time < view.cycle:

@@ -187,8 +187,8 @@ class EzlogixContext(Context[EzlogixFile, Encoding]):
 
 # --- The blocks of registers and discretes: where they end, what they share, and how many loops there may be ----------
 
-BLOCK = EZLOGIX.at("PID Setup")
-COUNT = EZLOGIX.at("PID on EZLogix")
+BLOCK = EZLOGIX.cite("PID Setup")
+COUNT = EZLOGIX.cite("PID on EZLogix")
 LAST = {bank.prefix: bank.last for bank in SPACE.banks}
 
 
@@ -285,11 +285,11 @@ def tags_collide(context: EzlogixContext) -> Findings:
 
 # --- The tags of PV, CV and control output: what they share with each other and with the blocks -----------------------
 
-PV_TAG = EZLOGIX.at("Process Variable (PV) Tag")
-CV_TAG = EZLOGIX.at("Control Variable (CV) Tag")
-OUTPUT_TAG = EZLOGIX.at("Control Output Tag")
-STOPPED = EZLOGIX.at("Process PID when PLC is Stopped")
-BASE = EZLOGIX.at("Base Register Tag")
+PV_TAG = EZLOGIX.cite("Process Variable (PV) Tag")
+CV_TAG = EZLOGIX.cite("Control Variable (CV) Tag")
+OUTPUT_TAG = EZLOGIX.cite("Control Output Tag")
+STOPPED = EZLOGIX.cite("Process PID when PLC is Stopped")
+BASE = EZLOGIX.cite("Base Register Tag")
 
 D180 = Decision(
     180,

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # --- The process variable: its counts and its square root -------------------------------------------------------------
 
-ROOT = EZLOGIX.at("Use PV Square Root")
+ROOT = EZLOGIX.cite("Use PV Square Root")
 MUCH = 2
 """From how many times as many counts of the PV as of the CV on they are worth a word."""
 
@@ -252,9 +252,9 @@ def cv_tag_is_another_pv(context: EzlogixContext) -> Findings:
 
 # --- The set point, its limits and the deadband -----------------------------------------------------------------------
 
-LOW = EZLOGIX.at("Setpoint Low Limit")
-LIMITS = EZLOGIX.at("PID Limits")
-SETPOINT = EZLOGIX.at("Setpoint")
+LOW = EZLOGIX.cite("Setpoint Low Limit")
+LIMITS = EZLOGIX.cite("PID Limits")
+SETPOINT = EZLOGIX.cite("Setpoint")
 
 D186 = Decision(
     186,
@@ -415,10 +415,10 @@ def deadband_without_effect(view: LoopView) -> Findings:
 
 # --- The control value: its limits, its offset, and windup ------------------------------------------------------------
 
-CV_LOW = EZLOGIX.at("Control Value (CV) Low Limit")
-HIGH = EZLOGIX.at("Control Value (CV) High Limit")
-ANTI_WINDUP = EZLOGIX.at("Anti-Windup")
-OFFSET = EZLOGIX.at("CV Offset")
+CV_LOW = EZLOGIX.cite("Control Value (CV) Low Limit")
+HIGH = EZLOGIX.cite("Control Value (CV) High Limit")
+ANTI_WINDUP = EZLOGIX.cite("Anti-Windup")
+OFFSET = EZLOGIX.cite("CV Offset")
 
 D188 = Decision(
     188,

@@ -18,12 +18,12 @@ from pidcfg.validate.shared_checks import number_text
 
 # --- The terms of the equation: which are on, and values that do not do what they look like ---------------------------
 
-VELOCITY = EZLOGIX.at("Velocity Algorithm")
-POSITION = EZLOGIX.at("Position Algorithm")
-GAIN = EZLOGIX.at("Proportional Gain")
-INTEGRAL = EZLOGIX.at("Integral (Reset) Time")
-SAMPLE_RATE = EZLOGIX.at("Sample Rate")
-OFFSET = EZLOGIX.at("CV Offset")
+VELOCITY = EZLOGIX.cite("Velocity Algorithm")
+POSITION = EZLOGIX.cite("Position Algorithm")
+GAIN = EZLOGIX.cite("Proportional Gain")
+INTEGRAL = EZLOGIX.cite("Integral (Reset) Time")
+SAMPLE_RATE = EZLOGIX.cite("Sample Rate")
+OFFSET = EZLOGIX.cite("CV Offset")
 
 D184 = Decision(
     184,
@@ -259,9 +259,9 @@ def sample_rate_of_zero(view: LoopView) -> Findings:
 
 # --- What the autotune would need -------------------------------------------------------------------------------------
 
-TIMEOUT = EZLOGIX.at("Timeout Time (in sec)")
-TYPE = EZLOGIX.at("Tuning Type")
-STEP = EZLOGIX.at("Autotune Setup")
+TIMEOUT = EZLOGIX.cite("Timeout Time (in sec)")
+TYPE = EZLOGIX.cite("Tuning Type")
+STEP = EZLOGIX.cite("Autotune Setup")
 
 D190 = Decision(
     190,
@@ -393,9 +393,9 @@ def autotune_step_impossible(view: LoopView) -> Findings:
 
 # --- The control output: pulses, and which of them are left out -------------------------------------------------------
 
-CYCLE = EZLOGIX.at("Cycle Time")
-MIN_DUTY = EZLOGIX.at("Min Duty Cycle")
-MAX_DUTY = EZLOGIX.at("Max Duty Cycle")
+CYCLE = EZLOGIX.cite("Cycle Time")
+MIN_DUTY = EZLOGIX.cite("Min Duty Cycle")
+MAX_DUTY = EZLOGIX.cite("Max Duty Cycle")
 
 D191 = Decision(
     191,

@@ -15,10 +15,10 @@ from pidcfg.validate.shared_checks import number_text
 
 # --- Filters, delays and lags: times, gains and limits that stop them or pin their output -----------------------------
 
-DELAY = NEXTOPID.at("chapter 9: DelayTime")
-TIME_CONSTANT = NEXTOPID.at("chapters 8, 10, 11 and 12: Error")
-LIMITS = NEXTOPID.at("chapters 10 and 11: Error")
-GAIN = NEXTOPID.at("chapters 10, 11 and 12: Gs, G")
+DELAY = NEXTOPID.cite("chapter 9: DelayTime")
+TIME_CONSTANT = NEXTOPID.cite("chapters 8, 10, 11 and 12: Error")
+LIMITS = NEXTOPID.cite("chapters 10 and 11: Error")
+GAIN = NEXTOPID.cite("chapters 10, 11 and 12: Gs, G")
 
 D214 = Decision(
     214,
@@ -168,10 +168,10 @@ def gain_of_zero(context: NextopidContext) -> Findings:
 
 # --- Sample times, and times that are too short or too long beside them -----------------------------------------------
 
-ERRORS = NEXTOPID.at("chapter 2: ErrBits, and SampleTime")
-INTEGRAL = NEXTOPID.at("chapter 2: Ti_Ki")
-FILTER = NEXTOPID.at("chapter 2: Tfd")
-VARIATION = NEXTOPID.at("chapter 2: MaxVarMV")
+ERRORS = NEXTOPID.cite("chapter 2: ErrBits, and SampleTime")
+INTEGRAL = NEXTOPID.cite("chapter 2: Ti_Ki")
+FILTER = NEXTOPID.cite("chapter 2: Tfd")
+VARIATION = NEXTOPID.cite("chapter 2: MaxVarMV")
 
 D213 = Decision(
     213,
@@ -381,8 +381,8 @@ def mv_rate_without_effect(view: BlockView) -> Findings:
 
 # --- Loops whose process is part of the file: the direction of control, and the sample time ---------------------------
 
-PROCESS_GAIN = NEXTOPID.at("chapter 10: Gs, and chapter 2: Direct")
-SAMPLE_TIME = NEXTOPID.at("chapter 17: Maximum Sample Time of Controller")
+PROCESS_GAIN = NEXTOPID.cite("chapter 10: Gs, and chapter 2: Direct")
+SAMPLE_TIME = NEXTOPID.cite("chapter 17: Maximum Sample Time of Controller")
 
 D212 = Decision(
     212,

@@ -14,11 +14,11 @@ from pidcfg.validate.shared_checks import find_circles, list_names, number_text,
 
 # --- Cascades: who is whose master, and what master and slave have in common ------------------------------------------
 
-CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
-CASC = NEXTOPID.at("chapter 2: CASC")
-LIMITS = NEXTOPID.at("chapter 2: MaxPV, WarnBits")
+CASCADE = NEXTOPID.cite("chapter 16: Cascade Configurations, Special Connections")
+CASC = NEXTOPID.cite("chapter 2: CASC")
+LIMITS = NEXTOPID.cite("chapter 2: MaxPV, WarnBits")
 MOST_NAMES = 5
-HINTS = NEXTOPID.at("chapter 17: Hints for Tuning PID in Cascade Configuration")
+HINTS = NEXTOPID.cite("chapter 17: Hints for Tuning PID in Cascade Configuration")
 
 
 @error("NX662", D218, "{name} is its own master: {way}")
@@ -331,7 +331,7 @@ def slave_without_set_point_of_its_master(context: NextopidContext) -> Findings:
 
 # --- Masters that are not told the truth: behind another block, and of a slave that is in error -----------------------
 
-ERRORS = NEXTOPID.at("chapter 2: ErrBits")
+ERRORS = NEXTOPID.cite("chapter 2: ErrBits")
 NOT_NEGATIVE = ("Td_Kd", "Ti_Ki", "Tfd", "MaxVarMV", "DeadBand")
 
 
@@ -423,9 +423,9 @@ def slave_in_error(context: NextopidContext) -> Findings:
 
 # --- Overrides, and feed-forward through BIAS -------------------------------------------------------------------------
 
-OVERRIDE = NEXTOPID.at("chapter 16: Override Configurations")
-SELECTOR = NEXTOPID.at("chapters 13 and 14: MV1, MV2")
-BIAS = NEXTOPID.at("chapter 2: BIAS")
+OVERRIDE = NEXTOPID.cite("chapter 16: Override Configurations")
+SELECTOR = NEXTOPID.cite("chapters 13 and 14: MV1, MV2")
+BIAS = NEXTOPID.cite("chapter 2: BIAS")
 
 D211 = Decision(
     211,

@@ -15,11 +15,11 @@ from pidcfg.encoders.nextopid.image import NextopidEncoding, Placed
 from pidcfg.encoders.parameters import Parameter
 from pidcfg.schemas import expressions as grammar
 from pidcfg.schemas.expressions import Expression
-from pidcfg.schemas.iec import Timed, Wire
+from pidcfg.schemas.iec import TimeNumber, Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, NextopidFile
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.paths import Path, steps, value_at
+from pidcfg.text.paths import Path, parse_path, value_at
 from pidcfg.text.references import Decision
 from pidcfg.validate.rule import Finding
 from pidcfg.validate.rules.nextopid.first_scan import CHECKED, PASSING, FirstScan, KnownValue
@@ -110,7 +110,7 @@ class BlockView:
 
     def is_wired(self, key: str) -> bool:
         """Whether a parameter has a wire, even one without meaning."""
-        return isinstance(value_at(self.item, steps(key)), Wire)
+        return isinstance(value_at(self.item, parse_path(key)), Wire)
 
     def source(self, key: str) -> str | None:
         """The name of what a parameter is wired to, where the wire is nothing but a name."""
@@ -186,7 +186,7 @@ class BlockView:
         self, key: str, /, plc_effect: str | None = None, severity: Severity | None = None, **values: Any
     ) -> Finding:
         """A finding at one of its keys."""
-        return Finding((*self.placed.place, *steps(key)), values, plc_effect=plc_effect, severity=severity)
+        return Finding((*self.placed.place, *parse_path(key)), values, plc_effect=plc_effect, severity=severity)
 
 
 @frozen
@@ -586,4 +586,4 @@ class NextopidContext(ProgramContext):
 
     def has_time_as_gain(self, view: BlockView, key: str) -> bool:
         """Whether a gain of the independent form is written with a unit of time."""
-        return view.is_on("Indep") is True and isinstance(getattr(view.item, key), Timed)
+        return view.is_on("Indep") is True and isinstance(getattr(view.item, key), TimeNumber)

@@ -17,7 +17,7 @@ from pidcfg.encoders.maps.nextopid import LOOP_TYPES, MOST_SAMPLES
 from pidcfg.encoders.nextopid.wiring import NoValueError, reach, value_of
 from pidcfg.encoders.parameters import shortest, store
 from pidcfg.schemas.iec import BOOL, INT, Wire
-from pidcfg.text.paths import steps, value_at
+from pidcfg.text.paths import parse_path, value_at
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -200,7 +200,7 @@ class FirstScan:
 
     def _written(self, block: int, key: str) -> Any:
         """What the file says of an input, or the default is."""
-        return value_at(self.encoding.items[block].item, steps(key))
+        return value_at(self.encoding.items[block].item, parse_path(key))
 
     def _work_out(self, number: int) -> KnownValue | None:
         owner = self._row(number)

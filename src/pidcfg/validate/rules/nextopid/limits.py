@@ -19,9 +19,9 @@ from pidcfg.validate.shared_checks import D955, crossed_set_points, number_text,
 
 # --- The limits of PV and MV, the bits that the block sets, and values outside ----------------------------------------
 
-ERRORS = NEXTOPID.at("chapter 2: ErrBits")
-WARNINGS = NEXTOPID.at("chapter 2: WarnBits")
-SCALE = NEXTOPID.at("chapter 2: MaxMV, MinMV")
+ERRORS = NEXTOPID.cite("chapter 2: ErrBits")
+WARNINGS = NEXTOPID.cite("chapter 2: WarnBits")
+SCALE = NEXTOPID.cite("chapter 2: MaxMV, MinMV")
 
 
 @per_pid
@@ -213,7 +213,7 @@ def output_scale_assumed(view: BlockView) -> Findings:
 
 # --- Values that come through a wire: the limits that a number in the file is held against, for them too --------------
 
-INTEGERS = NEXTOPID.at("chapter 3: PIDA_INT")
+INTEGERS = NEXTOPID.cite("chapter 3: PIDA_INT")
 
 
 @error("NX613", D208, "{key} is {value}; it must be {allowed}")
@@ -273,10 +273,10 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Findings:
 
 # --- On-off control, pulse width modulation and split range -----------------------------------------------------------
 
-SWITCH = NEXTOPID.at("chapter 6: ControlON_OFF")
-PULSES = NEXTOPID.at("chapter 7: Error")
-PULSE_RANGE = NEXTOPID.at("chapter 7: MaxMV, MinMV")
-SPLIT = NEXTOPID.at("chapter 15: Error")
+SWITCH = NEXTOPID.cite("chapter 6: ControlON_OFF")
+PULSES = NEXTOPID.cite("chapter 7: Error")
+PULSE_RANGE = NEXTOPID.cite("chapter 7: MaxMV, MinMV")
+SPLIT = NEXTOPID.cite("chapter 15: Error")
 
 D215 = Decision(
     215,
@@ -460,9 +460,9 @@ def split_range_not_in_percent(context: NextopidContext) -> Findings:
 
 # --- Settings that are sound by themselves and not beside each other --------------------------------------------------
 
-TRACKING = NEXTOPID.at("chapter 2: TRK_IN, TRK_VAL")
-WINDUP = NEXTOPID.at("chapter 2: Windup_H_IN, Windup_L_IN")
-DIRECTION = NEXTOPID.at("chapter 2: Direct")
+TRACKING = NEXTOPID.cite("chapter 2: TRK_IN, TRK_VAL")
+WINDUP = NEXTOPID.cite("chapter 2: Windup_H_IN, Windup_L_IN")
+DIRECTION = NEXTOPID.cite("chapter 2: Direct")
 D552 = Decision(
     552,
     "a derivative or filter slower than what it is part of",

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.image import WireError
 from pidcfg.encoders.nextopid.wiring import D204, D205
-from pidcfg.schemas.expressions import COMPARISONS, CONDITIONAL, CONSTANT, EQUALITIES, SIGNAL, TRUTH, TWO_OPERANDS
+from pidcfg.schemas.expressions import (
+    COMPARISONS,
+    CONDITION_OPERATORS,
+    CONSTANT,
+    EQUALITIES,
+    SIGNAL,
+    TRUTH,
+    TWO_OPERANDS,
+)
 from pidcfg.schemas.nextopid import D202
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
@@ -29,7 +37,7 @@ if TYPE_CHECKING:
 
 # --- Wires and names: what means nothing, what nobody reads, and names that stand for two things ----------------------
 
-BLOCKS = NEXTOPID.at("chapter 1: Introduction")
+BLOCKS = NEXTOPID.cite("chapter 1: Introduction")
 LOOP = "the loop"
 
 D209 = Decision(
@@ -313,7 +321,7 @@ def _comparisons(node: Node, kinds: Mapping[int, IecType]) -> Iterator[Node]:
 
 
 def _is_bool(node: Node, kinds: Mapping[int, IecType]) -> bool:
-    return node[0] in CONDITIONAL | {TRUTH} or (node[0] == SIGNAL and kinds[node[1]].kind == "bool")
+    return node[0] in CONDITION_OPERATORS | {TRUTH} or (node[0] == SIGNAL and kinds[node[1]].kind == "bool")
 
 
 def _compares_name_with_number(node: Node) -> bool:
@@ -344,11 +352,11 @@ def _evaluate(node: Node, case: Mapping[Node, Any]) -> Any:
 
 # --- The two forms of the equation: which terms are on, and values that do not do what they look like -----------------
 
-DISABLE_P = NEXTOPID.at("chapter 2: DisableP")
-INDEP = NEXTOPID.at("chapter 2: Indep")
-BIAS = NEXTOPID.at("chapter 2: BIAS")
-DERIVATIVE = NEXTOPID.at("chapter 2: DerivEr")
-DEAD_BAND = NEXTOPID.at("chapter 2: DeadBand")
+DISABLE_P = NEXTOPID.cite("chapter 2: DisableP")
+INDEP = NEXTOPID.cite("chapter 2: Indep")
+BIAS = NEXTOPID.cite("chapter 2: BIAS")
+DERIVATIVE = NEXTOPID.cite("chapter 2: DerivEr")
+DEAD_BAND = NEXTOPID.cite("chapter 2: DeadBand")
 
 
 @per_pid
@@ -463,10 +471,10 @@ def dead_band_as_wide_as_the_range(view: BlockView) -> Findings:
 
 # --- What the auto-tuning would do ------------------------------------------------------------------------------------
 
-START = NEXTOPID.at("chapter 4: AutoTune")
-PARAMETERS = NEXTOPID.at("chapter 4: AutoTuneParam")
-RESULT = NEXTOPID.at("chapter 4: MV_TOO_HIGH, MV_TOO_LOW")
-MODE = NEXTOPID.at("chapter 4: Mode")
+START = NEXTOPID.cite("chapter 4: AutoTune")
+PARAMETERS = NEXTOPID.cite("chapter 4: AutoTuneParam")
+RESULT = NEXTOPID.cite("chapter 4: MV_TOO_HIGH, MV_TOO_LOW")
+MODE = NEXTOPID.cite("chapter 4: Mode")
 INT_TUNE_BLOCK = "PIDA_TUNE_INT"
 
 D217 = Decision(
