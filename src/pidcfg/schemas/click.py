@@ -242,7 +242,7 @@ class Alarms(Model):
     """Largest change of the PV per sample (DFn+19); `15 /min` and `0.25 /s` are converted with the sample rate."""
     rate_of_change_enabled: Flag | None = None
     """The bit of the rate-of-change alarm (Cn+14); on when `rate_of_change` is given."""
-    hysteresis: Annotated[Number, Limits("0", None, "", CLICK.at("PV Alarm Hysteresis (DFn+20)"))] | None = None
+    hysteresis: Annotated[Number, Limits("0", None, "", CLICK.cite("PV Alarm Hysteresis (DFn+20)"))] | None = None
     """How far the PV must return through a limit before its alarm goes off (DFn+20)."""
 
 

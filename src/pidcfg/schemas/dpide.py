@@ -220,7 +220,7 @@ PulseCycle = Annotated[
     Parser(parse_milliseconds),
     WithJsonSchema(MILLISECONDS_SCHEMA),
     INT,
-    Limits("1", str(INT.high), "ms", DPIDE.at("Example 3")),
+    Limits("1", str(INT.high), "ms", DPIDE.cite("Example 3")),
 ]
 
 
@@ -280,7 +280,7 @@ def parse_time(value: object) -> Decimal:
 
 Milliseconds = Annotated[int, Parser(parse_milliseconds), WithJsonSchema(MILLISECONDS_SCHEMA), DINT]
 Time = Annotated[Decimal, Parser(parse_time), WithJsonSchema(DURATION_SCHEMA), REAL]
-Interval = Annotated[Milliseconds, Limits("1", None, "ms", DPIDE.at("Example 5"))]
+Interval = Annotated[Milliseconds, Limits("1", None, "ms", DPIDE.cite("Example 5"))]
 
 
 class Scale(Model):

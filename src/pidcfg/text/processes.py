@@ -76,7 +76,7 @@ class WorkerPool(Generic[Item, Result]):
         """The same, with processes only where they pay: this one works until what is left is worth starting them.
 
         ``effort``: what an item with this result has taken beside a file, in µs by a count of its work. What is left is
-        taken to be like the largest so far. ``make_worker``: for this process, whose worker may also say how far it has come.
+        taken to be like the largest so far. ``make_worker``: for this process; its worker may also say how far it is.
         """
         worker, longest = None, 0.0
         for i, item in enumerate(items):

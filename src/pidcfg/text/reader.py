@@ -62,7 +62,7 @@ class Reader(Protocol):
     """What a call reads other files with."""
 
     def read(self, name: str, max_bytes: int) -> bytes:
-        """The first ``max_bytes`` bytes of a file; raises `OSError`, or `ValueError` for a name that no file can have."""
+        """The first ``max_bytes`` bytes of a file; raises `OSError`, or `ValueError` for an impossible name."""
 
     def resolve(self, name: str, other: str) -> str:
         """The name of a file that the file ``name`` refers to as ``other``: relative names begin in its folder."""
@@ -197,7 +197,7 @@ def data_of(text: str | bytes) -> bytes:
 
 
 def source_data(source: Path | str | bytes, name: str | None, files: Files, max_bytes: int) -> tuple[bytes, str]:
-    """The first ``max_bytes`` bytes of a source, and its name in findings; raises `OSError` for a file that is not there."""
+    """The first ``max_bytes`` bytes of a source, and its name in findings; raises `OSError` for a missing file."""
     if isinstance(source, Path):
         return reader_of(files).read(source.as_posix(), max_bytes), name or source.as_posix()
     return data_of(source), name or UNNAMED
