@@ -90,7 +90,7 @@ LOOPS = NamedLoops(
     always=frozenset({"PID_EQ", "PID_DIR"}),
     first={"I_MV": 0},
     options=(LoopOption(("device",), "device", "the device of I_MV (30 registers)"),),
-    devices=lambda loop: loop.devices.given() | {"I_MV": loop.device},
+    devices=lambda loop: loop.devices.by_operand() | {"I_MV": loop.device},
 )
 
 MODES = DPIDE.cite("The diagram of switching to PID_MAN / MOUT_AUTO")
