@@ -245,7 +245,7 @@ def test_a_flag_stands_in_a_bit_and_every_other_operand_in_registers():
     for name in Devices.model_fields:
         bit, register = ROWS[name].type is BOOL, "D100"
         good, bad = ("M10", register) if bit else (register, "M10")
-        assert Devices.model_validate({name: good}).given() == {name: good}
+        assert Devices.model_validate({name: good}).by_operand() == {name: good}
         with pytest.raises(ValidationError):
             Devices.model_validate({name: bad})
 
@@ -263,7 +263,7 @@ def _metadata(annotation):
 def test_devices_are_given_in_the_order_of_the_instruction():
     given = {name: "M1" if row.type is BOOL else "D1" for name, row in ROWS.items() if name != "I_MV"}
 
-    assert list(Devices.model_validate(dict(reversed(given.items()))).given()) == list(given)
+    assert list(Devices.model_validate(dict(reversed(given.items()))).by_operand()) == list(given)
 
 
 def test_a_block_takes_30_registers_a_number_2_and_a_flag_its_bit():
