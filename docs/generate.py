@@ -26,7 +26,7 @@ from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.output.explanation.page import key_text
 from pidcfg.output.json_schemas import OUTPUTS, plain_schema
-from pidcfg.pictures.figure import svg
+from pidcfg.pictures.figure import draw_svg
 from pidcfg.schemas.document import models_of
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.outcome import charts_of, simulate_document
@@ -108,7 +108,7 @@ def reactor() -> str:
     """The example's temperature loop, as `simulate --plot` draws it."""
     path = DOCS.parent / "examples/dl06/reactor.scenario.yaml"
     outcome = simulate_document(read_document(path.read_bytes(), path.as_posix()), Settings(), record=True)
-    return svg(charts_of(outcome, ["TIC-101"]), title=heading([outcome])[0])
+    return draw_svg(charts_of(outcome, ["TIC-101"]), title=heading([outcome])[0])
 
 
 def output_formats() -> str:

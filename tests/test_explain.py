@@ -27,7 +27,7 @@ from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import Meaning, RegisterMap
 from pidcfg.output.explanation import QuestionError, as_text
 from pidcfg.output.explanation import explanation_data as as_data
-from pidcfg.output.explanation.lookup import all_decisions, explain, explain_things
+from pidcfg.output.explanation.lookup import all_decisions, explain_question, explain_things
 from pidcfg.output.explanation.page import Question
 from pidcfg.schemas.base import unit_text, units_of
 from pidcfg.schemas.document import models_in
@@ -44,7 +44,9 @@ ALL = list(VENDORS)
 
 def pages(text, *, vendor=None, loop=False, starts=()):
     """The explanations of a thing."""
-    return explain(Question.of(text, loop=loop, starts=tuple(starts)), [vendor] if vendor else ALL, all_decisions)
+    return explain_question(
+        Question.of(text, loop=loop, starts=tuple(starts)), [vendor] if vendor else ALL, all_decisions
+    )
 
 
 def run(*args):
@@ -120,7 +122,7 @@ def test_every_address_and_parameter_is_explained(vendor):
         for word in block.table.words:
             for value in ("", "=0"):
                 name = book.space.name(start + word.offset)
-                thing = f"{name}{value}" if block.in_loop else f"ramp+{word.offset:o}{value}"
+                thing = f"{name}{value}" if block.is_in_loop else f"ramp+{word.offset:o}{value}"
                 (page,) = pages(thing, vendor=vendor, loop=True)
                 assert page.title == word.title
                 assert page.reference
@@ -234,7 +236,7 @@ def test_every_switch_that_tells_what_true_is_has_both_states():
     assert books
     for book in books:
         switches = [(table, row) for table, rows in book.tables.items() for row in rows.rows if row.type.kind == "bool"]
-        names = {row.name for table, row in switches if book.text(table, row).startswith(("TRUE", "FALSE"))}
+        names = {row.name for table, row in switches if book.parameter_text(table, row).startswith(("TRUE", "FALSE"))}
         assert names
         assert {(name, state) for name in names for state in (True, False)} <= set(book.states)
     assert {page.title.partition(" [")[0] for page in pages("Direct=FALSE")} == {"a switch"}
@@ -259,7 +261,7 @@ def test_a_cure_that_stops_the_machine_says_so():
     cures = [meaning.cure for meaning in every_meaning() if "Program to Run" in meaning.cure]
     assert len(cures) == 7
     assert all("This stops the machine" in cure and "in Manual" in cure for cure in cures)
-    assert pages("addr+31")[0].by.endswith("changes between Program and Run, and Program mode stops the machine")
+    assert pages("addr+31")[0].writer.endswith("changes between Program and Run, and Program mode stops the machine")
 
 
 def test_a_reading_that_no_manual_prints_says_so():
@@ -318,7 +320,7 @@ def test_a_limit_is_no_first_thing_to_widen():
     ],
 )
 def test_who_writes_a_word(thing, by):
-    assert [page.by for page in pages(thing)] == [by]
+    assert [page.writer for page in pages(thing)] == [by]
 
 
 def test_errors_of_the_click_name_what_can_be_their_cause():
@@ -805,7 +807,7 @@ def test_the_action_is_told_for_every_vendor_with_who_means_the_opposite():
     found = pages("action")
     assert [*dict.fromkeys(page.vendor for page in found)] == ALL
     own = next(page for page in found if page.vendor == "ezlogix")
-    assert (own.by, own.key) == ("stands in no register: set it in the PID dialog", "action")
+    assert (own.writer, own.key) == ("stands in no register: set it in the PID dialog", "action")
     assert "`reverse` is heating" in own.holds
     assert own.notes[1] == (
         "the same word means the opposite with AutomationDirect DirectLOGIC DL06, AutomationDirect CLICK, Delta AS; "
@@ -912,7 +914,7 @@ def test_every_key_is_in_a_register_or_told(vendor):
 def test_keys_that_no_register_holds(thing, keys):
     found = pages(thing)
     assert [page.key for page in found] == keys
-    assert {page.by for page in found} == {"stands in no register: set it in the PID dialog"}
+    assert {page.writer for page in found} == {"stands in no register: set it in the PID dialog"}
     with pytest.raises(QuestionError, match="stands in no register"):
         pages(f"{thing}=1")
 
@@ -1033,10 +1035,12 @@ def test_a_bit_of_v7642_that_the_manual_does_not_list_is_named():
 
 
 def test_a_key_may_be_asked_for_with_blanks():
-    found, other = (explain(Question.of(name), list(VENDORS), all_decisions) for name in ("bias freeze", "bias_freeze"))
+    found, other = (
+        explain_question(Question.of(name), list(VENDORS), all_decisions) for name in ("bias freeze", "bias_freeze")
+    )
     assert found[: len(other)] == other
     with pytest.raises(QuestionError, match="nothing is known of 'no such thing'"):
-        explain(Question.of("no such thing"), list(VENDORS), all_decisions)
+        explain_question(Question.of("no such thing"), list(VENDORS), all_decisions)
 
 
 @pytest.mark.parametrize("vendor", [None, "click"])

@@ -155,7 +155,7 @@ QUESTIONS = {
 def answers(question):
     """What is answered to a question, as the table has it."""
     return {
-        page.title if page.kind == wording.SYMPTOM else f"{page.vendor or page.kind} {page.name}"
+        page.title if page.kind == wording.SYMPTOM_KIND else f"{page.vendor or page.kind} {page.name}"
         for page in api.explain(question).pages
     }
 
@@ -297,13 +297,13 @@ def test_a_modbus_reference_leads_back_to_its_address(vendor, data):
 
 # --- the tables ------------------------------------------------------------------------------------------------------
 
-ROWS = [*wording.symptoms(), *(t.means for t in wording.templates() if not isinstance(t.means, str))]
+ROWS = [*wording.symptoms(), *(t.subject for t in wording.templates() if not isinstance(t.subject, str))]
 
 
 def test_every_symptom_says_what_to_look_at_with_every_plc():
     for row in wording.symptoms():
         assert [*row.causes] == PLCS, row.title
-        assert row.says.endswith("."), row.title
+        assert row.meaning.endswith("."), row.title
 
 
 def test_every_register_and_rule_that_a_row_names_is_there():
@@ -311,21 +311,24 @@ def test_every_register_and_rule_that_a_row_names_is_there():
     for row in ROWS:
         for vendor, causes in row.causes.items():
             for cause in causes:
-                assert all(book_of(vendor).find(Question(name, name)) for name in cause.at), (row.title, cause.at)
+                assert all(book_of(vendor).find(Question(name, name)) for name in cause.registers), (
+                    row.title,
+                    cause.registers,
+                )
                 assert {rule[:3] if rule.startswith("PID") else rule[:2] for rule in cause.rules} <= {
                     "PID",
                     VENDORS[vendor].prefix,
                 }
                 assert set(cause.rules) <= set(known), (row.title, cause.rules)
-                assert 0 < len(cause.see) <= 170, cause.see
-    table = tomllib.loads(wording.MESSAGES.read_text("utf-8"))
+                assert 0 < len(cause.advice) <= 170, cause.advice
+    table = tomllib.loads(wording.MESSAGES_FILE.read_text("utf-8"))
     assert set(table["rules"]) <= set(known)
 
 
 @pytest.mark.parametrize("row", wording.symptoms(), ids=lambda row: row.title[:30])
 def test_every_name_of_a_symptom_leads_to_it(row):
-    for name in row.words:
-        assert row in wording.named_by(name), name
+    for name in row.names:
+        assert row in wording.symptoms_in(name), name
 
 
 def test_what_is_true_of_every_plc_is_said_once():
@@ -396,7 +399,8 @@ def test_every_message_without_its_code_leads_to_its_rule():
     wrong = {
         text: (code, names)
         for text, code in found.items()
-        if code not in (names := [m if isinstance(m, str) else m.title for m in wording.said(text, list(VENDORS))])
+        if code
+        not in (names := [m if isinstance(m, str) else m.title for m in wording.message_subjects(text, list(VENDORS))])
         or len(names) > MOST
     }
     assert not wrong
@@ -410,13 +414,15 @@ def test_every_message_with_its_code_and_place_leads_to_its_rule():
 
 def test_the_message_of_every_rule_leads_to_it():
     for code, rule in rules().items():
-        if len(wording.HOLE.sub("", rule.message)) >= wording.LEAST:
-            assert code in wording.said(rule.message, list(VENDORS)), rule.message
+        if len(wording.HOLE.sub("", rule.message)) >= wording.LEAST_LETTERS:
+            assert code in wording.message_subjects(rule.message, list(VENDORS)), rule.message
 
 
 def test_every_other_line_that_is_printed_is_known():
     lines = {line for line in (*checklists(), *uncoded()) if " " in line}
     assert len(lines) > 900
-    assert [line for line in lines if not wording.said(line, list(VENDORS)) and not wording.named_by(line)] == []
+    assert [
+        line for line in lines if not wording.message_subjects(line, list(VENDORS)) and not wording.symptoms_in(line)
+    ] == []
     for line in sorted(lines)[::40]:
         assert api.explain(line).pages, line

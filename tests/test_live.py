@@ -35,7 +35,7 @@ from pidcfg.live.link import (
     serial_reason,
     unexpected_answer,
 )
-from pidcfg.live.pull import _notes, _value, compare_with, read_plc, source_of
+from pidcfg.live.pull import _operator_notes, _value_text, compare_with, read_plc, source_of
 from pidcfg.live.reading import READINGS, implausible_contents
 from pidcfg.live.reading import Registers as LoopRegisters
 
@@ -151,12 +151,12 @@ def test_a_listing_of_a_plc_names_the_loops_that_its_words_tell(desk, memory):
 def test_remarks_of_the_differences_are_those_of_the_comparison():
     operated = SimpleNamespace(key="SP", unit="%", address="V1", word_after="0001", before=1, after=2)
     diff = SimpleNamespace(notes=("first",), loops=[SimpleNamespace(loop="L", operated=[operated])])
-    assert list(_notes(diff)) == [
+    assert list(_operator_notes(diff)) == [
         "first",
         "L: operated, and no difference: SP is 2 % (V1 0001), in the file 1",
     ]
     operated.unit = operated.address = ""
-    assert list(_notes(diff))[1] == "L: operated, and no difference: SP is 2, in the file 1"
+    assert list(_operator_notes(diff))[1] == "L: operated, and no difference: SP is 2, in the file 1"
 
 
 def test_a_setting_that_differs_is_found_with_its_line_word_and_address(desk, memory):
@@ -460,7 +460,7 @@ def test_a_file_with_errors_is_told_and_nothing_is_read():
 
 
 def test_values_are_shown_with_their_unit():
-    assert [_value(value, " %") for value in (None, 5, [1, 2])] == ["none", "5 %", "[1, 2] %"]
+    assert [_value_text(value, " %") for value in (None, 5, [1, 2])] == ["none", "5 %", "[1, 2] %"]
 
 
 def test_one_register_is_named_alone():
@@ -533,7 +533,7 @@ def test_numbers_whose_registers_stand_in_the_other_order(values, said):
 
 
 def test_a_request_asks_for_what_the_protocol_allows():
-    assert link_module.MOST == {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
+    assert link_module.MOST_PER_REQUEST == {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
 
 
 def test_a_connection_that_is_not_made_is_closed(monkeypatch):
@@ -554,7 +554,7 @@ def test_an_error_without_a_code_is_an_exception_all_the_same():
     with pytest.raises(
         PlcError, match=r"h:502: read coils .*: exception 0 \(not in the protocol\); look at the set-up"
     ):
-        link._content(Request("coil", 1, 1, "C1"), SimpleNamespace(isError=lambda: True))
+        link._response_content(Request("coil", 1, 1, "C1"), SimpleNamespace(isError=lambda: True))
 
 
 @pytest.mark.parametrize(("name", "pause"), [("hangs up", 0.0), ("exception 6", 0.1)])

@@ -486,7 +486,7 @@ def test_a_map_is_no_host(name):
 def place_of(vendor, name, text):
     """The virtual PLC, and table and register of a parameter."""
     plc = virtual(vendor, text)
-    return plc, next(where for where, parts in plc._where.items() if parts[0].number == name)
+    return plc, next(where for where, parts in plc._map.items() if parts[0].number == name)
 
 
 def float32(value):
@@ -515,11 +515,11 @@ def float32(value):
 def test_what_the_plc_refuses(vendor, name, contents, code):
     plc, (table, register) = place_of(vendor, name, filled(example(vendor)))
     plc.advance(50)
-    before = {where: plc.read(*where, 1) for where in plc._where}
+    before = {where: plc.read(*where, 1) for where in plc._map}
     with pytest.raises(RegisterError) as error:
         plc.write(table, register, contents)
     assert error.value.code == code
-    assert {where: plc.read(*where, 1) for where in plc._where} == before
+    assert {where: plc.read(*where, 1) for where in plc._map} == before
 
 
 def test_what_a_program_writes_in_every_cycle_is_its_own():
@@ -542,9 +542,9 @@ def test_an_as_is_asked_for_little_at_once():
     result = pidcfg.encode(path)
     numbering = numbering_of(VENDORS["dpide"], MapFile(filled(path), "map"), result.image)
     registers = NamedRegisters(VENDORS["dpide"], numbering, result.image)
-    assert registers.most["holding"] == 100
+    assert registers.most_per_request["holding"] == 100
     whole = list(registers._requests(registers.names))
-    registers.most = {"holding": 4, "coil": 1}
+    registers.most_per_request = {"holding": 4, "coil": 1}
     parts = list(registers._requests(registers.names))
     assert max(request.count for request, _ in whole) > 4
     assert max(request.count for request, _ in parts) <= 4
@@ -553,7 +553,7 @@ def test_an_as_is_asked_for_little_at_once():
 
 def test_an_operator_of_an_ezlogix():
     plc, mode = place_of("ezlogix", 65536 + 101, filled(example("ezlogix")))
-    at = {parts[0].number: where for where, parts in plc._where.items()}
+    at = {parts[0].number: where for where, parts in plc._map.items()}
     plc.advance(20)
     plc.write(*at[102], [1700])
     plc.write(*at[103], [333])
@@ -590,8 +590,8 @@ def test_an_operator_of_an_ezlogix():
 @pytest.mark.parametrize("bits", [False, True])
 def test_an_operator_of_named_parameters(vendor, setpoint, manual, out, bits):
     plc = virtual(vendor, filled(example(vendor), bits=bits))
-    at = {part.number: where for where, parts in reversed(plc._where.items()) for part in parts}
-    switch = {part.number: part.bit for parts in plc._where.values() for part in parts}[manual]
+    at = {part.number: where for where, parts in reversed(plc._map.items()) for part in parts}
+    switch = {part.number: part.bit for parts in plc._map.values() for part in parts}[manual]
     plc.advance(40)
     plc.write(*at[setpoint], float32(61.5))
     assert plc.read(*at[setpoint], 2) == [*float32(61.5)]
@@ -722,7 +722,7 @@ def test_mbpoll_reads_and_operates(desk, vendor):
     name, kind, value, mode, on = OPERATED[vendor]
     text = filled(example(vendor))
     plc, (_, register) = place_of(vendor, name, text)
-    _, coil = next(where for where, parts in plc._where.items() if parts[0].number == mode)
+    _, coil = next(where for where, parts in plc._map.items() if parts[0].number == mode)
     with served(desk, plc, speed=50.0) as (port, _):
 
         def mbpoll(register, *more, kind):

@@ -16,9 +16,9 @@ import pytest
 
 from pidcfg.pictures import Band, Bar, Chart, Line, Mark, Panel, Strip, page
 from pidcfg.pictures import figure as draw
-from pidcfg.pictures.characters import fits, lines
-from pidcfg.pictures.figure import png
-from pidcfg.pictures.layout import group_numbers, moment, plain, shortened, spread
+from pidcfg.pictures.characters import can_encode_signs, draw_rows
+from pidcfg.pictures.figure import draw_png
+from pidcfg.pictures.layout import group_numbers, plain_text, shorten, spread_apart, time_text
 
 SVG = "{http://www.w3.org/2000/svg}"
 TAGS = {"svg", "title", "desc", "defs", "clipPath", "path", "text"}
@@ -85,7 +85,7 @@ def classes(svg, first):
 
 
 def test_an_svg_says_what_its_axes_lines_and_bars_are():
-    svg = draw.svg([chart()], title="Reactor 2")
+    svg = draw.draw_svg([chart()], title="Reactor 2")
     said = texts(svg)
     assert {"Reactor 2", "TIC-101: Reactor", "PV, SP (degC)", "OUT (%)", "time (min)", "SP", "PV", "OUT", "mode"} <= {
         *said
@@ -97,14 +97,14 @@ def test_an_svg_says_what_its_axes_lines_and_bars_are():
 
 
 def test_an_svg_has_one_line_a_signal_and_one_bar_a_span():
-    svg = draw.svg([chart(), chart("LIC-1")], title="two")
+    svg = draw.draw_svg([chart(), chart("LIC-1")], title="two")
     assert classes(svg, "line") == ["line pv only", "line setpoint only", "line output only"] * 2
     assert classes(svg, "bar") == 2 * (["bar mode"] * 2 + ["bar alarm"] * 2 + ["bar step"] * 2)
     assert sorted(classes(svg, "mark")) == ["mark event"] * 6 + ["mark failure"] * 6
 
 
 def test_an_overlay_has_both_sides_named_before_thin_dashed_after_thick_solid():
-    svg = draw.svg([overlay()], title="both")
+    svg = draw.draw_svg([overlay()], title="both")
     assert {"before: old.yaml (dl06)", "after: new.yaml (click)"} <= {*texts(svg)}
     lines = {name: path for path in tree(svg).iter(f"{SVG}path") if (name := path.get("class", "")).startswith("line")}
     assert set(lines) == {"line pv before", "line pv after", "line setpoint only"}
@@ -117,14 +117,14 @@ def test_an_overlay_has_both_sides_named_before_thin_dashed_after_thick_solid():
 def test_lines_bands_bars_and_marks_stand_where_their_axes_say():
     panel = Panel("PV", "", (Line("PV", "pv", [0, 60], [5, 5]),), (0, 10), (Band("pv", [0, 60], [0, 0], [10, 10]),))
     strips, marks = (Strip("mode", (Bar("auto", 10, 50),), "mode"),), (Mark("a", 30),)
-    root = tree(draw.svg([Chart("x", "x", (panel,), strips, marks)], title="x"))
+    root = tree(draw.draw_svg([Chart("x", "x", (panel,), strips, marks)], title="x"))
     across, up = {}, {}
     for text in root.iter(f"{SVG}text"):
         if text.get("class") == "tick":
             if text.get("text-anchor") == "middle":
                 across[text.text] = float(text.get("x"))
             else:
-                up[text.text] = round(float(text.get("y")) - draw.LOWER * float(text.get("font-size")), 1)
+                up[text.text] = round(float(text.get("y")) - draw.BASELINE_DROP * float(text.get("font-size")), 1)
 
     def corners(name):
         path = next(path for path in root.iter(f"{SVG}path") if path.get("class") == name)
@@ -141,14 +141,16 @@ def test_lines_bands_bars_and_marks_stand_where_their_axes_say():
 def test_a_band_is_seen_in_every_kind_of_picture():
     bands = tuple(Band("pv", TIMES, [0] * 601, [4 + 4 * i] * 601) for i in range(2))
     one = Chart("x", "x", (Panel("PV", "", (Line("PV", "pv", TIMES, [1] * 601),), None, bands),))
-    assert classes(draw.svg([one], title="x"), "band") == ["band", "band"]
-    assert [a["class"] for tag, a in Reader(page.html([one], title="x")).found if tag == "polygon"] == ["band pv"] * 2
-    picture = pytest.importorskip("PIL.Image").open(io.BytesIO(png([one], title="x"))).convert("RGB")
+    assert classes(draw.draw_svg([one], title="x"), "band") == ["band", "band"]
+    assert [a["class"] for tag, a in Reader(page.render_page([one], title="x")).found if tag == "polygon"] == [
+        "band pv"
+    ] * 2
+    picture = pytest.importorskip("PIL.Image").open(io.BytesIO(draw_png([one], title="x"))).convert("RGB")
     assert {(209, 229, 241), (171, 208, 229)} <= {colour for _, colour in picture.getcolors(maxcolors=1 << 20)}
 
 
 def test_an_svg_is_an_image_with_a_title_and_a_description():
-    root = tree(draw.svg([chart()], title="Reactor 2"))
+    root = tree(draw.draw_svg([chart()], title="Reactor 2"))
     assert root.get("role") == "img"
     by_id = {element.get("id"): element for element in root.iter() if element.get("id")}
     title, description = (by_id[name] for name in root.get("aria-labelledby").split())
@@ -159,7 +161,7 @@ def test_an_svg_is_an_image_with_a_title_and_a_description():
 
 
 def test_drawings_share_no_identifier_and_refer_to_their_own():
-    one, two = draw.svg([chart()], title="one"), draw.svg([chart()], title="two")
+    one, two = draw.draw_svg([chart()], title="one"), draw.draw_svg([chart()], title="two")
     ids = [set(re.findall(r' id="([^"]*)"', svg)) for svg in (one, two)]
     assert ids[0]
     assert not ids[0] & ids[1]
@@ -174,7 +176,7 @@ def test_the_same_charts_give_the_same_bytes_whatever_the_user_has_set(form):
 
     def made():
         charts = [chart(), overlay()]
-        return {"svg": draw.svg, "png": png, "html": page.html}[form](charts, title="Reactor")
+        return {"svg": draw.draw_svg, "png": draw_png, "html": page.render_page}[form](charts, title="Reactor")
 
     first = made()
     with mpl.rc_context({"font.size": 30, "axes.grid": True, "lines.linewidth": 9, "svg.fonttype": "path"}):
@@ -188,7 +190,7 @@ def test_painting_leaves_the_settings_of_the_library_alone():
     mpl = pytest.importorskip("matplotlib")
 
     before = dict(mpl.rcParams)
-    png([chart()], title="x")
+    draw_png([chart()], title="x")
     assert dict(mpl.rcParams) == before
 
 
@@ -205,19 +207,19 @@ def test_no_name_or_unit_breaks_a_picture(hostile):
         notes=(hostile,),
         sides=(hostile, hostile),
     )
-    svg = draw.svg([one], title=hostile)
+    svg = draw.draw_svg([one], title=hostile)
     said = texts(svg)
-    assert tree(svg)[0].text == plain(hostile)
-    beginning = plain(hostile)[:3]
+    assert tree(svg)[0].text == plain_text(hostile)
+    beginning = plain_text(hostile)[:3]
     assert sum(text.removeprefix("1 at 5 s: ").startswith(beginning) for text in said) >= 5
     assert not list(tree(svg).iter(f"{SVG}script"))
     assert {element.tag for element in tree(svg).iter()} <= {SVG + tag for tag in TAGS}
-    pytest.importorskip("PIL.Image").open(io.BytesIO(png([one], title=hostile))).verify()
-    found = Reader(page.html([one], title=hostile))
+    pytest.importorskip("PIL.Image").open(io.BytesIO(draw_png([one], title=hostile))).verify()
+    found = Reader(page.render_page([one], title=hostile))
     assert [tag for tag, _ in found.found].count("script") == 1
     assert not {"b>", "alert"} & {tag for tag, _ in found.found}
     assert not [key for _, attributes in found.found for key in attributes if key.startswith("on")]
-    for row in lines(one, 80, 8, ascii_only=True):
+    for row in draw_rows(one, 80, 8, ascii_only=True):
         assert row.isascii()
         assert row.isprintable()
         assert len(row) <= 80
@@ -225,7 +227,7 @@ def test_no_name_or_unit_breaks_a_picture(hostile):
 
 def test_letters_of_formulas_are_not_interpreted():
     one = chart("$x^2$", title="$x^2$")
-    assert "$x^2$" in texts(draw.svg([one], title="y"))
+    assert "$x^2$" in texts(draw.draw_svg([one], title="y"))
 
 
 # --- values ----------------------------------------------------------------------------------------------------------
@@ -246,17 +248,17 @@ ODD = {
 @pytest.mark.parametrize(("times", "values"), ODD.values(), ids=list(ODD))
 def test_odd_values_are_drawn(times, values):
     one = Chart("x", "x", (Panel("PV", "degC", (Line("PV", "pv", times, values),)),))
-    svg = draw.svg([one], title="x")
+    svg = draw.draw_svg([one], title="x")
     assert "nan" not in svg.replace("Segoe", "")
     assert " inf" not in svg
     assert {"PV (degC)", "x"} <= {*texts(svg)}
     assert classes(svg, "line") == (["line pv only"] if times else [])
-    assert lines(one, 60, 6, ascii_only=True)
+    assert draw_rows(one, 60, 6, ascii_only=True)
 
 
 def test_a_flat_line_stands_in_the_middle_of_an_axis_with_numbers():
     one = Chart("x", "x", (Panel("PV", "", (Line("PV", "pv", [0, 60], [5, 5]),)),))
-    assert "5" in texts(draw.svg([one], title="x"))
+    assert "5" in texts(draw.draw_svg([one], title="x"))
 
 
 @pytest.mark.parametrize(
@@ -265,13 +267,13 @@ def test_a_flat_line_stands_in_the_middle_of_an_axis_with_numbers():
 )
 def test_time_has_the_unit_that_suits_it(end, label, shown):
     one = Chart("x", "x", (Panel("PV", "", (Line("PV", "pv", [0, end], [1, 2]),)),))
-    assert label in texts(draw.svg([one], title="x"))
-    assert moment(one, end) == shown
+    assert label in texts(draw.draw_svg([one], title="x"))
+    assert time_text(one, end) == shown
 
 
 def test_names_of_lines_do_not_cover_each_other():
-    assert spread([5.0, 30.0], 100, 10) == [5.0, 30.0]
-    moved = spread([50.0, 50.0, 51.0, 99.0, 99.5], 100, 10)
+    assert spread_apart([5.0, 30.0], 100, 10) == [5.0, 30.0]
+    moved = spread_apart([50.0, 50.0, 51.0, 99.0, 99.5], 100, 10)
     assert all(b - a >= 9.999 for a, b in pairwise(moved))
     assert moved[-1] <= 100
 
@@ -283,25 +285,27 @@ def test_numbers_of_close_marks_are_one_text():
 
 def test_of_many_events_the_first_are_explained_and_all_failures():
     marks = [Mark(f"event {i}", i) for i in range(30)] + [Mark("too hot", 25.5, "failure")]
-    said = texts(draw.svg([chart(marks=tuple(marks))], title="x"))
+    said = texts(draw.draw_svg([chart(marks=tuple(marks))], title="x"))
     assert "12 at 0.1833 min: event 11" in said
     assert not [text for text in said if "event 12" in text]
     assert "and 18 more events" in said
     assert "27 at 0.425 min: failed: too hot" in said
-    assert "and 18 more events" in lines(chart(marks=tuple(marks)), 80, 8, ascii_only=True)
+    assert "and 18 more events" in draw_rows(chart(marks=tuple(marks)), 80, 8, ascii_only=True)
 
 
 def test_places_far_down_a_long_picture_are_as_fine_as_those_at_its_top():
-    found = [float(y) for y in re.findall(r'class="loop" x="\S+" y="(\S+)"', draw.svg([chart()] * 400, title="many"))]
+    found = [
+        float(y) for y in re.findall(r'class="loop" x="\S+" y="(\S+)"', draw.draw_svg([chart()] * 400, title="many"))
+    ]
     distances = [below - above for above, below in pairwise(found)]
     assert found[-1] > 100_000
     assert max(distances) - min(distances) < 0.03
 
 
 def test_long_texts_end_with_dots():
-    assert shortened("temperature", 6) == "tempe…"
-    assert shortened("level", 6) == "level"
-    assert plain("a\tb\n c\x07") == "a b c�"
+    assert shorten("temperature", 6) == "tempe…"
+    assert shorten("level", 6) == "level"
+    assert plain_text("a\tb\n c\x07") == "a b c�"
 
 
 # --- PNG -------------------------------------------------------------------------------------------------------------
@@ -310,7 +314,7 @@ def test_long_texts_end_with_dots():
 def test_a_png_shows_all_charts_at_equal_sizes():
     images, sizes = pytest.importorskip("PIL.Image"), []
     for count in (1, 2, 8):
-        picture = images.open(io.BytesIO(png([chart(f"TIC-{i}") for i in range(count)], title="x")))
+        picture = images.open(io.BytesIO(draw_png([chart(f"TIC-{i}") for i in range(count)], title="x")))
         assert picture.format == "PNG"
         colours = {colour for _, colour in picture.convert("RGB").getcolors(maxcolors=1 << 20)}
         assert {(0, 0x72, 0xB2), (0, 0x7A, 0x5A), (255, 255, 255)} <= colours
@@ -340,7 +344,7 @@ class Reader(HTMLParser):
 
 
 def test_a_page_needs_nothing_from_outside_and_says_so():
-    text = page.html([chart(), overlay()], title="A <b> & c", intro=["x.yaml <i>"])
+    text = page.render_page([chart(), overlay()], title="A <b> & c", intro=["x.yaml <i>"])
     found = Reader(text)
     tags = [tag for tag, _ in found.found]
     assert not {"link", "img", "iframe", "object"} & {*tags}
@@ -372,7 +376,7 @@ def golden_files():
     """The committed pictures of characters by their paths."""
     return {
         GOLDEN / f"{name}-{signs}.txt": "".join(
-            f"{row}\n" for row in lines(picture, 79, 10, ascii_only=signs == "ascii")
+            f"{row}\n" for row in draw_rows(picture, 79, 10, ascii_only=signs == "ascii")
         ).encode()
         for name, picture in (("loop", chart()), ("overlay", overlay()))
         for signs in ("ascii", "fine")
@@ -389,7 +393,7 @@ def test_a_spike_of_one_sample_is_seen_in_characters():
     values = [1.0] * 5000
     values[2501] = 9.0
     one = Chart("x", "x", (Panel("PV", "", (Line("PV", "pv", range(5000), values),)),))
-    rows = lines(one, 60, 8, ascii_only=True)
+    rows = draw_rows(one, 60, 8, ascii_only=True)
     assert sum("o" in row for row in rows) == 8 + 1  # all rows of the panel, and its legend
 
 
@@ -405,4 +409,4 @@ def test_a_spike_of_one_sample_is_seen_in_characters():
     ],
 )
 def test_code_pages_without_the_finer_signs_get_plain_ones(encoding, fine):
-    assert fits(encoding) is fine
+    assert can_encode_signs(encoding) is fine

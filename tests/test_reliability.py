@@ -241,13 +241,13 @@ def test_a_fault_in_the_code_is_another_tree_and_another_code(monkeypatch):
 
 
 def test_a_function_that_waits_is_a_function_and_so_is_one_that_another_thread_runs():
-    from pidcfg.live.serving import _move
+    from pidcfg.live.serving import _run_in_real_time
 
     path = "pidcfg/live/serving.py"
     mutant = next(m for m in mutants.mutants(path) if m.change == "behind > BEHIND -> behind >= BEHIND")
     assert mutant.scope[0] == "_move"
     assert users(mutant, lambda *_: True) == {(path, "_move")}
-    assert _called(cProfile.Profile(), _move.__code__) == {f"{path}::_move"}
+    assert _called(cProfile.Profile(), _run_in_real_time.__code__) == {f"{path}::_move"}
 
 
 def test_a_fault_is_put_into_the_functions_that_live():

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from browser import opened
 from pidcfg.cli.inputs import FILES
 from pidcfg.pictures import Bar, Chart, Line, Mark, Panel, Strip, page
-from pidcfg.pictures.layout import level_names, limits, ticks
-from pidcfg.pictures.page import SQUARE, figure, points
+from pidcfg.pictures.layout import axis_limits, level_names, ticks
+from pidcfg.pictures.page import SQUARE, line_points, render_figure
 from pidcfg.sim.engine.run import Settings
 from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, WORDS, flag_words
 from pidcfg.study.outcome import charts_of, level_lines, levels_around, simulate_document
@@ -186,8 +186,8 @@ def test_a_far_level_does_not_flatten_the_signal():
         line = Line("PV", "pv", [0, 1], [50, 60])
         return Panel("PV", "", (line, Line("PV high", "level", [0, 1], [level, level])))
 
-    assert limits(panel(1000))[1] < 62
-    assert limits(panel(61))[1] > 61
+    assert axis_limits(panel(1000))[1] < 62
+    assert axis_limits(panel(61))[1] > 61
     assert level_names(panel(1000)) == []
     assert level_names(panel(61)) == [(61, "PV high")]
 
@@ -231,7 +231,7 @@ def drawn(**changes):
 
 
 def test_a_drawing_has_lines_levels_bars_and_marks_at_their_places():
-    found = Elements(figure(drawn()))
+    found = Elements(render_figure(drawn()))
     lines = {attrs["data-name"]: attrs for attrs in found.of("line")}
     assert list(lines) == ["PV high", "PV", "SP", "OUT"]
     assert lines["PV high"]["class"] == "line level only"
@@ -259,14 +259,14 @@ DOWN = SQUARE, 0.0
 def test_a_held_value_changes_at_once_and_a_pv_moves():
     (setpoint, pv, _), chart = drawn().panels[0].lines, drawn()
 
-    assert points(chart, setpoint, *DOWN) == [(0, 50), (40_000, 50), (40_000, 70), (100_000, 70)]
-    assert points(chart, pv, *DOWN) == [(0, 50), (50_000, 50), (100_000, 70)]
+    assert line_points(chart, setpoint, *DOWN) == [(0, 50), (40_000, 50), (40_000, 70), (100_000, 70)]
+    assert line_points(chart, pv, *DOWN) == [(0, 50), (50_000, 50), (100_000, 70)]
 
 
 def test_values_that_change_nothing_are_left_out():
     chart = drawn()
     line = Line("PV", "pv", list(range(101)), [5.0] * 100 + [6.0])
-    assert points(chart, line, *DOWN) == [(0, 5), (99_000, 5), (100_000, 6)]
+    assert line_points(chart, line, *DOWN) == [(0, 5), (99_000, 5), (100_000, 6)]
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2)), min_size=1), st.sampled_from(["setpoint", "pv"]))
@@ -279,7 +279,7 @@ def test_the_points_draw_the_whole_line_and_no_corner_twice(moves, role):
         if wanted and role == "setpoint" and wanted[-1][1] != y:
             wanted.append((x, wanted[-1][1]))
         wanted.append((x, y))
-    corners = points(chart, line, *DOWN)
+    corners = line_points(chart, line, *DOWN)
     assert corners[0] == wanted[0]
     assert corners[-1] == wanted[-1]
     assert all(a != b for a, b in pairwise(corners))
@@ -301,7 +301,7 @@ def course(corners):
 def test_both_sides_of_an_overlay_are_named():
     line = Line("PV", "pv", [0, 1], [1, 2], "before")
     chart = Chart("x", "x", (Panel("PV", "", (line, Line("PV", "pv", [0, 1], [1, 3], "after"))),), sides=("old", "new"))
-    found = Elements(figure(chart))
+    found = Elements(render_figure(chart))
     assert [attrs["class"] for attrs in found.of("line")] == ["line pv after", "line pv before"]
     assert {"old", "new"} <= {*found.texts}
 
@@ -317,7 +317,7 @@ def test_no_name_escapes_from_a_drawing():
         notes=(HOSTILE,),
         sides=(HOSTILE, HOSTILE),
     )
-    text = page.html([one], title=HOSTILE, intro=[HOSTILE])
+    text = page.render_page([one], title=HOSTILE, intro=[HOSTILE])
     found = Elements(text)
     assert [tag for tag, _ in found.elements].count("script") == 1
     assert not [key for _, attrs in found.elements for key in attrs if key.startswith("on")]
@@ -331,7 +331,7 @@ def test_no_name_escapes_from_a_drawing():
 def trend_page(folder, **changes):
     """A page with one chart."""
     path = folder / "trend.html"
-    path.write_text(page.html([drawn(**changes)], title="Run"), "utf-8")
+    path.write_text(page.render_page([drawn(**changes)], title="Run"), "utf-8")
     return path
 
 

@@ -27,7 +27,16 @@ from pidcfg.live import serving as server_module
 from pidcfg.live import serving as serving_module
 from pidcfg.live import trend as trend_module
 from pidcfg.live.link import Address, PlcError
-from pidcfg.live.serving import FASTEST, LISTED, MOST_WAITING, VirtualPlc, _move, _server_of, is_flood, serve_plcs
+from pidcfg.live.serving import (
+    FASTEST_SPEED,
+    MOST_LISTED,
+    MOST_WAITING,
+    VirtualPlc,
+    _run_in_real_time,
+    _server_of,
+    is_flood,
+    serve_plcs,
+)
 from pidcfg.live.trend import Recording, _readings
 from pidcfg.sim.controllers.settings import RegisterError
 from pidcfg.study.scenario import load
@@ -234,11 +243,11 @@ def test_an_operator_of_a_dl06():
 )
 def test_what_the_plc_refuses_is_an_exception_and_changes_nothing(vendor, table, register, contents, code):
     plc = virtual(vendor)
-    before = {place: plc.read(*place, 1) for place in plc._where}
+    before = {place: plc.read(*place, 1) for place in plc._map}
     with pytest.raises(RegisterError) as error:
         plc.write(table, register, contents)
     assert error.value.code == code
-    assert {place: plc.read(*place, 1) for place in plc._where} == before
+    assert {place: plc.read(*place, 1) for place in plc._map} == before
     assert not plc.report().events
 
 
@@ -292,10 +301,10 @@ def test_a_set_point_that_is_written_begins_a_step_and_nothing_else_does(monkeyp
 
 def test_a_panel_that_writes_all_the_time_does_not_fill_the_memory():
     plc = virtual("click")
-    for k in range(LISTED + 50):
+    for k in range(MOST_LISTED + 50):
         plc.write("holding", DF101, halves(100.0 + k % 2))
     assert plc.unlisted == 50
-    assert len(plc.report().events) == LISTED
+    assert len(plc.report().events) == MOST_LISTED
 
 
 def test_a_dl06_is_served_and_compared_and_goes_on(desk):
@@ -405,7 +414,7 @@ def moved(monkeypatch, *, dt, speed, cost, jumps=(), most=60):
 
     plc.advance = advance
     with suppress(asyncio.CancelledError):
-        apart(_move(plc, speed, said.append))
+        apart(_run_in_real_time(plc, speed, said.append))
     return plc.steps - 3, said, clock.slept[:most]
 
 
@@ -433,7 +442,7 @@ def test_rows_of_a_trend_that_are_late_are_left_out(monkeypatch):
         return link, numbers
 
     async def read():
-        registers, recording = SimpleNamespace(words=words), Recording(None, 1.0, 7.0, None)
+        registers, recording = SimpleNamespace(read_words=words), Recording(None, 1.0, 7.0, None)
         async for at, _ in _readings(None, registers, [], recording):
             times.append(at)
 
@@ -573,7 +582,7 @@ INF = float("inf")
 
 @pytest.mark.parametrize(
     "arguments",
-    [{"speed": 0.0}, {"speed": 1.01 * FASTEST}, {"seconds": -1.0}, {"seconds": 0.0}, {"seconds": INF},
+    [{"speed": 0.0}, {"speed": 1.01 * FASTEST_SPEED}, {"seconds": -1.0}, {"seconds": 0.0}, {"seconds": INF},
      {"listen": "nowhere"}],
 )  # fmt: skip
 def test_arguments_that_make_no_sense(arguments):
@@ -697,6 +706,6 @@ def test_notes_of_a_plc_that_was_served(monkeypatch, unlisted, tell):
         told("it cannot keep up")
 
     monkeypatch.setattr(serving_module, "serve_plcs", ended)
-    result = pidcfg.serve(SCENARIOS["click"], tell=tell, speed=FASTEST)
+    result = pidcfg.serve(SCENARIOS["click"], tell=tell, speed=FASTEST_SPEED)
     assert result.notes == ("it cannot keep up", *(["3 more writes are not listed"] if unlisted else []))
     assert tell is None or tell.__self__ == ["it cannot keep up"]

@@ -124,7 +124,7 @@ def written(data, gains, **more):
     from pidcfg.tuning.rules import Gains
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(results, "_gains", lambda *_: ("PID", Gains(*gains)))
+        patch.setattr(results, "_gains_of_form", lambda *_: ("PID", Gains(*gains)))
         patch.setattr(retune, "forecast_words", lambda *_: retune.Forecast("nobody asks for it"))
         return pidcfg.tune(**process_for(gains), into=data, into_name="f.yaml", **more).written
 

@@ -365,13 +365,13 @@ def test_every_mark_is_where_its_margin_is_measured(method, numbers):
     result = pidcfg.tune(method, **numbers)
     margins, locus = result.judgement.margins, chart_of(result).locus
     assert abs(locus.nearest + 1) == pytest.approx(1 / margins.ms, rel=1e-3)
-    assert locus.turn == pytest.approx(-1 / margins.gain_margin, rel=1e-6)
+    assert locus.phase_crossover == pytest.approx(-1 / margins.gain_margin, rel=1e-6)
     assert min(abs(point + 1) for point in locus.points) == abs(locus.nearest + 1)
     if math.isinf(margins.phase_margin):
-        assert locus.crossover is None
+        assert locus.gain_crossover is None
     else:
-        assert abs(locus.crossover) == pytest.approx(1)
-        assert 180 - abs(math.degrees(cmath.phase(locus.crossover))) == pytest.approx(margins.phase_margin)
+        assert abs(locus.gain_crossover) == pytest.approx(1)
+        assert 180 - abs(math.degrees(cmath.phase(locus.gain_crossover))) == pytest.approx(margins.phase_margin)
 
 
 @pytest.mark.parametrize(("method", "numbers"), RULES)
@@ -395,7 +395,7 @@ def test_the_answers_are_those_that_are_told(method, numbers):
 
 def test_the_picture_names_circle_and_margins():
     chart = chart_of(pidcfg.tune("simc", gain=1, time_constant=1, dead_time=1))
-    root = ET.fromstring(draw.svg([chart], title="simc, PI"))  # noqa: S314 - drawn here
+    root = ET.fromstring(draw.draw_svg([chart], title="simc, PI"))  # noqa: S314 - drawn here
     texts = ["".join(node.itertext()) for node in root.iter() if node.tag.endswith("}text")]
     margins = {"Ms 1.59", "gain margin 3.14", "phase margin 61.4°"}
     assert margins | {"-1", "Kp 0.5, Ti 1 s", "real part of the open loop"} <= set(texts)

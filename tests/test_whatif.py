@@ -14,7 +14,7 @@ import pytest
 import pidcfg
 from command import run_text
 from pidcfg.output.browser import session as calls
-from pidcfg.output.browser.page import FILE, LEFT_OUT, RuntimeFileError, read_runtime
+from pidcfg.output.browser.page import NOT_IN_WHATIF, RUNTIME_FILE, RuntimeFileError, read_runtime
 from pidcfg.output.browser.session import Session, UnusableError
 from whatif_rig import make_runtime
 
@@ -50,7 +50,7 @@ def test_every_position_of_a_slider_is_what_the_register_holds(name):
         assert knob["value"] in places
         assert places == sorted(set(places))
         assert len(places) > 20
-        assert [one.snap({knob["id"]: place})[knob["id"]] for place in places] == places
+        assert [one.snap_values({knob["id"]: place})[knob["id"]] for place in places] == places
         if knob["step"] is not None:
             assert {round(place / knob["step"], 6) % 1 for place in places} == {0.0}
     json.dumps(one.describe(), allow_nan=False)
@@ -71,9 +71,9 @@ def test_a_move_has_the_words_of_encode_and_the_end_of_simulate(name):
         one.files[one.name], name=one.name, files={**one.files, one.config: said["yaml"]}, record=True, engine="python"
     )
     for loop, report in run.report.loops.items():
-        assert one.now[0].report.loops[loop].metrics == report.metrics
+        assert one.current[0].report.loops[loop].metrics == report.metrics
     for signal in run.recording.names:
-        assert one.now[0].recording.signal(signal) == run.recording.signal(signal)
+        assert one.current[0].recording.signal(signal) == run.recording.signal(signal)
 
 
 @pytest.mark.parametrize("name", ONE_A_VENDOR)
@@ -105,7 +105,7 @@ def test_events_and_plants_are_turned_in_the_scenario_alone():
     said = one.move({"event:events.0.set.setpoint": 70, "plant:KETTLE:gain": 200, "plant:KETTLE:time": 70})
     assert said["values"]["plant:KETTLE:gain"] == 130
     assert said["yaml"] == one.files[one.config]
-    text = one.now[2].text
+    text = one.current[2].text
     assert "{setpoint: 70}" in text
     assert "gain: 1.365, load: 18, time_constant: 630, dead_time: 12" in text
     undone = text.replace("{setpoint: 70}", "{setpoint: 66}").replace("gain: 1.365", "gain: 1.05")
@@ -115,10 +115,10 @@ def test_events_and_plants_are_turned_in_the_scenario_alone():
 def test_units_and_plants_in_a_list_are_turned_too():
     one = session("dpide/dyeing")
     one.move({"plant:VAT:time": 110})
-    assert "time_constant: 55 min" in one.now[2].text
+    assert "time_constant: 55 min" in one.current[2].text
     one = session("ezlogix/dosing")
     one.move({"plant:0:gain": 110, "plant:0:dead": 90})
-    assert "gain: 0.55, time_constant: 3, dead_time: 0.36" in one.now[2].text
+    assert "gain: 0.55, time_constant: 3, dead_time: 0.36" in one.current[2].text
 
 
 def test_new_findings_come_first_and_are_told():
@@ -143,15 +143,15 @@ def test_another_configuration_is_what_the_page_begins_from():
     text = (EXAMPLES / "dl06" / "flow.yaml").read_text("utf-8").replace("gain: 0.60", "gain: 0.30")
     one = Session("flow.scenario.yaml", files_of("dl06/flow") | {"other.yaml": text}, "other.yaml")
     assert one.describe()["sides"] == ["other.yaml", "flow.yaml"]
-    assert [(row["before"], row["after"]) for row in one.state()["words"]] == [("0030", "0060")]
-    metrics = one.state()["metrics"]["FIC-301"]
+    assert [(row["before"], row["after"]) for row in one.state_data()["words"]] == [("0030", "0060")]
+    metrics = one.state_data()["metrics"]["FIC-301"]
     assert metrics["before"]["iae"] > metrics["now"]["iae"]
     assert "before: <bdi>other.yaml</bdi>" in one.picture("FIC-301")
 
 
 def test_a_run_that_is_ended_changes_nothing():
     one = session("dl06/flow")
-    now, shares = one.now, []
+    now, shares = one.current, []
 
     def stop(share):
         shares.append(share)
@@ -160,7 +160,7 @@ def test_a_run_that_is_ended_changes_nothing():
 
     with pytest.raises(KeyboardInterrupt):
         one.move({"number:loops.0.tuning.gain": 0.9}, stop)
-    assert one.now is now
+    assert one.current is now
     assert 0 < shares[0] < shares[1] < 0.9
 
 
@@ -215,7 +215,7 @@ def test_the_worker_s_calls_take_and_give_plain_data():
 @pytest.fixture
 def runtime(tmp_path):
     """A file of Python for the browser that has none in it."""
-    return make_runtime(tmp_path / FILE)
+    return make_runtime(tmp_path / RUNTIME_FILE)
 
 
 def whatif(*arguments, **options):
@@ -300,7 +300,7 @@ def test_nothing_that_pidcfg_imports_is_left_out_of_the_library():
     assert "unittest" in left_out
     asked = set()
     for path in sorted((ROOT / "src" / "pidcfg").rglob("*.py")):
-        if not path.relative_to(ROOT / "src").as_posix().startswith(LEFT_OUT):
+        if not path.relative_to(ROOT / "src").as_posix().startswith(NOT_IN_WHATIF):
             for node in ast.walk(ast.parse(path.read_bytes())):
                 asked |= {alias.name for alias in node.names} if isinstance(node, ast.Import) else set()
                 asked |= {str(node.module)} if isinstance(node, ast.ImportFrom) else set()

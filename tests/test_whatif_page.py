@@ -16,12 +16,12 @@ import pytest
 import pidcfg
 from browser import BEYOND, IN_CI, opened, width_of
 from command import run_text
-from pidcfg.output.browser.page import FILE
+from pidcfg.output.browser.page import RUNTIME_FILE
 from pidcfg.output.browser.session import Session
 from test_whatif import EXAMPLES, ONE_A_VENDOR, files_of
 
 ROOT = Path(__file__).parents[1]
-RUNTIME = ROOT / "build" / "whatif" / FILE
+RUNTIME = ROOT / "build" / "whatif" / RUNTIME_FILE
 AXE = ROOT / "tests" / "node" / "node_modules" / "axe-core" / "axe.min.js"
 PATIENCE = 120_000
 """ms: a loaded machine is no failure."""

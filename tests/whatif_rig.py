@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 
-from pidcfg.output.browser.page import entries
+from pidcfg.output.browser.page import runtime_entries
 
 VERSIONS = {"pyodide": "1.2.3", "python": "3.4.5"}
 
@@ -12,6 +12,6 @@ VERSIONS = {"pyodide": "1.2.3", "python": "3.4.5"}
 def make_runtime(path):
     """Writes the file, which pages can be made with that nobody opens."""
     with zipfile.ZipFile(path, "w") as archive:
-        for name, data in entries(VERSIONS, {"pyodide.mjs": b"//"}, {}).items():
+        for name, data in runtime_entries(VERSIONS, {"pyodide.mjs": b"//"}, {}).items():
             archive.writestr(name, data)
     return path

@@ -123,7 +123,7 @@ def tune(
     if model is not None:
         refuse_unknown("model", model, get_args(Model))
     family = None if vendor is None else vendor_named(vendor)
-    target = targets.Target(family, pv_range, output_range, _into(into, into_name, loop, files, limits))
+    target = targets.Target(family, pv_range, output_range, _gains_file(into, into_name, loop, files, limits))
     numbers = {
         "gain": gain,
         "time_constant": time_constant,
@@ -134,15 +134,15 @@ def tune(
         "ultimate_gain": ultimate_gain,
         "ultimate_period": ultimate_period,
     }
-    wish = processes.robustness(vary, ms, samples, given=METHODS[method].searches)
+    wish = processes.robustness_of(vary, ms, samples, given=METHODS[method].searches)
     values = {key: processes.check_number(key, value) for key, value in numbers.items() if value is not None}
-    request = processes.request(columns, rest, start, until, given=record is not None)
+    request = processes.record_request(columns, rest, start, until, given=record is not None)
     step = None if record is None else (*source_data(record, name, files, limits.listing_bytes + 1), request)
     known = processes.known_process(values, model, transfer, given=record is not None)
-    return gains.tune_gains(method, form, replace(known, wish=wish), step, target, limits)
+    return gains.tune_gains(method, form, replace(known, robustness=wish), step, target, limits)
 
 
-def _into(
+def _gains_file(
     source: Path | str | bytes | None, name: str | None, loop: str | None, files: Files, limits: Limits
 ) -> GainsFile | None:
     """The configuration that gains are put into; raises `ArgumentError` for a loop without one."""
@@ -247,11 +247,11 @@ def check(
     whose names are those of the findings; what it knows stands in ``known``. Raises `ArgumentError` for one that cannot
     be read. Files of settings are the command line's.
     """
-    from pidcfg.output.findings import Chosen, check_loaded
+    from pidcfg.output.findings import CheckSettings, check_loaded
     from pidcfg.validate.engine import document_of
 
     doc = document_of(source, name, files, limits)
-    chosen = Chosen(comments, [one.upper() for one in select], [one.upper() for one in ignore])
+    chosen = CheckSettings(comments, [code.upper() for code in select], [code.upper() for code in ignore])
     if baseline is None:
         return check_loaded(doc, reader_of(files), chosen)
     from pidcfg.validate.baseline import BaselineError
@@ -278,13 +278,13 @@ def fix(
     Every correction is proven: the new text can be read, differs in the corrected places alone, its finding has gone
     and none has come. ``codes``: only findings of these rules. Nothing is saved.
     """
-    from pidcfg.output.findings import FixResult, correct
+    from pidcfg.output.findings import FixResult, correct_file
     from pidcfg.validate.engine import document_of
 
     doc = document_of(source, name, files, limits)
     most = limits.listing_bytes + 1
     data = source_data(source, name, files, most)[0] if isinstance(source, Path | str | bytes) else data_of(doc.text)
-    fixed = correct(data, doc, reader_of(files), lambda d: not codes or d.code in codes)
+    fixed = correct_file(data, doc, reader_of(files), lambda d: not codes or d.code in codes)
     return FixResult(doc, fixed.data, fixed.fixed, fixed.left)
 
 
@@ -351,13 +351,13 @@ def encode(
     refuse_unknown("format", format, format_names())
     checked, most = checked_of(source, name, files, limits), limits.listing_bytes + 1
     added_to = None if into is None else source_data(into, into_name, files, most)
-    old = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
+    baseline = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
     plc_map = None
     if map is not None or format == MODBUS:
         from pidcfg.validate.map_files import stated_map
 
         plc_map = stated_map(map, checked.document, files, limits)
-    return encode_checked(checked, format, EncodeOptions(added_to, old, live, allow_errors, plc_map))
+    return encode_checked(checked, format, EncodeOptions(added_to, baseline, live, allow_errors, plc_map))
 
 
 @check_arguments
@@ -414,13 +414,13 @@ def convert(
     ``gain=2%,time=5%``. ``options``: where things go that the source does not say, as the target's options of
     ``pidcfg convert``, such as ``loop_table``.
     """
-    from pidcfg.output.conversion import both_sides, convert_checked, max_loss_of
+    from pidcfg.output.conversion import convert_checked, max_loss_of, verify_sides
     from pidcfg.validate.engine import checked_of
 
     target = vendor_named(to, "to")
     refuse_below(1, jobs=jobs)
     checked = checked_of(source, name, files, limits)
-    compare = (lambda one, two, report: both_sides(one, two, report, progress, jobs)) if verify else None
+    compare = (lambda one, two, report: verify_sides(one, two, report, progress, jobs)) if verify else None
     return convert_checked(checked, target, options or {}, compare, max_loss_of(max_loss))
 
 
@@ -452,8 +452,12 @@ def diff(
     refuse_below(1, jobs=jobs)
     family = None if vendor is None else vendor_named(vendor)
     other = None if like is None else checked_of(like, None, files, limits)
-    one, two = (side_of(source, label, files, limits) for source, label in zip((before, after), names, strict=True))
-    result = compare_sides((one[0], two[0]), (one[1], two[1]), DiffOptions(family, other, live), limits)
+    before_side, after_side = (
+        side_of(source, label, files, limits) for source, label in zip((before, after), names, strict=True)
+    )
+    result = compare_sides(
+        (before_side[0], after_side[0]), (before_side[1], after_side[1]), DiffOptions(family, other, live), limits
+    )
     return with_verdict(result, progress, jobs) if verify and result.ok else result
 
 
@@ -500,7 +504,7 @@ def simulate(
         raise ArgumentError("`against` and `accept` exclude each other", "against", "accept")
     if against is None and against_name is not None:
         raise ArgumentError("`against_name` is for `against`", "against_name", "against")
-    stated = None if against is None else source_data(against, against_name, files, limits.listing_bytes + 1)
+    accepted_run = None if against is None else source_data(against, against_name, files, limits.listing_bytes + 1)
     columns = Columns() if trend is True else None
     sink = columns if isinstance(trend, bool) else trend
     settings = Settings(engine, every, limits.loop_steps, sink, progress=progress, runs=runs, reference=reference)
@@ -508,9 +512,9 @@ def simulate(
     if is_configuration(doc):
         from pidcfg.study.draft import simulate_draft
 
-        outcome = simulate_draft(doc, settings, record=record, against=stated, accept=accept)
+        outcome = simulate_draft(doc, settings, record=record, against=accepted_run, accept=accept)
     else:
-        outcome = simulate_document(doc, settings, reader_of(files), record=record, against=stated, accept=accept)
+        outcome = simulate_document(doc, settings, reader_of(files), record=record, against=accepted_run, accept=accept)
     return SimulateResult(outcome, columns)
 
 
@@ -553,8 +557,8 @@ def certify(
         raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MOST_WORST} are kept", "keep_worst")
     doc = document_of(source, name, files, limits)
     if cluster is not None and not is_address(cluster):
-        wanted = "write the address of a scheduler, as in tcp://127.0.0.1:8786, or local:2 for two workers here"
-        raise ArgumentError(f"`cluster` is {cluster!r}; {wanted}", "cluster")
+        advice = "write the address of a scheduler, as in tcp://127.0.0.1:8786, or local:2 for two workers here"
+        raise ArgumentError(f"`cluster` is {cluster!r}; {advice}", "cluster")
     plan = Plan(samples, seed, jobs, cluster, keep_worst, record, state, keep, progress, remark)
     try:
         return CertifyResult(certify_document(doc, plan, reader_of(files)))
@@ -575,10 +579,10 @@ def plot(
     ``result``: of `simulate` or `certify` with ``record=True``, of `diff` or `convert` with ``verify=True``.
     ``format``: png needs the extra ``png``, svg and html need nothing, and html can be zoomed. ``loops``: only these.
     """
-    from pidcfg.output.drawing import PictureFormat, draw
+    from pidcfg.output.drawing import PictureFormat, draw_result
 
     refuse_unknown("format", format, get_args(PictureFormat))
-    return draw(result, format, loops, title)
+    return draw_result(result, format, loops, title)
 
 
 @check_arguments

@@ -25,26 +25,26 @@ class Vendor:
     banks: tuple[str, ...] = ()
     """How its addresses begin, so that a question about one loads no other vendor; the registers are in its maps."""
 
-    def load(self, what: str) -> Any:
+    def load(self, part: str) -> Any:
         """The object that a row of `PARTS` names, imported on first use; raises `LookupError` where there is none."""
-        module, name = self.module(what), self._place(what)[1]
+        module, name = self.module(part), self._locate(part)[1]
         if not hasattr(module, name):
-            raise LookupError(f"{self.key} has no {what}: {module.__name__} has no {name}")
+            raise LookupError(f"{self.key} has no {part}: {module.__name__} has no {name}")
         return getattr(module, name)
 
-    def module(self, what: str) -> Any:
+    def module(self, part: str) -> Any:
         """The module that has the object, for its other names; raises `LookupError` where there is none."""
-        name = self._place(what)[0]
+        name = self._locate(part)[0]
         try:
             return import_module(name)
         except ModuleNotFoundError as error:
             if error.name is None or not f"{name}.".startswith(f"{error.name}."):
                 raise
-            raise LookupError(f"{self.key} has no {what}: {error.name} is missing") from None
+            raise LookupError(f"{self.key} has no {part}: {error.name} is missing") from None
 
-    def _place(self, what: str) -> tuple[str, str]:
+    def _locate(self, part: str) -> tuple[str, str]:
         """The module of a part, and the object's name in it."""
-        module, _, name = PARTS[what].format(key=self.key, Key=self.key.capitalize()).partition(":")
+        module, _, name = PARTS[part].format(key=self.key, Key=self.key.capitalize()).partition(":")
         return f"pidcfg.{module}", name
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from pidcfg.output.browser.page import FILE, RuntimeFileError, playground_page, read_runtime
+from pidcfg.output.browser.page import RUNTIME_FILE, RuntimeFileError, playground_page, read_runtime
 
 ROOT = Path(__file__).resolve().parents[2]
 VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic", "mistakes")
@@ -15,7 +15,7 @@ VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic", "mistakes
 def main() -> None:
     """Makes the folder."""
     try:
-        runtime = read_runtime(ROOT / "build" / "whatif" / FILE)
+        runtime = read_runtime(ROOT / "build" / "whatif" / RUNTIME_FILE)
     except RuntimeFileError as error:
         sys.exit(str(error))
     folder = ROOT / "build" / "playground"

@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pidcfg
-from pidcfg.output.browser.page import FILE, entries, usual_place
+from pidcfg.output.browser.page import RUNTIME_FILE, runtime_entries, runtime_path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -27,7 +27,7 @@ def run(*command: str | Path, folder: Path = ROOT) -> None:
     """A program; ends the task with what it wrote where it fails."""
     program = shutil.which(str(command[0]))
     if program is None:
-        sys.exit(f"{command[0]} is not installed; it is needed to make {FILE}, not to use it")
+        sys.exit(f"{command[0]} is not installed; it is needed to make {RUNTIME_FILE}, not to use it")
     done = subprocess.run([program, *map(str, command[1:])], cwd=folder, check=False, capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
@@ -63,13 +63,13 @@ def main() -> None:
         versions = {"pyodide": json.loads((pyodide / "package.json").read_text("utf-8"))["version"]}
         versions |= {"python": lock["info"]["python"]}
         versions |= dict(re.findall(r"^([a-z-]+)==([^ ;]+)", locked(), re.MULTILINE))
-        rows = entries(versions, made, compiled)
-    built = ROOT / "build" / "whatif" / FILE
+        rows = runtime_entries(versions, made, compiled)
+    built = ROOT / "build" / "whatif" / RUNTIME_FILE
     built.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(built, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for entry, data in rows.items():
             archive.writestr(zipfile.ZipInfo(entry, EPOCH), data, zipfile.ZIP_DEFLATED)
-    place = usual_place()
+    place = runtime_path()
     shutil.copy(built, place)
     print(f"{place} and {built}: {built.stat().st_size / 1e6:.1f} MB, Pyodide {versions['pyodide']}")
 

@@ -331,7 +331,7 @@ def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
     except OptionError as error:
         raise click.BadParameter(error.remark, param_hint=option(error.names[0])) from None
     except ArgumentError as error:
-        raise click.UsageError(error.spelled(option)) from None
+        raise click.UsageError(error.with_names(option)) from None
 
 
 def refuse_all(faults: Sequence[str]) -> NoReturn:

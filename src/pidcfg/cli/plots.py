@@ -133,26 +133,26 @@ def draw_files(
         if len(charts) > MAX_LOOPS:
             raise click.ClickException(f"{name}: {len(charts)} loops are too many for one picture, at most {MAX_LOOPS}")
         if suffix == ".svg":
-            from pidcfg.pictures.figure import svg
+            from pidcfg.pictures.figure import draw_svg
 
-            files[name] = svg(charts, title=title)
+            files[name] = draw_svg(charts, title=title)
         elif suffix == ".png":
-            from pidcfg.pictures.figure import png
+            from pidcfg.pictures.figure import draw_png
 
-            files[name] = png(charts, title=title)
+            files[name] = draw_png(charts, title=title)
         else:
-            from pidcfg.pictures.page import html
+            from pidcfg.pictures.page import render_page
 
-            files[name] = html(charts, title=title, intro=intro)
+            files[name] = render_page(charts, title=title, intro=intro)
     return files
 
 
 def chart_text(chart: Chart, stream: TextIO, height: int = HEIGHT) -> str:
     """A chart as wide as the terminal, in the signs that its code page has."""
-    from pidcfg.pictures.characters import fits, lines
+    from pidcfg.pictures.characters import can_encode_signs, draw_rows
 
     width = min(max(shutil.get_terminal_size((PIPED, 24)).columns - 1, NARROWEST), WIDEST)
-    return "\n".join(lines(chart, width, height, ascii_only=not fits(stream.encoding)))
+    return "\n".join(draw_rows(chart, width, height, ascii_only=not can_encode_signs(stream.encoding)))
 
 
 def show(charts: Sequence[Chart]) -> None:

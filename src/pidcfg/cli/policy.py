@@ -17,7 +17,7 @@ from pidcfg.cli.inputs import FILES, STDIN, UNNAMED, document
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import selects_code
 from pidcfg.cli.terminal import progress
-from pidcfg.output.findings import check_any, correct
+from pidcfg.output.findings import check_any, correct_file
 from pidcfg.text.diagnostics import Severity, number_of, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import read_file
@@ -315,4 +315,4 @@ def _fix_input(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
     if entry.problem is not None:
         return Fixed(entry.data, (), tuple(check_any(doc, FILES)))
     ignore = [*rules.ignore, *settings.current(ctx).ignored_in(entry.name)]
-    return correct(entry.data, doc, FILES, lambda d: selects_code(d.code, rules.select, ignore))
+    return correct_file(entry.data, doc, FILES, lambda d: selects_code(d.code, rules.select, ignore))

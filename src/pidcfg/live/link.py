@@ -52,19 +52,19 @@ HEADER_BYTES = 8
 PROTOCOL, LENGTH, UNIT = slice(2, 4), slice(4, 6), 6
 
 
-def unexpected_answer(sent: bytes, came: bytes, *, is_serial: bool) -> str:
+def unexpected_answer(sent: bytes, received: bytes, *, is_serial: bool) -> str:
     """What came instead of the answer to a request; empty: nothing."""
-    count = len(came)
-    if not came or is_serial:
-        return f"{count} bytes that make none" if came else ""
-    if any(came[PROTOCOL]):
+    count = len(received)
+    if not received or is_serial:
+        return f"{count} bytes that make none" if received else ""
+    if any(received[PROTOCOL]):
         return "bytes that are no Modbus"
     if count < HEADER_BYTES:
         return f"{count} bytes of one"
-    if came[:2] != sent[:2] or came[UNIT] != sent[UNIT]:
-        return f"one of unit {came[UNIT]}" if came[:2] == sent[:2] else "one to another request"
-    whole = int.from_bytes(came[LENGTH]) + LENGTH.stop
-    return f"{count} of {whole} bytes of one" if count < whole else "bytes that make none"
+    if received[:2] != sent[:2] or received[UNIT] != sent[UNIT]:
+        return f"one of unit {received[UNIT]}" if received[:2] == sent[:2] else "one to another request"
+    length = int.from_bytes(received[LENGTH]) + LENGTH.stop
+    return f"{count} of {length} bytes of one" if count < length else "bytes that make none"
 
 
 def serial_reason(device: str) -> str:
@@ -119,29 +119,29 @@ def endpoint(host: str, port: int) -> str:
 
 def parse_address(url: str) -> Address:
     """The PLC that a URL names; raises `AddressError`."""
-    parts, port = _split(url, url.strip(), URL_FORMS)
+    parts, port = _split_url(url, url.strip(), URL_FORMS)
     if parts.scheme not in {TCP, RTU}:
         raise AddressError(f"{url!r} begins with neither {TCP}:// nor {RTU}://; {URL_FORMS}")
     if parts.username is not None or parts.fragment:
         raise AddressError(f"{url!r}: Modbus knows no users and no fragments; {URL_FORMS}")
-    return _tcp(url, parts, port) if parts.scheme == TCP else _rtu(url, parts)
+    return _tcp_address(url, parts, port) if parts.scheme == TCP else _serial_address(url, parts)
 
 
-def _split(text: str, url: str, how: str) -> tuple[SplitResult, int | None]:
+def _split_url(text: str, url: str, cure: str) -> tuple[SplitResult, int | None]:
     """The parts of a URL and its port."""
     brackets = "an IPv6 address stands in brackets, [::1]"
     try:
         parts = urlsplit(url)
     except ValueError:
-        raise AddressError(f"{text!r}: {brackets}; {how}") from None
+        raise AddressError(f"{text!r}: {brackets}; {cure}") from None
     try:
         return parts, parts.port
     except ValueError:
         cause = brackets if parts.netloc.count(":") > 1 else "the port is a whole number from 1 to 65535"
-        raise AddressError(f"{text!r}: {cause}; {how}") from None
+        raise AddressError(f"{text!r}: {cause}; {cure}") from None
 
 
-def _tcp(url: str, parts: SplitResult, port: int | None) -> Address:
+def _tcp_address(url: str, parts: SplitResult, port: int | None) -> Address:
     if not parts.hostname or parts.path not in {"", "/"}:
         raise AddressError(f"{url!r} names no host, or more than a host; {URL_FORMS}")
     if port == 0:
@@ -150,42 +150,42 @@ def _tcp(url: str, parts: SplitResult, port: int | None) -> Address:
         parts.hostname.encode("idna")
     except UnicodeError:
         raise AddressError(f"{url!r}: {parts.hostname!r} is no name of a host; {URL_FORMS}") from None
-    values = _query(url, parts, ("unit",))
-    return Address(unquote(parts.hostname), port or PORT, _number(url, values, "unit", 1, 0, HIGHEST_UNIT))
+    values = _query_values(url, parts, ("unit",))
+    return Address(unquote(parts.hostname), port or PORT, _query_number(url, values, "unit", 1, 0, HIGHEST_UNIT))
 
 
-def _rtu(url: str, parts: SplitResult) -> Address:
+def _serial_address(url: str, parts: SplitResult) -> Address:
     device = unquote(parts.path)
     if parts.netloc or not device.strip("/"):
         raise AddressError(f"{url!r} names no device, which stands behind three slashes; {URL_FORMS}")
-    values = _query(url, parts, ("unit", "baud", "parity", "stop_bits"))
+    values = _query_values(url, parts, ("unit", "baud", "parity", "stop_bits"))
     parity = values.get("parity", PARITY)
     if parity not in PARITIES:
         raise AddressError(f"{url!r}: the parity is one of {', '.join(PARITIES)}")
     is_windows = device.upper().startswith("/COM")
     return Address(
-        unit=_number(url, values, "unit", 1, 1, HIGHEST_SERIAL_UNIT),
+        unit=_query_number(url, values, "unit", 1, 1, HIGHEST_SERIAL_UNIT),
         device=device[1:] if is_windows else device,
-        baud=_number(url, values, "baud", BAUD, 300, 4_000_000),
+        baud=_query_number(url, values, "baud", BAUD, 300, 4_000_000),
         parity=parity,
-        stop_bits=_number(url, values, "stop_bits", 1, 1, 2),
+        stop_bits=_query_number(url, values, "stop_bits", 1, 1, 2),
     )
 
 
-def _query(url: str, parts: SplitResult, known: tuple[str, ...]) -> dict[str, str]:
+def _query_values(url: str, parts: SplitResult, keys: tuple[str, ...]) -> dict[str, str]:
     pairs = parse_qsl(parts.query, keep_blank_values=True)
     for key, _ in pairs:
-        if key not in known:
-            raise AddressError(f"{url!r}: {key!r} is none of {', '.join(known)}")
+        if key not in keys:
+            raise AddressError(f"{url!r}: {key!r} is none of {', '.join(keys)}")
     if len(dict(pairs)) < len(pairs):
         raise AddressError(f"{url!r} says one thing twice")
     return dict(pairs)
 
 
-def _number(url: str, values: dict[str, str], key: str, otherwise: int, low: int, high: int) -> int:
+def _query_number(url: str, values: dict[str, str], key: str, default: int, low: int, high: int) -> int:
     text = values.get(key)
     if text is None:
-        return otherwise
+        return default
     if not (text.isascii() and text.isdecimal() and len(text) <= len(str(high)) and low <= int(text) <= high):
         raise AddressError(f"{url!r}: {key} is a whole number from {low} to {high}")
     return int(text)
@@ -193,10 +193,10 @@ def _number(url: str, values: dict[str, str], key: str, otherwise: int, low: int
 
 def parse_listen(text: str) -> tuple[str, int]:
     """Host and port to listen on, ``127.0.0.1:5020`` or ``[::1]:5020``; raises `AddressError`."""
-    how = "write HOST:PORT, such as 127.0.0.1:5020"
-    parts, port = _split(text, f"//{text.strip()}", how)
+    cure = "write HOST:PORT, such as 127.0.0.1:5020"
+    parts, port = _split_url(text, f"//{text.strip()}", cure)
     if not parts.hostname or port is None or parts.path or parts.query or parts.fragment or parts.username is not None:
-        raise AddressError(f"{text!r} is no place to listen on; {how}")
+        raise AddressError(f"{text!r} is no place to listen on; {cure}")
     return parts.hostname, port
 
 
@@ -225,7 +225,7 @@ FUNCTIONS: dict[str, tuple[int, str]] = {
     "input": (4, "read input registers"),
 }
 """Number and name of the function that reads a table."""
-MOST = {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
+MOST_PER_REQUEST = {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
 """What one request may ask for, by the protocol."""
 EXCEPTIONS = {
     1: "illegal function",
@@ -238,7 +238,7 @@ EXCEPTIONS = {
     10: "no path through the gateway",
     11: "no answer behind the gateway",
 }
-WAITED_FOR = frozenset((5, 6))
+BUSY_EXCEPTIONS = frozenset((5, 6))
 NO_SUCH_REGISTER = 2
 NO_SERVER = "look whether a Modbus server is there"
 OTHER_DEVICE = "look at the name of the device, and who else has it open"
@@ -259,14 +259,14 @@ class Request:
     table: Table
     first: int
     count: int
-    what: str
+    description: str
 
     def __str__(self) -> str:
         """As messages name it: ``read holding registers (function 3) 1024 to 1055, V2000 to V2037 of TIC-101``."""
         number, name = FUNCTIONS[self.table]
         last = self.first + self.count - 1
         registers = f"{self.first} to {last}" if self.count > 1 else f"{self.first}"
-        return f"{name} (function {number}) {registers}, {self.what}"
+        return f"{name} (function {number}) {registers}, {self.description}"
 
 
 class Link:
@@ -279,7 +279,7 @@ class Link:
         self.address, self.patience = address, patience
         self._client: Any = None
         self._request_bytes = self._received = b""
-        self._lost = asyncio.Event()
+        self._closed = asyncio.Event()
 
     async def __aenter__(self) -> Self:
         """Nothing is sent yet."""
@@ -296,7 +296,7 @@ class Link:
             try:
                 if self._client is None:
                     await self._connect()
-                return await self._answer(request)
+                return await self._send_request(request)
             except _Unanswered as error:
                 fault = error
                 if error.is_dead:
@@ -306,14 +306,14 @@ class Link:
                 await asyncio.sleep(error.pause)
         tries = f", tried {attempt + 1} times" if attempt else ""
         if self._client is None and not str(fault):
-            fault = await self._reason()
+            fault = await self._failure_reason()
         raise SilentError(f"{self.address}: {request}: {fault}{tries}; {fault.cure}")
 
-    async def _answer(self, request: Request) -> list[int]:
+    async def _send_request(self, request: Request) -> list[int]:
         """One request, and its answer if it comes."""
         from pymodbus.exceptions import ModbusException
 
-        self._lost.clear()
+        self._closed.clear()
         self._received = b""
         client, unit = self._client, self.address.unit
         call: Callable[..., Awaitable[ModbusPDU]] = {
@@ -322,40 +322,40 @@ class Link:
             "holding": client.read_holding_registers,
             "input": client.read_input_registers,
         }[request.table]
-        asked = asyncio.ensure_future(call(request.first, count=request.count, device_id=unit))
-        lost = asyncio.ensure_future(self._lost.wait())
+        answer = asyncio.ensure_future(call(request.first, count=request.count, device_id=unit))
+        closed = asyncio.ensure_future(self._closed.wait())
         try:
-            done, _ = await asyncio.wait({asked, lost}, return_when=asyncio.FIRST_COMPLETED)
-            if asked not in done:
+            done, _ = await asyncio.wait({answer, closed}, return_when=asyncio.FIRST_COMPLETED)
+            if answer not in done:
                 raise _Unanswered("the connection was closed", "PLCs take few connections: close other programs")
-            response = asked.result()
+            response = answer.result()
         except ModbusException:
-            instead = unexpected_answer(self._request_bytes, self._received, is_serial=bool(self.address.device))
-            said = f"no answer within {self.patience.timeout:g} s{instead and f', but {instead}'}"
-            places = ("the cable", "the unit number", "the baud rate", "the parity")[
+            unexpected = unexpected_answer(self._request_bytes, self._received, is_serial=bool(self.address.device))
+            reason = f"no answer within {self.patience.timeout:g} s{unexpected and f', but {unexpected}'}"
+            suspects = ("the cable", "the unit number", "the baud rate", "the parity")[
                 : None if self.address.device else 2
             ]
-            cure = f"look at {', '.join(places[:-1])} and {places[-1]}; here it is unit {unit}"
-            raise _Unanswered(said, cure if self.address.device or not instead else NO_SERVER) from None
+            cure = f"look at {', '.join(suspects[:-1])} and {suspects[-1]}; here it is unit {unit}"
+            raise _Unanswered(reason, cure if self.address.device or not unexpected else NO_SERVER) from None
         finally:
-            for task in (asked, lost):
+            for task in (answer, closed):
                 task.cancel()
             with suppress(asyncio.CancelledError, ModbusException):
-                await asked
-        return self._content(request, response)
+                await answer
+        return self._response_content(request, response)
 
-    def _content(self, request: Request, response: ModbusPDU) -> list[int]:
+    def _response_content(self, request: Request, response: ModbusPDU) -> list[int]:
         """What an answer holds; an exception is refused, and an answer of another length."""
         if response.isError():
             code = int(getattr(response, "exception_code", 0))
-            said = f"exception {code} ({EXCEPTIONS.get(code, 'not in the protocol')})"
-            if code in WAITED_FOR:
+            reason = f"exception {code} ({EXCEPTIONS.get(code, 'not in the protocol')})"
+            if code in BUSY_EXCEPTIONS:
                 pause = min(0.1, self.patience.timeout)
-                raise _Unanswered(said, "look what the PLC is busy with", is_dead=False, pause=pause)
+                raise _Unanswered(reason, "look what the PLC is busy with", is_dead=False, pause=pause)
             if code == NO_SUCH_REGISTER:
-                why = "the PLC does not have all of them; look whether it is the PLC of the file"
-                raise NoRegistersError(f"{self.address}: {request}: {said}: {why}")
-            raise PlcError(f"{self.address}: {request}: {said}; look at the set-up of Modbus in the PLC")
+                cause = "the PLC does not have all of them; look whether it is the PLC of the file"
+                raise NoRegistersError(f"{self.address}: {request}: {reason}: {cause}")
+            raise PlcError(f"{self.address}: {request}: {reason}; look at the set-up of Modbus in the PLC")
         if response.function_code != FUNCTIONS[request.table][0]:
             raise _Unanswered(f"the answer is one to function {response.function_code}", NO_SERVER)
         is_bits = request.table in {"coil", "discrete"}
@@ -372,8 +372,8 @@ class Link:
         try:
             is_connected = await client.ctx.connect()  # the client's own `connect` sleeps for 0.1 s
         except TERMINAL_ERRORS as error:
-            said = f"the line cannot be set up: {error.args[-1]}"
-            raise _Unanswered(said, "look whether the device has this baud rate and parity", is_last=True) from None
+            reason = f"the line cannot be set up: {error.args[-1]}"
+            raise _Unanswered(reason, "look whether the device has this baud rate and parity", is_last=True) from None
         if not is_connected:
             client.close()
             raise _Unanswered("")  # why is asked after the last try
@@ -381,7 +381,7 @@ class Link:
 
     def _note_connection(self, is_connected: bool) -> None:  # noqa: FBT001 - how pymodbus calls it
         if not is_connected:
-            self._lost.set()
+            self._closed.set()
 
     def _note_packet(self, is_sent: bool, data: bytes) -> bytes:  # noqa: FBT001 - how pymodbus calls it
         if is_sent:
@@ -395,7 +395,7 @@ class Link:
             self._client.close()
             self._client = None
 
-    async def _reason(self) -> _Unanswered:
+    async def _failure_reason(self) -> _Unanswered:
         """Why there is no connection, in words."""
         if self.address.device:
             reason = await asyncio.to_thread(serial_reason, self.address.device)
@@ -408,12 +408,12 @@ class Link:
                 f"the name {self.address.host} does not resolve", "write it otherwise, or the IP address"
             )
         except TimeoutError:
-            said = f"no connection within {self.patience.timeout:g} s"
-            return _Unanswered(said, "look at the cable, the address and the firewall")
+            reason = f"no connection within {self.patience.timeout:g} s"
+            return _Unanswered(reason, "look at the cable, the address and the firewall")
         except OSError as error:
             is_refused = isinstance(error, ConnectionRefusedError)
-            said = "connection refused" if is_refused else str(error.strerror or error)
-            return _Unanswered(said, "look at the address and the port, and whether Modbus TCP is enabled")
+            reason = "connection refused" if is_refused else str(error.strerror or error)
+            return _Unanswered(reason, "look at the address and the port, and whether Modbus TCP is enabled")
         writer.close()
         return _Unanswered("no connection", "try again")
 
@@ -437,7 +437,10 @@ class _Unanswered(Exception):  # noqa: N818 - it is no error before the last try
 
 
 def _client_of(
-    address: Address, patience: Patience, changed: Callable[[bool], None], seen: Callable[[bool, bytes], bytes]
+    address: Address,
+    patience: Patience,
+    note_connection: Callable[[bool], None],
+    note_packet: Callable[[bool, bytes], bytes],
 ) -> AsyncModbusTcpClient | AsyncModbusSerialClient:
     from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
@@ -445,8 +448,8 @@ def _client_of(
         "timeout": patience.timeout,
         "retries": 0,
         "reconnect_delay": 0,
-        "trace_connect": changed,
-        "trace_packet": seen,
+        "trace_connect": note_connection,
+        "trace_packet": note_packet,
     }
     if not address.device:
         return AsyncModbusTcpClient(address.host, port=address.port, **common)
@@ -462,18 +465,18 @@ END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 """Signals that somebody sends who wants the work to end."""
 
 
-def run(work: Coroutine[object, object, R]) -> R:
+def run_async(work: Coroutine[object, object, R]) -> R:
     """The result of the work, in an event loop of its own.
 
     Ctrl-C and SIGTERM cancel the work, which may come to an end with what it has; otherwise they do what they did
     before. A signal that is ignored, or whose default nobody has changed, stays as it is.
     """
-    ending = _Ending()
-    watched = ending.watched(work)
+    signals = _EndSignals()
+    cancellable = signals.cancellable(work)
     try:
-        return ending.call(lambda: _run_in_thread(watched) if _is_in_a_loop() else asyncio.run(watched))
+        return signals.run(lambda: _run_in_thread(cancellable) if _is_in_a_loop() else asyncio.run(cancellable))
     finally:  # where no loop can be made, neither has begun
-        watched.close()
+        cancellable.close()
         work.close()
 
 
@@ -494,47 +497,47 @@ def _run_in_thread(work: Coroutine[object, object, R]) -> R:
         return pool.submit(asyncio.run, work).result()
 
 
-class _Ending:
+class _EndSignals:
     """What signals do while work is running: the first one cancels it, the next one is none of ours."""
 
     def __init__(self) -> None:
-        self._before: dict[int, Callable[[int, FrameType | None], object]] = {}
+        self._handlers: dict[int, Callable[[int, FrameType | None], object]] = {}
         self._cancel: Callable[[], object] | None = None
         self._received: int | None = None
 
-    def call(self, work: Callable[[], R]) -> R:
+    def run(self, work: Callable[[], R]) -> R:
         """What the work gives; a signal that ended it without a result does what it would have done."""
-        self._install()
+        self._install_handlers()
         try:
             return work()
         except asyncio.CancelledError:
             if self._received is not None:
-                self._before[self._received](self._received, None)
+                self._handlers[self._received](self._received, None)
             raise
         finally:
-            for number, handler in self._before.items():
+            for number, handler in self._handlers.items():
                 signal.signal(number, handler)
 
-    def _install(self) -> None:
+    def _install_handlers(self) -> None:
         """Takes the signals that have a handler, in the one thread that may."""
         if threading.current_thread() is not threading.main_thread():
             return
         for number in END_SIGNALS:
             handler = signal.getsignal(number)
             if callable(handler):
-                self._before[number] = handler
-                signal.signal(number, self._end)
+                self._handlers[number] = handler
+                signal.signal(number, self._handle_signal)
 
-    def _end(self, number: int, frame: FrameType | None) -> None:
+    def _handle_signal(self, number: int, frame: FrameType | None) -> None:
         if self._received is not None:
-            self._before[number](number, frame)
+            self._handlers[number](number, frame)
             return
         self._received = number
         if self._cancel is not None:
             with suppress(RuntimeError):  # its loop has just been closed
                 self._cancel()
 
-    async def watched(self, work: Coroutine[object, object, R]) -> R:
+    async def cancellable(self, work: Coroutine[object, object, R]) -> R:
         """The work, which a signal cancels while it is running, or as it begins."""
         loop, task = asyncio.get_running_loop(), asyncio.ensure_future(_silence_loop(work))
         self._cancel = partial(loop.call_soon_threadsafe, task.cancel)  # wakes a loop that waits

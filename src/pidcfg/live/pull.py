@@ -21,7 +21,7 @@ from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import Numbering, few
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
 from pidcfg.encoders.parameters import AnyImage
-from pidcfg.live.link import Address, AddressError, Link, Patience, parse_address, run
+from pidcfg.live.link import Address, AddressError, Link, Patience, parse_address, run_async
 from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents
 from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_unknown, vendor_named, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
@@ -40,9 +40,9 @@ from pidcfg.vendors import VENDORS, Vendor, format_of
 
 # --- What a PLC holds, as a configuration or a memory listing: the result of `pidcfg.pull` ----------------------------
 
-BESIDE = "no register has them"
+WITHOUT_REGISTER = "no register has them"
 """Why settings are not read that stand in the program, in a dialog or a project."""
-OF_PLC = "plc."
+PLC_PREFIX = "plc."
 """How keys of the whole PLC begin."""
 YAML = "yaml"
 """The format of a configuration; all others are listings."""
@@ -58,7 +58,7 @@ class Plc:
     """None: the configuration has no memory, so that nothing is read."""
     like: Checked | None = None
     """A configuration that gives names, ranges, units and places."""
-    texts: Mapping[str, object] = field(default_factory=dict)
+    option_texts: Mapping[str, object] = field(default_factory=dict)
     """Options of the vendor's decoder as texts."""
 
     @property
@@ -74,11 +74,11 @@ class Plc:
             raise ValueError("the configuration has no memory")
         if isinstance(self.numbering, NamedNumbering):
             return NamedRegisters(self.vendor, self.numbering, self.image)
-        options = vendor_options(self.vendor, "decode_options", self.texts)
+        options = vendor_options(self.vendor, "decode_options", self.option_texts)
         like: Any = self.image
         return Registers(self.vendor, self.numbering, like, options)
 
-    def register(self, address: str) -> str:
+    def map_place(self, address: str) -> str:
         """Where a stated map has an address or a parameter; empty without such a map, or where it has none."""
         with suppress(LookupError):
             if isinstance(self.numbering, StatedNumbering):
@@ -99,16 +99,16 @@ class Plc:
             "they are numbers of the program, without a device": () if named is None else named.literals,
         }
         known = {name for names in reasons.values() for name in names}
-        reasons[BESIDE] = tuple(name for name in self._beside() if name not in known)
+        reasons[WITHOUT_REGISTER] = tuple(name for name in self._settings_without_register() if name not in known)
         return {why: names for why, names in reasons.items() if names}
 
-    def _beside(self) -> Iterator[str]:
+    def _settings_without_register(self) -> Iterator[str]:
         """Settings of the configuration that act on its loops and stand in the program, in a dialog or a project."""
         config = None if self.like is None else self.like.config
         if config is None:
             return
         for key in tables_of(self.vendor).NO_REGISTER:
-            if key.startswith(OF_PLC):
+            if key.startswith(PLC_PREFIX):
                 yield from [key] if value_at(config, parse_path(key)) is not None else ()
             else:
                 yield from (
@@ -118,21 +118,21 @@ class Plc:
             yield from (f"{item.name}.{key}" for key, value in item if isinstance(value, Wire))
 
     @property
-    def left_out(self) -> tuple[str, ...]:
+    def unread_notes(self) -> tuple[str, ...]:
         """Settings that a map leaves out, as notes."""
-        reasons = ((why, names) for why, names in self.unread.items() if why != BESIDE)
+        reasons = ((why, names) for why, names in self.unread.items() if why != WITHOUT_REGISTER)
         return tuple(f"not read, since {why}: {few([*names])}" for why, names in reasons)
 
 
 def plc_of(
     plc: str,
-    known: tuple[Source | None, str | None, Path | str | bytes | None],
+    given: tuple[Source | None, str | None, Path | str | bytes | None],
     options: Mapping[str, object] | None,
     files: Files,
     limits: Limits,
 ) -> Plc:
-    """The PLC that `pull` and `trend` read; ``known``: a configuration like it, its vendor, its map."""
-    like, vendor, stated = known
+    """The PLC that `pull` and `trend` read; ``given``: a configuration like it, its vendor, its map."""
+    like, vendor, stated = given
     other = None if like is None else checked_of(like, None, files, limits)
     if other is None and vendor is None:
         raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
@@ -214,11 +214,11 @@ class PullResult:
         return {"version": 1, "vendor": self.vendor, "plc": self.plc, "words": words}
 
 
-def pull_from(source: Plc, name: str, patience: Patience, limits: Limits) -> PullResult:
+def pull_from(source: Plc, format_name: str, patience: Patience, limits: Limits) -> PullResult:
     """Reads a PLC and writes what it holds in a format; raises `PlcError` where it cannot be read."""
-    if name != YAML:
+    if format_name != YAML:
         kinds = [kind.name for kind in formats_of(source.vendor).FORMATS.values() if kind.whole]
-        refuse_unknown("format", name, [YAML, *kinds])
+        refuse_unknown("format", format_name, [YAML, *kinds])
     result = PullResult(str(source.address), source.vendor.key)
     if source.like is not None and source.image is None:
         return replace(result, findings=tuple(errors_in(source.like.findings)))
@@ -227,53 +227,53 @@ def pull_from(source: Plc, name: str, patience: Patience, limits: Limits) -> Pul
     configuration = decode_files(
         [(source.registers.listing(image), str(source.address))],
         source.vendor,
-        DecodeOptions(like=source.like, write=name == YAML),
-        source.texts,
+        DecodeOptions(like=source.like, write=format_name == YAML),
+        source.option_texts,
         limits,
     )
-    if name == YAML:
+    if format_name == YAML:
         return replace(
             result,
             findings=configuration.findings,
             data=configuration.data,
             text=configuration.text,
-            notes=(*source.left_out, *result.notes, *_unknown_mode(source), *configuration.notes),
+            notes=(*source.unread_notes, *result.notes, *_unknown_mode(source), *configuration.notes),
             warnings=configuration.warnings,
         )
-    return _listed(result, image, source, name, configuration.data)
+    return _pull_listing(result, image, source, format_name, configuration.data)
 
 
 def _unknown_mode(source: Plc) -> tuple[str, ...]:
     """A note where nothing that is confirmed tells in which mode the loops are."""
     if source.like is not None or getattr(source.vendor.module("encode"), "MODE_IS_CONFIRMED", True):
         return ()
-    said = "no register that is confirmed tells it; write the mode the loop is meant to run in"
-    return (f"mode is manual, as after each start: {said}",)
+    cause = "no register that is confirmed tells it; write the mode the loop is meant to run in"
+    return (f"mode is manual, as after each start: {cause}",)
 
 
 def read_plc(source: Plc, patience: Patience) -> AnyImage:
     """What a PLC holds; raises `PlcError`."""
 
-    async def reading() -> AnyImage:
+    async def read_image() -> AnyImage:
         async with Link(source.address, patience) as link:
-            return await source.registers.image(link)
+            return await source.registers.read_image(link)
 
-    return run(reading())
+    return run_async(read_image())
 
 
-def _listed(result: PullResult, image: AnyImage, source: Plc, name: str, data: Data | None) -> PullResult:
+def _pull_listing(result: PullResult, image: AnyImage, source: Plc, format_name: str, data: Data | None) -> PullResult:
     """A listing, with what no register holds beside it as far as that is known."""
-    beside = source.image
+    reference = source.image
     with suppress(DecodeError):  # words that give no configuration make a listing all the same
         if data is not None:
-            beside = encoder_of(source.vendor).encode(read_settings(source.vendor.model, data, "")).image
-    known = image if beside is None else replace(image, settings=beside.settings, plc=beside.plc)
+            reference = encoder_of(source.vendor).encode(read_settings(source.vendor.model, data, "")).image
+    known = image if reference is None else replace(image, settings=reference.settings, plc=reference.plc)
     odd = next((cell for cell in known.cells if cell.no_number), None)
-    if name == "json" and odd is not None:
+    if format_name == "json" and odd is not None:
         raise ArgumentError(
             f"`format` json has no word for what {odd.address} holds, {odd.no_number}; csv has", "format"
         )
-    return replace(result, image=known, text=format_of(source.vendor, name).write(known, ()))
+    return replace(result, image=known, text=format_of(source.vendor, format_name).write(known, ()))
 
 
 @check_arguments
@@ -302,14 +302,14 @@ def pull(
 
 # --- A configuration against the PLC that it is for: the result of `pidcfg.compare` -----------------------------------
 
-CODE = "PID065"
+DIFFERENT = "PID065"
 """A setting in which the PLC differs from its file."""
 UNREACHED = "PID066"
 """A PLC that is not reached, or does not give what is asked for."""
 UNREAD = "PID069"
 """Settings that no register has."""
 UNREAD_CURE = "look at them in the vendor's software; --strict ends with 1 for them"
-CURE = "look who changed it: correct the file, or write its value into the PLC"
+DIFFERENT_CURE = "look who changed it: correct the file, or write its value into the PLC"
 
 TROUBLE_CURE = "look what the PLC reports, `pidcfg explain` says what it means"
 
@@ -360,26 +360,26 @@ def compare_with(checked: Checked, source: Plc, image: AnyImage) -> CompareResul
     )
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
-    findings = [finding for loop in diff.loops for finding in _findings(loop, document, source.register)]
-    notes = (*implausible_contents(image), *_notes(diff))
+    findings = [finding for loop in diff.loops for finding in _loop_findings(loop, document, source.map_place)]
+    notes = (*implausible_contents(image), *_operator_notes(diff))
     unread = tuple(name for names in source.unread.values() for name in names)
-    warnings = tuple(sort_findings([*_unread(document, source.unread)]))
+    warnings = tuple(sort_findings([*_unread_warnings(document, source.unread)]))
     return CompareResult(plc, document, tuple(sort_findings(findings)), diff, notes, unread, warnings)
 
 
-def _unread(document: Document, reasons: Mapping[str, Sequence[str]]) -> Iterator[Diagnostic]:
+def _unread_warnings(document: Document, reasons: Mapping[str, Sequence[str]]) -> Iterator[Diagnostic]:
     """What was not compared, loop by loop; what concerns all of them first."""
-    loops = _names(document)
+    loops = _loop_names(document)
     for why, names in reasons.items():
-        left = list(names)
+        remaining = list(names)
         for i, loop in enumerate(loops):
-            own = [name for name in left if name.startswith(f"{loop}.")]
-            left = [name for name in left if name not in own]
+            own = [name for name in remaining if name.startswith(f"{loop}.")]
+            remaining = [name for name in remaining if name not in own]
             if own:
                 keys = [name.removeprefix(f"{loop}.") for name in own]
                 yield _unread_finding(document, ("loops", i), keys, why, loop)
-        if left:
-            yield _unread_finding(document, (), left, why, "")
+        if remaining:
+            yield _unread_finding(document, (), remaining, why, "")
 
 
 def _unread_finding(document: Document, path: KeyPath, names: Sequence[str], why: str, loop: str) -> Diagnostic:
@@ -389,69 +389,71 @@ def _unread_finding(document: Document, path: KeyPath, names: Sequence[str], why
     )
 
 
-def _findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:
-    index = next((i for i, name in enumerate(_names(document)) if name in {loop.loop, loop.was}), None)
-    here: KeyPath = ("loops",) if index is None else ("loops", index)
+def _loop_findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:
+    index = next((i for i, name in enumerate(_loop_names(document)) if name in {loop.loop, loop.was}), None)
+    loop_path: KeyPath = ("loops",) if index is None else ("loops", index)
     if loop.status in {"added", "removed"}:
-        said = (
+        message = (
             "the PLC does not have this loop" if loop.status == "removed" else f"the PLC has one more loop, {loop.loop}"
         )
-        yield _finding(document, here, said, loop.loop)
+        yield _finding(document, loop_path, message, loop.loop)
     elif loop.moved is not None:
-        said = f"the PLC has the loop at {loop.moved[1]}, the file at {loop.moved[0]}"
-        yield _finding(document, here, said, loop.loop)
+        message = f"the PLC has the loop at {loop.moved[1]}, the file at {loop.moved[0]}"
+        yield _finding(document, loop_path, message, loop.loop)
     for state in loop.states:
-        said = f"the loop does not run as it is set up: {state.text} ({state.address} {state.word})"
-        yield replace(_finding(document, here, said, loop.loop, state.key), help=TROUBLE_CURE)
+        message = f"the loop does not run as it is set up: {state.text} ({state.address} {state.word})"
+        yield replace(_finding(document, loop_path, message, loop.loop, state.key), help=TROUBLE_CURE)
     for d in loop.differences:
         if d.key == CONFIGURATION:
-            yield _finding(document, (), f"the PLC's words make no configuration{_why(d)}", "")
+            yield _finding(document, (), f"the PLC's words make no configuration{_note_text(d)}", "")
             continue
-        key, said = parse_path(d.key or d.field), _message(d, register(d.address or ""))
+        path, message = parse_path(d.key or d.field), _difference_text(d, register(d.address or ""))
         if index is None:
-            yield _finding(document, key, said, "", d.key)
+            yield _finding(document, path, message, "", d.key)
         else:
-            yield _finding(document, (*here, *key), said, loop.loop, d.key)
+            yield _finding(document, (*loop_path, *path), message, loop.loop, d.key)
 
 
-def _why(d: Difference) -> str:
+def _note_text(d: Difference) -> str:
     return f": {d.note.removeprefix('no value: ')}" if d.note else ""
 
 
-def _names(document: Document) -> list[str]:
+def _loop_names(document: Document) -> list[str]:
     loops = (document.data or {}).get("loops") or []
     return [str(loop.get("name")) for loop in loops if isinstance(loop, dict)]
 
 
 def _finding(document: Document, path: KeyPath, message: str, loop: str, key: str = "") -> Diagnostic:
     span = document.locate(path)
-    return Diagnostic(CODE, Severity.ERROR, message, document.file, span, path, loop, help=CURE, key=key)
+    return Diagnostic(DIFFERENT, Severity.ERROR, message, document.file, span, path, loop, help=DIFFERENT_CURE, key=key)
 
 
-def _message(d: Difference, register: str) -> str:
+def _difference_text(d: Difference, register: str) -> str:
     """Both values with their unit, and the register with both contents; by a stated map with its number."""
     unit = f" {d.unit}" if d.unit else ""
-    held = f" ({d.address} {d.word_after or '-'}{register and f' at {register}'})" if d.address else ""
-    said = f" ({d.word_before})" if d.address and d.word_before else ""
+    plc_word = f" ({d.address} {d.word_after or '-'}{register and f' at {register}'})" if d.address else ""
+    file_word = f" ({d.word_before})" if d.address and d.word_before else ""
     note = f"; {d.note}" if d.note else ""
-    values = f"the PLC holds {_value(d.after, unit)}{held}, the file says {_value(d.before, unit)}{said}"
+    values = (
+        f"the PLC holds {_value_text(d.after, unit)}{plc_word}, the file says {_value_text(d.before, unit)}{file_word}"
+    )
     return f"{d.key or d.field}: {values}{note}"
 
 
-def _value(value: object, unit: str) -> str:
+def _value_text(value: object, unit: str) -> str:
     """A value with its unit; none where the content says that there is none, or is no value, as the note says then."""
     if value is None:
         return "none"
     return f"[{', '.join(map(text_of, value))}]{unit}" if isinstance(value, list) else f"{text_of(value)}{unit}"
 
 
-def _notes(diff: DiffResult) -> Iterator[str]:
+def _operator_notes(diff: DiffResult) -> Iterator[str]:
     yield from diff.notes
     for loop in diff.loops:
         for d in loop.operated:
             unit = f" {d.unit}" if d.unit else ""
-            held = f" ({d.address} {d.word_after})" if d.address else ""
-            values = f"{d.key} is {text_of(d.after)}{unit}{held}, in the file {text_of(d.before)}"
+            word = f" ({d.address} {d.word_after})" if d.address else ""
+            values = f"{d.key} is {text_of(d.after)}{unit}{word}, in the file {text_of(d.before)}"
             yield f"{loop.loop}: operated, and no difference: {values}"
 
 

@@ -14,7 +14,7 @@ from pidcfg.encoders.modbus_map import place_text as shown_place
 from pidcfg.encoders.parameter_files import ParameterListing
 from pidcfg.encoders.parameters import AnyImage, Program, register_content
 from pidcfg.encoders.regmap import writer_of
-from pidcfg.live.link import MOST, Link, NoRegistersError, PlcError, Request
+from pidcfg.live.link import MOST_PER_REQUEST, Link, NoRegistersError, PlcError, Request
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
@@ -32,18 +32,18 @@ D880 = Decision(
     "usual cause, and each number for itself looks like a difference.",
 )
 NEXT_TO_ZERO = 1e-30
-QUOTED = 3
+MOST_QUOTED = 3
 """Numbers that the remark names."""
 
 
 def implausible_contents(image: AnyImage) -> Iterator[str]:
     """Remarks on what was read."""
     numbers = {cell.address: cell.single for cell in image.cells if cell.single}
-    odd = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NEXT_TO_ZERO]
-    if len(odd) > len(numbers) / 2 and len(odd) > 1:
-        more = f" and {len(odd) - QUOTED} more" if len(odd) > QUOTED else ""
+    tiny = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NEXT_TO_ZERO]
+    if len(tiny) > len(numbers) / 2 and len(tiny) > 1:
+        more = f" and {len(tiny) - MOST_QUOTED} more" if len(tiny) > MOST_QUOTED else ""
         yield (
-            f"{', '.join(odd[:QUOTED])}{more} are next to 0: the two registers of a number seem to stand in "
+            f"{', '.join(tiny[:MOST_QUOTED])}{more} are next to 0: the two registers of a number seem to stand in "
             "the other order; look at the set-up of the gateway, or state the order by --map"
         )
 
@@ -94,11 +94,11 @@ class Registers:
     def __init__(self, vendor: Vendor, numbering: Numbering, like: Image | None, options: Mapping[str, object]) -> None:
         self.vendor, self.numbering, self.like, self.options = vendor, numbering, like, options
         self.areas: list[Area] = []
-        self.most: Mapping[str, int] = MOST
-        self._find = register_encoder_of(vendor).areas
+        self.most_per_request: Mapping[str, int] = MOST_PER_REQUEST
+        self._find_areas = register_encoder_of(vendor).areas
         self.space = space_of(vendor)
 
-    async def image(self, link: Link) -> Image:
+    async def read_image(self, link: Link) -> Image:
         """Every register of the loops, in address order; raises `PlcError`."""
         words = await self.read(link)
         cells = {cell.number: cell for area in self.areas for cell in area.cells(self.space, words)}
@@ -124,18 +124,18 @@ class Registers:
                 return words
             before = words
         names = ", ".join(self._name_with_loop(n) for n in sorted(changed)[:MOST_NAMES])
-        said = f"settings changed during each of {READINGS} readings: {names}"
-        raise PlcError(f"{link.address}: {said}; look who writes them: a download, an auto-tune, the ladder program")
+        message = f"settings changed during each of {READINGS} readings: {names}"
+        raise PlcError(f"{link.address}: {message}; look who writes them: a download, an auto-tune, the ladder program")
 
     def _name_with_loop(self, number: int) -> str:
         loop = self.owners().get(number)
         return f"{self.name(number)} of {loop}" if loop else self.name(number)
 
-    def _same_setting(self, number: int, one: Mapping[int, int], two: Mapping[int, int]) -> bool:
-        if number not in one or number not in two:
+    def _same_setting(self, number: int, before: Mapping[int, int], after: Mapping[int, int]) -> bool:
+        if number not in before or number not in after:
             return False
         mask = self._setting_bits[number]
-        return one[number] & mask == two[number] & mask
+        return before[number] & mask == after[number] & mask
 
     async def _read_once(self, link: Link) -> dict[int, int]:
         """One reading; blocks may say where others are."""
@@ -143,15 +143,15 @@ class Registers:
         absent: set[int] = set()
         while True:
             try:
-                found = self._find(words, self.like, self.options)
+                areas = self._find_areas(words, self.like, self.options)
             except DecodeError as error:
                 raise PlcError(f"{link.address}: {error}") from None
-            self.areas = [area for area in found if area.start not in absent]
+            self.areas = [area for area in areas if area.start not in absent]
             missing = [area for area in self.areas if any(n not in words for n in area.numbers)]
             if not missing:
                 break
             try:
-                words |= await self.words(link, (n for area in missing for n in area.numbers if n not in words))
+                words |= await self.read_words(link, (n for area in missing for n in area.numbers if n not in words))
             except NoRegistersError:
                 if not all(area.prefix for area in missing):
                     raise
@@ -163,12 +163,12 @@ class Registers:
     async def _is_there(self, link: Link, area: Area) -> bool:
         """Whether a PLC has the registers of a block: a pointer to a table may hold anything."""
         try:
-            await self.words(link, area.numbers)
+            await self.read_words(link, area.numbers)
         except NoRegistersError:
             return False
         return True
 
-    async def words(self, link: Link, numbers: Iterable[int]) -> dict[int, int]:
+    async def read_words(self, link: Link, numbers: Iterable[int]) -> dict[int, int]:
         """Some registers of the loops, as they are now."""
         words: dict[int, int] = {}
         for request, places in self._requests(numbers):
@@ -182,22 +182,22 @@ class Registers:
             places = {n: self.numbering.place(n) for n in dict.fromkeys(numbers)}
         except LookupError as error:
             raise PlcError(str(error)) from None
-        rest = sorted(places, key=lambda n: (places[n].table, places[n].register))
-        while rest:
-            first, run = places[rest[0]], [rest[0]]
+        remaining = sorted(places, key=lambda n: (places[n].table, places[n].register))
+        while remaining:
+            first, group = places[remaining[0]], [remaining[0]]
             end = first.register + first.width
-            for n in rest[1:]:
+            for n in remaining[1:]:
                 place = places[n]
                 if place.table != first.table or place.register > end:
                     break
-                if place.register + place.width - first.register > self.most[first.table]:
+                if place.register + place.width - first.register > self.most_per_request[first.table]:
                     break
-                run.append(n)
+                group.append(n)
                 end = max(end, place.register + place.width)
-            loops = dict.fromkeys(owner[n] for n in run if owner.get(n))
-            what = self._span_text(run) + (f" of {', '.join(loops)}" if loops else "")
-            yield Request(first.table, first.register, end - first.register, what), {n: places[n] for n in run}
-            rest = rest[len(run) :]
+            loops = dict.fromkeys(owner[n] for n in group if owner.get(n))
+            description = self._span_text(group) + (f" of {', '.join(loops)}" if loops else "")
+            yield Request(first.table, first.register, end - first.register, description), {n: places[n] for n in group}
+            remaining = remaining[len(group) :]
 
     def name(self, number: int) -> str:
         """A register as messages name it."""
@@ -207,9 +207,9 @@ class Registers:
         """The loop that each register is of."""
         return {n: area.loop for area in self.areas for n in area.numbers}
 
-    def _span_text(self, run: Sequence[int]) -> str:
-        first, last = self.name(run[0]), self.name(run[-1])
-        return first if len(run) == 1 else f"{first} to {last}"
+    def _span_text(self, numbers: Sequence[int]) -> str:
+        first, last = self.name(numbers[0]), self.name(numbers[-1])
+        return first if len(numbers) == 1 else f"{first} to {last}"
 
 
 def join_contents(places: Mapping[int, Place], first: int, content: Sequence[int]) -> dict[int, int]:
@@ -236,14 +236,14 @@ class NamedRegisters(Registers):
     def __init__(self, vendor: Vendor, numbering: NamedNumbering, like: Any) -> None:
         self.vendor, self.named = vendor, numbering
         self.numbering: Any = numbering
-        self.most = getattr(vendor.module("points"), "MOST", MOST)
+        self.most_per_request = getattr(vendor.module("points"), "MOST", MOST_PER_REQUEST)
         self.program: Program = like
         cells = [cell for cell in self.program.cells if not isinstance(cell.raw, Wire)]
         self.names: list[Any] = [cell.address for cell in cells if cell.address in numbering.places]
         table = tables_of(vendor).WRITTEN
         self._setting_bits: Any = {}
         for cell in cells:
-            writer = writer_of(table, cell.field, _values(self.program, cell.loop))
+            writer = writer_of(table, cell.field, _loop_values(self.program, cell.loop))
             self._setting_bits[cell.address] = -1 if writer is None or writer.kind == "compared" else 0
 
     def name(self, number: object) -> str:
@@ -254,23 +254,23 @@ class NamedRegisters(Registers):
         """The loop that each parameter is of."""
         return {name: point.loop or "" for name, point in self.named.points.items()}
 
-    async def image(self, link: Link) -> Any:
+    async def read_image(self, link: Link) -> Any:
         """The program with the contents of the PLC; raises `PlcError`."""
         words: Mapping[Any, int] = await self.read(link)
-        return with_contents(self.program, {name: self.content(name, words[name], link) for name in self.names})
+        return with_contents(self.program, {name: self.parameter_value(name, words[name], link) for name in self.names})
 
     async def _read_once(self, link: Link) -> dict[int, int]:
-        return await self.words(link, self.names)
+        return await self.read_words(link, self.names)
 
-    def content(self, name: str, raw: int, link: Link) -> Any:
+    def parameter_value(self, name: str, raw: int, link: Link) -> Any:
         """The content of a parameter; raises `PlcError` where its registers hold no value of its type."""
         kind = self.named.points[name].type
         try:
             return register_content(kind, raw)
         except DecodeError as error:
-            where = shown_place(self.named.place(name))
-            raise PlcError(f"{link.address}: {name}, {where}, is no {kind.name}: {error}") from None
+            place = shown_place(self.named.place(name))
+            raise PlcError(f"{link.address}: {name}, {place}, is no {kind.name}: {error}") from None
 
 
-def _values(program: Program, loop: str | None) -> Data:
+def _loop_values(program: Program, loop: str | None) -> Data:
     return {cell.field: cell.raw for cell in program.cells if cell.loop == loop}

@@ -24,7 +24,7 @@ from pidcfg.live.link import (
     endpoint,
     parse_address,
     parse_listen,
-    run,
+    run_async,
     serial_reason,
 )
 from pidcfg.output.arguments import ArgumentError, check_arguments
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 
 # --- The virtual PLC of a scenario behind its vendor's register map: read, written to, and moved on in time -----------
 
-Where = tuple[str, int]
+RegisterPlace = tuple[str, int]
 """A table and the number of a register in it."""
 WORD = 0xFFFF
 
@@ -74,9 +74,9 @@ class Part(NamedTuple):
     loop: int
 
 
-ENDLESS = Decimal(10) ** 9
+ENDLESS_SECONDS = Decimal(10) ** 9
 """Seconds of a run that ends when somebody ends it."""
-LISTED = 1000
+MOST_LISTED = 1000
 """Writes that the report lists; so that a panel that writes all the time does not fill the memory."""
 
 
@@ -86,28 +86,30 @@ class VirtualPlc:
     def __init__(self, loaded: Loaded, numbering: Places) -> None:
         if loaded.scenario is None or loaded.vendor is None:
             raise ValueError(f"{loaded.document.file} could not be loaded")
-        scenario = loaded.scenario.model_copy(update={"duration": ENDLESS, "expect": (), "allow": ()})
+        scenario = loaded.scenario.model_copy(update={"duration": ENDLESS_SECONDS, "expect": (), "allow": ()})
         self.run = begin_run(scenario, loaded.plc, loaded.controller, Settings(engine="python", judged=False))
         self.registers: Registers = loaded.vendor.load("virtual")(self.run.plc)
         self.unlisted = 0
-        self._course: Iterator[int] = self.run.course()
-        self._at = self.run.zero
-        self._where: dict[Where, list[Part]] = {}
+        self._progress: Iterator[int] = self.run.course()
+        self._step = self.run.zero
+        self._map: dict[RegisterPlace, list[Part]] = {}
         for number, loop in self.registers.places().items():
             with suppress(LookupError):  # no client reads what the map does not have
                 place = numbering.place(number)
-                for part in range(place.width):
-                    shift, mask = (place.shift(part), WORD) if place.bit is None else (0, 1)
-                    one = Part(number, shift, mask, place.bit or 0, loop)
-                    here = self._where.setdefault((place.table, place.register + part), [])
-                    if all(other.mask != WORD and other.bit != one.bit for other in here):  # one device, several names
-                        here.append(one)
-        self._held: dict[int, Mapping[int, int]] = {}
+                for half in range(place.width):
+                    shift, mask = (place.shift(half), WORD) if place.bit is None else (0, 1)
+                    part = Part(number, shift, mask, place.bit or 0, loop)
+                    parts = self._map.setdefault((place.table, place.register + half), [])
+                    if all(
+                        other.mask != WORD and other.bit != part.bit for other in parts
+                    ):  # one device, several names
+                        parts.append(part)
+        self._contents: dict[int, Mapping[int, int]] = {}
 
     @property
     def steps(self) -> int:
         """Base steps so far."""
-        return self._at - self.run.zero
+        return self._step - self.run.zero
 
     @property
     def dt(self) -> float:
@@ -116,65 +118,65 @@ class VirtualPlc:
 
     def advance(self, steps: int) -> None:
         """Base steps, as fast as they go."""
-        end = self._at + steps
-        self._held.clear()
-        while self._at < end:
-            self.run.chunk = end - self._at
-            self._at = next(self._course)
+        end = self._step + steps
+        self._contents.clear()
+        while self._step < end:
+            self.run.chunk = end - self._step
+            self._step = next(self._progress)
 
     def read(self, table: str, first: int, count: int) -> list[int]:
         """Registers as they are now; raises `RegisterError` where one is not there."""
-        return [self._content(table, first + k) for k in range(count)]
+        return [self._register_content(table, first + k) for k in range(count)]
 
-    def _content(self, table: str, register: int) -> int:
+    def _register_content(self, table: str, register: int) -> int:
         content = 0
-        for part in self._parts(table, register):
-            content |= (self._raw(part) >> part.shift & part.mask) << part.bit
+        for part in self._find_parts(table, register):
+            content |= (self._raw_value(part) >> part.shift & part.mask) << part.bit
         return content
 
-    def _raw(self, part: Part) -> int:
+    def _raw_value(self, part: Part) -> int:
         """What a value holds now."""
-        if part.loop not in self._held:
-            self._held[part.loop] = self.registers.contents(part.loop, self.run.net.signal_values)
-        return self._held[part.loop][part.number]
+        if part.loop not in self._contents:
+            self._contents[part.loop] = self.registers.contents(part.loop, self.run.net.signal_values)
+        return self._contents[part.loop][part.number]
 
-    def _parts(self, table: str, register: int) -> list[Part]:
-        found = self._where.get((table, register))
-        if found is None:
+    def _find_parts(self, table: str, register: int) -> list[Part]:
+        parts = self._map.get((table, register))
+        if parts is None:
             raise RegisterError(NO_REGISTER, f"{table} {register} is no register of this PLC")
-        return found
+        return parts
 
     def write(self, table: str, first: int, contents: Sequence[int]) -> None:
         """Registers one after the other, halves of a value together; raises `RegisterError` where one is refused."""
         raws: dict[int, tuple[int, int]] = {}
         for k, content in enumerate(contents):
-            for part in self._parts(table, first + k):
-                raw, written = raws.get(part.number, (self._raw(part), int(content) >> part.bit & part.mask))
+            for part in self._find_parts(table, first + k):
+                raw, written = raws.get(part.number, (self._raw_value(part), int(content) >> part.bit & part.mask))
                 if part.mask == WORD or written != raw:  # of the switches in a register those that change
                     raw = raw & ~(part.mask << part.shift) | (int(content) >> part.bit & part.mask) << part.shift
                     raws[part.number] = (raw, part.loop)
         for number, (raw, loop) in raws.items():
-            self._write(number, raw, loop)
+            self._write_value(number, raw, loop)
 
-    def _write(self, number: int, raw: int, loop: int) -> None:
+    def _write_value(self, number: int, raw: int, loop: int) -> None:
         """One value, with everything that an event of the scenario brings about."""
         signals = self.run.net.signal_values
         before = list(signals)
-        done = self.registers.write(number, raw, signals)
-        self._held.clear()
+        effect = self.registers.write(number, raw, signals)
+        self._contents.clear()
         self.run.machine.hold(before)
         if loop >= 0:
-            self._note(loop, done)
+            self._note_write(loop, effect)
             slot = self.run.plc.configs[loop].sp_slot
             if signals[slot] != before[slot]:
                 self.run.agenda.begin_step(self.steps, loop, before[slot])
 
-    def _note(self, loop: int, done: Done) -> None:
+    def _note_write(self, loop: int, effect: Done) -> None:
         run = self.run
-        if done.mode is not None:
-            run.journal.requested[loop] = done.mode
-        if len(run.agenda.done) < LISTED:
-            run.agenda.done.append(Note(ten_digits(self.steps * self.dt), run.plc.loops[loop], done.text))
+        if effect.mode is not None:
+            run.journal.requested[loop] = effect.mode
+        if len(run.agenda.done) < MOST_LISTED:
+            run.agenda.done.append(Note(ten_digits(self.steps * self.dt), run.plc.loops[loop], effect.text))
         else:
             self.unlisted += 1
 
@@ -189,11 +191,11 @@ class VirtualPlc:
 TABLES = {1: "coil", 2: "discrete", 3: "holding", 4: "input", 5: "coil", 6: "holding", 15: "coil", 16: "holding"}
 TABLES |= {22: "holding", 23: "holding"}
 """The table that a function reads or writes."""
-SLICE = 0.02
+SLICE_SECONDS = 0.02
 """Seconds for which requests may have to wait for the PLC."""
-BEHIND = 1.0
+MOST_SECONDS_BEHIND = 1.0
 """Seconds behind its time after which the PLC is said not to keep up."""
-MOST_WAITING, HEAD, LONGEST = 16, 6, 254
+MOST_WAITING, MBAP_BYTES, LONGEST_REQUEST = 16, 6, 254
 """Requests of a client that may wait, by the protocol; bytes before the length of one, and what it is at most."""
 
 
@@ -245,10 +247,10 @@ async def serve_plcs(
     except TERMINAL_ERRORS as error:
         raise PlcError(f"{listen}: the line cannot be set up: {error.args[-1]}") from None
     if not is_listening:
-        raise PlcError(f"{listen}: {_reason(listen)}")
+        raise PlcError(f"{listen}: {_listen_failure(listen)}")
     try:
-        ready(_place(server, listen))
-        moving = asyncio.gather(*(_move(one, speed, tell) for one in plcs.values()))
+        ready(_listen_place(server, listen))
+        moving = asyncio.gather(*(_run_in_real_time(plc, speed, tell) for plc in plcs.values()))
         await (moving if seconds is None else asyncio.wait_for(moving, seconds))
     except (asyncio.CancelledError, TimeoutError):
         pass
@@ -272,10 +274,12 @@ def _server_of(plcs: Mapping[int, VirtualPlc], listen: Address) -> Any:
 
 def is_flood(data: bytes) -> bool:
     """Whether more requests of a client wait than it may have under way."""
-    at = 0
+    offset = 0
     for _ in range(MOST_WAITING):
-        at += HEAD + min(int.from_bytes(data[at + HEAD - 2 : at + HEAD], "big"), LONGEST)
-    return at < len(data)
+        offset += MBAP_BYTES + min(
+            int.from_bytes(data[offset + MBAP_BYTES - 2 : offset + MBAP_BYTES], "big"), LONGEST_REQUEST
+        )
+    return offset < len(data)
 
 
 def _tcp_server(plcs: Mapping[int, VirtualPlc], listen: Address) -> object:
@@ -312,14 +316,14 @@ def _tcp_server(plcs: Mapping[int, VirtualPlc], listen: Address) -> object:
     return Server(context_of(plcs), address=(listen.host, listen.port))
 
 
-def _place(server: Any, listen: Address) -> str:
+def _listen_place(server: Any, listen: Address) -> str:
     """Where it listens, as a URL without its scheme; a port 0 has become one of the system's choice."""
     if listen.device:
         return listen.device
     return endpoint(listen.host, server.transport.sockets[0].getsockname()[1])
 
 
-def _reason(listen: Address) -> str:
+def _listen_failure(listen: Address) -> str:
     """Why nobody can listen there."""
     if listen.device:
         return serial_reason(listen.device)
@@ -332,22 +336,22 @@ def _reason(listen: Address) -> str:
     return "cannot listen"
 
 
-async def _move(plc: VirtualPlc, speed: float, tell: Callable[[str], None]) -> None:
+async def _run_in_real_time(plc: VirtualPlc, speed: float, tell: Callable[[str], None]) -> None:
     """Moves the PLC on, ``speed`` times as fast as the clock."""
     begin, first, is_late = time.monotonic(), plc.steps, False
     while True:
         due = first + int((time.monotonic() - begin) * speed / plc.dt)
-        stop = time.monotonic() + SLICE
+        stop = time.monotonic() + SLICE_SECONDS
         while plc.steps < due and time.monotonic() < stop:
             plc.advance(1)
         behind = (due - plc.steps) * plc.dt / speed
-        if behind > BEHIND:
-            reached = (plc.steps - first) * plc.dt / (time.monotonic() - begin)
+        if behind > MOST_SECONDS_BEHIND:
+            rate = (plc.steps - first) * plc.dt / (time.monotonic() - begin)
             if not is_late:
-                tell(f"the simulation cannot keep up: {reached:.3g} times real time instead of {speed:g}")
+                tell(f"the simulation cannot keep up: {rate:.3g} times real time instead of {speed:g}")
             begin, first, is_late = time.monotonic(), plc.steps, True
         with suppress(asyncio.TimeoutError):
-            await asyncio.sleep(0 if plc.steps < due else min(plc.dt / speed, SLICE))
+            await asyncio.sleep(0 if plc.steps < due else min(plc.dt / speed, SLICE_SECONDS))
 
 
 # --- The virtual PLC of a scenario for others to read and to operate: the result of `pidcfg.serve` --------------------
@@ -411,11 +415,12 @@ def serve_document(
     ``stated``: the map, in place of the one that the configuration names; raises `UnusableMapError`. ``others``:
     further scenarios, by the units that they answer as.
     """
-    first = _prepared(doc, reader, stated)
-    further = {unit: _prepared(one, reader, None) for unit, one in (others or {}).items()}
+    first = _prepare_plc(doc, reader, stated)
+    further = {unit: _prepare_plc(served, reader, None) for unit, served in (others or {}).items()}
     if any(plc is None for _, plc in (first, *further.values())):
         return ServeResult(
-            _unserved(first[0]), others={unit: _unserved(loaded) for unit, (loaded, _) in further.items()}
+            _not_served(first[0]),
+            others={unit: _not_served(loaded) for unit, (loaded, _) in further.items()},
         )
     units = {serving.listen.unit: first, **further}
     notes: list[str] = []
@@ -425,12 +430,12 @@ def serve_document(
         serving.tell(text)
 
     plcs = {unit: plc for unit, (_, plc) in units.items() if plc is not None}
-    run(serve_plcs(plcs, serving.listen, serving.speed, serving.seconds, serving.ready, tell))
-    outcomes = [_served(*one, notes) for one in units.values()]
+    run_async(serve_plcs(plcs, serving.listen, serving.speed, serving.seconds, serving.ready, tell))
+    outcomes = [_finish_outcome(*served, notes) for served in units.values()]
     return ServeResult(outcomes[0], tuple(notes), dict(zip(further, outcomes[1:], strict=True)))
 
 
-def _prepared(doc: Document, reader: Reader, stated: MapFile | None) -> tuple[Loaded, VirtualPlc | None]:
+def _prepare_plc(doc: Document, reader: Reader, stated: MapFile | None) -> tuple[Loaded, VirtualPlc | None]:
     """A scenario and its PLC; None where its findings say why there is none."""
     loaded = load(doc, reader)
     if loaded.scenario is None or loaded.image is None or loaded.vendor is None:
@@ -444,15 +449,15 @@ def _prepared(doc: Document, reader: Reader, stated: MapFile | None) -> tuple[Lo
         return loaded, None
 
 
-def _unserved(loaded: Loaded) -> Outcome:
+def _not_served(loaded: Loaded) -> Outcome:
     file = loaded.document.file
     return Outcome(file, loaded.config, findings=loaded.findings, documents=loaded.documents)
 
 
-def _served(loaded: Loaded, plc: VirtualPlc | None, notes: list[str]) -> Outcome:
+def _finish_outcome(loaded: Loaded, plc: VirtualPlc | None, notes: list[str]) -> Outcome:
     """What has happened to a PLC."""
     if plc is None:
-        return _unserved(loaded)
+        return _not_served(loaded)
     report = plc.report()
     loaded.add(report.problems)
     if plc.unlisted:
@@ -461,7 +466,7 @@ def _served(loaded: Loaded, plc: VirtualPlc | None, notes: list[str]) -> Outcome
     return Outcome(loaded.document.file, loaded.config, report, findings, loaded.documents)
 
 
-FASTEST = 1e6
+FASTEST_SPEED = 1e6
 """Times real time."""
 
 
@@ -489,8 +494,8 @@ def serve(
     is called with the place once clients can come, ``tell`` when the simulation cannot keep up. The scenario's duration
     and expectations do not count: whoever operates the PLC decides. Raises `PlcError` where nobody can listen.
     """
-    if not 0 < speed <= FASTEST:
-        raise ArgumentError(f"`speed` is {speed:g}; write a number above 0 and up to {FASTEST:g}", "speed")
+    if not 0 < speed <= FASTEST_SPEED:
+        raise ArgumentError(f"`speed` is {speed:g}; write a number above 0 and up to {FASTEST_SPEED:g}", "speed")
     if seconds is not None and not 0 < seconds < float("inf"):
         raise ArgumentError(f"`seconds` is {seconds:g}; write seconds above 0", "seconds")
     try:
@@ -505,10 +510,10 @@ def serve(
     if place.unit in (others or ()):
         raise ArgumentError(f"`others` has unit {place.unit}, which is that of the first PLC", "others")
     further = {number: document_of(one, None, files, limits) for number, one in (others or {}).items()}
-    serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
+    serving = Serving(place, speed, seconds, ready or _ignore_text, tell or _ignore_text)
     stated = None if map is None else stated_map(map, None, files, limits)
     return serve_document(document_of(source, name, files, limits), serving, reader_of(files), stated, further)
 
 
-def _nothing(_: str) -> None:
+def _ignore_text(_: str) -> None:
     """Nobody wants to know."""

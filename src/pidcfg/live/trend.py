@@ -16,7 +16,7 @@ from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import csv_lines
 from pidcfg.encoders.modbus_map import NamedNumbering
 from pidcfg.encoders.parameters import register_content
-from pidcfg.live.link import Link, run
+from pidcfg.live.link import Link, run_async
 from pidcfg.live.pull import patience_of, plc_of
 from pidcfg.live.reading import register_encoder_of
 from pidcfg.output.arguments import ArgumentError, check_arguments
@@ -107,33 +107,35 @@ def record_trend(source: Plc, recording: Recording, patience: Patience, limits: 
     """Records until the end or an interrupt, which keeps every row; raises `PlcError`, with the rows written too."""
     if source.like is not None and source.image is None:
         return TrendResult(str(source.address), tuple(errors_in(source.like.findings)))
-    return run(_record(source, recording, patience, limits))
+    return run_async(_record_rows(source, recording, patience, limits))
 
 
-async def _record(source: Plc, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
+async def _record_rows(source: Plc, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
     result = TrendResult(str(source.address))
     async with Link(source.address, patience) as link:
         registers = source.registers
-        image = await registers.image(link)
+        image = await registers.read_image(link)
         options = DecodeOptions(like=source.like, write=False)
-        held = decode_files([(registers.listing(image), result.plc)], source.vendor, options, source.texts, limits)
-        if held.data is None:
-            return replace(result, findings=held.findings)
+        decoded = decode_files(
+            [(registers.listing(image), result.plc)], source.vendor, options, source.option_texts, limits
+        )
+        if decoded.data is None:
+            return replace(result, findings=decoded.findings)
         if isinstance(source.numbering, NamedNumbering):
             channels = list(named_channels(source.vendor, source.numbering, image))
         else:
-            encoding = encoder_of(source.vendor).encode(read_settings(source.vendor.model, held.data, "the PLC"))
-            channels = [*_registers(encoding, source), *_tags(encoding, source)]
+            encoding = encoder_of(source.vendor).encode(read_settings(source.vendor.model, decoded.data, "the PLC"))
+            channels = [*_loop_channels(encoding, source), *_tag_channels(encoding, source)]
         columns = ("time", *(channel.title for channel in channels))
         result = replace(result, columns=columns)
         recording.sink.write(csv_lines([columns]))
         rows = 0
         try:
-            async for at, words in _readings(link, registers, channels, recording):
+            async for seconds, words in _readings(link, registers, channels, recording):
                 values = [channel.show(words) for channel in channels]
-                recording.sink.write(csv_lines([[f"{at:.3f}", *values]]))
+                recording.sink.write(csv_lines([[f"{seconds:.3f}", *values]]))
                 rows += 1
-                recording.taken(at, dict(zip(columns[1:], values, strict=True)))
+                recording.taken(seconds, dict(zip(columns[1:], values, strict=True)))
         except asyncio.CancelledError:  # somebody has pressed Ctrl-C: what is there stays
             pass
         return replace(result, rows=rows)
@@ -150,15 +152,15 @@ async def _readings(link: Link, registers: Registers, channels: Sequence[Channel
     begin, due, zero = time.monotonic(), 0.0, None
     while recording.seconds is None or due <= recording.seconds:
         await asyncio.sleep(max(0.0, begin + due - time.monotonic()))
-        words = await registers.words(link, numbers)
-        at = time.monotonic()  # a request that was sent again has made it late
-        zero = at if zero is None else zero
-        yield at - zero, words
+        words = await registers.read_words(link, numbers)
+        now = time.monotonic()  # a request that was sent again has made it late
+        zero = now if zero is None else zero
+        yield now - zero, words
         late = time.monotonic() - begin - due
         due += recording.interval * max(1, -(-late // recording.interval))
 
 
-def _registers(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
+def _loop_channels(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
     """The columns of all loops, as far as their blocks have them."""
     registers = register_encoder_of(source.vendor).MODE_REGISTERS
     for block in encoding.blocks:
@@ -169,14 +171,14 @@ def _registers(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
             signal = SIGNALS.get(str(word.path))
             if word.name == registers[0]:
                 numbers = tuple(block.start + block.table.offset(name) for name in registers)
-                show = _mode(source.vendor.load("mode_of"), numbers)
+                show = _mode_text(source.vendor.load("mode_of"), numbers)
                 yield Channel(f"{block.loop}.{MODE}", numbers, show, block.start)
             elif signal is not None:
-                show = _value(partial(word.decode, scales=block.scales), number)
+                show = _value_text(partial(word.decode, scales=block.scales), number)
                 yield Channel(f"{block.loop}.{signal}", (number,), show, block.start)
 
 
-def _tags(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
+def _tag_channels(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
     """The columns of registers outside of the blocks, as far as the map has them."""
     with suppress(LookupError):
         tags = source.vendor.load("tags")
@@ -186,7 +188,7 @@ def _tags(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
                 if source.numbering is not None and has_place(source.numbering, number):
                     loop = str(entry["loop"])
                     decode = partial(position.decode, scale=scales[loop][position.scale])
-                    yield Channel(f"{loop}.{signal}", (number,), _value(decode, number))
+                    yield Channel(f"{loop}.{signal}", (number,), _value_text(decode, number))
 
 
 def has_place(numbering: Any, number: object) -> bool:
@@ -198,11 +200,11 @@ def has_place(numbering: Any, number: object) -> bool:
     return True
 
 
-def _mode(mode_of: Callable[..., str], numbers: tuple[int, ...]) -> Callable[[Mapping[object, int]], str]:
+def _mode_text(mode_of: Callable[..., str], numbers: tuple[int, ...]) -> Callable[[Mapping[object, int]], str]:
     return lambda words: mode_of(*(words[number] for number in numbers))
 
 
-def _value(decode: Callable[[int], Any], number: int) -> Callable[[Mapping[object, int]], str]:
+def _value_text(decode: Callable[[int], Any], number: int) -> Callable[[Mapping[object, int]], str]:
     """How a register is shown; empty: its content is no value."""
 
     def show(words: Mapping[object, int]) -> str:
@@ -221,16 +223,18 @@ def named_channels(vendor: Vendor, numbering: NamedNumbering, image: object) -> 
     loops = dict.fromkeys(point.loop for point in numbering.points.values() if point.loop)
     for loop in loops:
         for name, signal in points.SIGNALS.items():
-            full = f"{loop}.{name}"
-            if full in numbering.places:
-                yield Channel(f"{loop}.{signal}", (full,), _content(numbering.points[full].type, full))
+            parameter = f"{loop}.{name}"
+            if parameter in numbering.places:
+                yield Channel(
+                    f"{loop}.{signal}", (parameter,), _parameter_text(numbering.points[parameter].type, parameter)
+                )
         keys = [name for name in points.MODE_KEYS if f"{loop}.{name}" in numbering.points]
         placed = tuple(f"{loop}.{name}" for name in keys if f"{loop}.{name}" in numbering.places)
         if placed and (points.LITERALS or len(placed) == len(keys)):
-            yield Channel(f"{loop}.{MODE}", placed, _named_mode(points.mode_of, numbering, loop, image))
+            yield Channel(f"{loop}.{MODE}", placed, _named_mode_text(points.mode_of, numbering, loop, image))
 
 
-def _content(kind: IecType, name: str) -> Callable[[Mapping[object, int]], str]:
+def _parameter_text(kind: IecType, name: str) -> Callable[[Mapping[object, int]], str]:
     def show(words: Mapping[object, int]) -> str:
         try:
             content = register_content(kind, words[name])
@@ -241,7 +245,7 @@ def _content(kind: IecType, name: str) -> Callable[[Mapping[object, int]], str]:
     return show
 
 
-def _named_mode(
+def _named_mode_text(
     mode_of: Callable[[Mapping[str, object]], str], numbering: NamedNumbering, loop: str, image: Any
 ) -> Callable[[Mapping[object, int]], str]:
     """How the parameters that select a mode are shown; those without a register are what the program says."""
@@ -249,12 +253,12 @@ def _named_mode(
     fixed = {cell.field: cell.raw for cell in image.cells if cell.loop == loop}
 
     def show(words: Mapping[Any, int]) -> str:
-        held = {
+        contents = {
             name.removeprefix(prefix): register_content(numbering.points[name].type, raw)
             for name, raw in words.items()
             if name.startswith(prefix)
         }
-        return mode_of(fixed | held)
+        return mode_of(fixed | contents)
 
     return show
 
@@ -286,9 +290,9 @@ def trend(
     if seconds is not None and not 0 <= seconds < float("inf"):
         raise ArgumentError(f"`seconds` is {seconds:g}; write seconds from 0 on", "seconds")
     source = plc_of(plc, (like, vendor, map), options, files, limits)
-    recording = Recording(sink, interval, seconds, taken or _nobody)
+    recording = Recording(sink, interval, seconds, taken or _ignore_row)
     return record_trend(source, recording, patience_of(timeout, retries), limits)
 
 
-def _nobody(_at: float, _values: Mapping[str, str]) -> None:
+def _ignore_row(_at: float, _values: Mapping[str, str]) -> None:
     """Nobody watches the rows."""

@@ -34,7 +34,7 @@ class ArgumentError(ValueError):
         self.names = names
         """The arguments, which stand in the message as `name`."""
 
-    def spelled(self, spell: Callable[[str], str]) -> str:
+    def with_names(self, spell: Callable[[str], str]) -> str:
         """The message with other names for the arguments, such as the options of the command line."""
         message = str(self)
         for name in self.names:
@@ -86,8 +86,8 @@ def refuse_below(least: int, **values: int | None) -> None:
     """Raises `ArgumentError` for an argument below a whole number; None is none at all."""
     for name, value in values.items():
         if value is not None and value < least:
-            wanted = "above 0" if least == 1 else f"from {least} on"
-            raise ArgumentError(f"`{name}` is {value}; write a whole number {wanted}", name)
+            range_text = "above 0" if least == 1 else f"from {least} on"
+            raise ArgumentError(f"`{name}` is {value}; write a whole number {range_text}", name)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -95,7 +95,7 @@ def refuse_below(least: int, **values: int | None) -> None:
 # `KINDS` has a row for every annotation; ``| None`` at its end is no part of it.
 
 OPTIONAL = " | None"
-PAIR = 2
+PAIR_LENGTH = 2
 Kind = Callable[[object], bool]
 """Whether a value is of a kind."""
 
@@ -178,7 +178,7 @@ def list_of(is_kind: Kind) -> Kind:
 
 def pair_of(is_kind: Kind) -> Kind:
     """Two of a kind."""
-    return lambda value: is_list(value) and len(value) == PAIR and all(is_kind(part) for part in value)
+    return lambda value: is_list(value) and len(value) == PAIR_LENGTH and all(is_kind(part) for part in value)
 
 
 def one_or_list_of(is_kind: Kind) -> Kind:
@@ -205,32 +205,32 @@ def is_files(value: object) -> bool:
     return value is None or (callable(getattr(value, "read", None)) and callable(getattr(value, "resolve", None)))
 
 
-TEXT, DATA = "a text", "a pathlib.Path, str or bytes"
+TEXT_KIND, DATA_KIND = "a text", "a pathlib.Path, str or bytes"
 # fmt: off
 KINDS: Mapping[str, tuple[Kind, str]] = {
-    "str":                           (is_text,                     TEXT),
-    "Form":                          (is_text,                     TEXT),
-    "Model":                         (is_text,                     TEXT),
-    "EngineName":                    (is_text,                     TEXT),
+    "str":                           (is_text,                     TEXT_KIND),
+    "Form":                          (is_text,                     TEXT_KIND),
+    "Model":                         (is_text,                     TEXT_KIND),
+    "EngineName":                    (is_text,                     TEXT_KIND),
     "bool":                          (is_flag,                     "True or False"),
     "int":                           (is_whole,                    "a whole number"),
     "float":                         (is_number,                   "a number"),
-    "Source":                        (is_source,                   f"{DATA}, or the document of a result"),
-    "Path | str | bytes":            (is_data,                     DATA),
+    "Source":                        (is_source,                   f"{DATA_KIND}, or the document of a result"),
+    "Path | str | bytes":            (is_data,                     DATA_KIND),
     "Path | str | bytes | Sequence[Path | str | bytes]":
-                                     (one_or_list_of(is_data),     f"{DATA}, or a list of them"),
+                                     (one_or_list_of(is_data),     f"{DATA_KIND}, or a list of them"),
     "str | Sequence[str]":           (one_or_list_of(is_text),     "a text, or a list of texts"),
     "Sequence[str]":                 (list_of(is_text),            "a list of texts"),
     "tuple[str | None, str | None]": (pair_of(is_optional_text),   "two texts, or None for one without a name"),
     "tuple[float, float]":           (pair_of(is_number),          "two numbers"),
     "Mapping[str, object]":          (is_mapping,                  "a mapping"),
-    "Mapping[int, Source]":          (is_sources,                  f"a mapping of whole numbers to {DATA}"),
+    "Mapping[int, Source]":          (is_sources,                  f"a mapping of whole numbers to {DATA_KIND}"),
     "Files":                         (is_files,                    "texts by their names, or a reader"),
     "Limits":                        (is_limits,                   "a pidcfg.text.reader.Limits"),
     "Sink":                          (is_sink,                     "an open text stream"),
     "Sink | bool":                   (is_sink_or_flag,             "an open text stream, or True to keep the trend"),
     "Result":                        (is_result,                   "a result of simulate, certify, diff or convert"),
-    "PictureFormat":                 (is_text,                     TEXT),
+    "PictureFormat":                 (is_text,                     TEXT_KIND),
     "Callable[[float], None]":       (callable,                    "a function"),
     "Callable[[bytes], None]":       (callable,                    "a function"),
     "Callable[[str], None]":         (callable,                    "a function"),
@@ -250,16 +250,16 @@ def signature_of(call: Callable[..., object]) -> Signature:
 
 def refuse_types(call: Callable[..., object], args: tuple[object, ...], kwargs: Mapping[str, object]) -> None:
     """Raises `ArgumentTypeError` for an argument of another type; one too many or too few is Python's own error."""
-    described = signature_of(call)
-    for name, value in described.bind(*args, **kwargs).arguments.items():
-        parameter = described.parameters[name]
+    call_signature = signature_of(call)
+    for name, value in call_signature.bind(*args, **kwargs).arguments.items():
+        parameter = call_signature.parameters[name]
         annotation = str(parameter.annotation)
         if value is None and annotation.endswith(OPTIONAL):
             continue
-        is_kind, wanted = KINDS[annotation.removesuffix(OPTIONAL)]
-        for one in value if parameter.kind is parameter.VAR_POSITIONAL else (value,):
-            if not is_kind(one):
-                raise ArgumentTypeError(f"`{name}` is {short(one)}; give {wanted}", name)
+        is_kind, expected = KINDS[annotation.removesuffix(OPTIONAL)]
+        for argument in value if parameter.kind is parameter.VAR_POSITIONAL else (value,):
+            if not is_kind(argument):
+                raise ArgumentTypeError(f"`{name}` is {short(argument)}; give {expected}", name)
 
 
 # --- Several files of a call ------------------------------------------------------------------------------------------
@@ -277,15 +277,15 @@ def files_of(
     names = [name] * len(sources) if name is None or isinstance(name, str) else list(name)
     if not sources or len(names) != len(sources):
         raise ArgumentError("`source` and `name` are lists of the same length, and not empty", "source", "name")
-    most = limits.listing_bytes + 1
-    return [source_data(one, label, files, most) for one, label in zip(sources, names, strict=True)]
+    most_bytes = limits.listing_bytes + 1
+    return [source_data(one, label, files, most_bytes) for one, label in zip(sources, names, strict=True)]
 
 
 # --- What every public call does first: it refuses arguments of other types, and sets decimals as it needs them -------
 
 P = ParamSpec("P")
 R = TypeVar("R")
-DECIMALS = Context()
+DECIMAL_CONTEXT = Context()
 """How the calls calculate, whatever the caller has set: 28 digits, half to even."""
 
 
@@ -295,7 +295,7 @@ def check_arguments(call: Callable[P, R]) -> Callable[P, R]:
     @wraps(call)
     def in_context(*args: P.args, **kwargs: P.kwargs) -> R:
         refuse_types(call, args, kwargs)
-        with localcontext(DECIMALS):
+        with localcontext(DECIMAL_CONTEXT):
             return call(*args, **kwargs)
 
     return in_context

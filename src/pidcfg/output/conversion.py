@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
 # --- The verdicts of the battery as plain data: for `convert --verify` and `diff --verify` ----------------------------
 
-State = float | str | bool
+SignalState = float | str | bool
 """What a signal shows."""
-SEVERAL = "of the values that the report says were written"
+SEVERAL_LINES = "of the values that the report says were written"
 """Why two sides differ where no line alone does it."""
 
 
@@ -48,38 +48,38 @@ def verified_data(loop: Verified) -> Data:
         "output_percent": round(loop.output_percent, 6),
         "iae_ratio": None if loop.iae_ratio is None else round(loop.iae_ratio, 6),
         "stages": list(loop.stages),
-        "not_tried": [{"stage": one.stage, "mode": one.mode} for one in loop.untried],
-        "differences": [{**_difference(one.difference), "key": one.key or None} for one in loop.failures],
-        "named": [{**_difference(one.difference), **_line(one.line)} for one in loop.named],
+        "not_tried": [{"stage": entry.stage, "mode": entry.mode} for entry in loop.untried],
+        "differences": [{**_difference_data(entry.difference), "key": entry.key or None} for entry in loop.failures],
+        "named": [{**_difference_data(entry.difference), **_line_data(entry.line)} for entry in loop.named],
         "run_with": [{"line": row.field, "to": json_value(row.target)} for row in loop.switched],
         "not_shown": list(loop.hidden),
     }
 
 
-def _line(line: Change | None) -> Data:
-    return {"line": None, "note": SEVERAL} if line is None else {"line": line.field, "note": line.note}
+def _line_data(line: Change | None) -> Data:
+    return {"line": None, "note": SEVERAL_LINES} if line is None else {"line": line.field, "note": line.note}
 
 
-def _difference(one: SignalDifference) -> Data:
-    worst = None if one.worst is None else round(100 * one.worst, 6)
+def _difference_data(difference: SignalDifference) -> Data:
+    worst = None if difference.worst is None else round(100 * difference.worst, 6)
     return {
-        "stage": one.stage,
-        "signal": one.signal,
-        "at": round(one.at, 6),
-        "from": _shown(one.before),
-        "to": _shown(one.after),
+        "stage": difference.stage,
+        "signal": difference.signal,
+        "at": round(difference.at, 6),
+        "from": _rounded(difference.before),
+        "to": _rounded(difference.after),
         "percent": worst,
     }
 
 
-def _shown(value: State) -> State:
+def _rounded(value: SignalState) -> SignalState:
     return value if isinstance(value, bool | str) else float(f"{value:.10g}")
 
 
 # --- Comments of a configuration that survive its conversion: those at its head, and those of each loop ---------------
 
-QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'")
-ITEM = "  - "
+QUOTED_TEXT = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'")
+LOOP_ITEM = "  - "
 """How a loop begins in a file that pidcfg writes."""
 
 
@@ -88,8 +88,8 @@ def comment_of(line: str, known: Collection[str] = ()) -> str | None:
 
     One behind a value speaks of that key and value, which another vendor writes otherwise: they come along.
     """
-    bare = QUOTED.sub(lambda text: "x" * len(text.group()), line)
-    start = next((i for i, c in enumerate(bare) if c == "#" and (i == 0 or bare[i - 1].isspace())), None)
+    unquoted = QUOTED_TEXT.sub(lambda text: "x" * len(text.group()), line)
+    start = next((i for i, c in enumerate(unquoted) if c == "#" and (i == 0 or unquoted[i - 1].isspace())), None)
     if start is None:
         return None
     text, value = line[start + 1 :].strip(), " ".join(line[:start].split()).removeprefix("- ")
@@ -98,7 +98,7 @@ def comment_of(line: str, known: Collection[str] = ()) -> str | None:
     return f"{value}  # {text}" if value and text else text
 
 
-def comments(doc: Document, loops: int, known: Collection[str] = ()) -> tuple[list[str], list[list[str]]]:
+def split_comments(doc: Document, loops: int, known: Collection[str] = ()) -> tuple[list[str], list[list[str]]]:
     """The comments above the loops, and those of each loop: before it, and behind its values; ``known`` stay behind."""
     lines = doc.lines
     starts = [_first_line(doc, lines, i) for i in range(loops)]
@@ -123,15 +123,15 @@ def _comments_of(lines: list[str], known: Collection[str]) -> list[str]:
 
 def insert_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
     """A file with comments at its head and above its loops."""
-    out = [f"# {comment}" for comment in head]
-    number, within = 0, False
+    rows = [f"# {comment}" for comment in head]
+    number, in_loops = 0, False
     for line in text.splitlines():
-        if within and line.startswith(ITEM) and number < len(loops):
-            out += [f"  # {comment}" for comment in loops[number]]
+        if in_loops and line.startswith(LOOP_ITEM) and number < len(loops):
+            rows += [f"  # {comment}" for comment in loops[number]]
             number += 1
-        within = line.startswith("loops:") or (within and (line.startswith(" ") or not line))
-        out.append(line)
-    return "\n".join(out) + "\n"
+        in_loops = line.startswith("loops:") or (in_loops and (line.startswith(" ") or not line))
+        rows.append(line)
+    return "\n".join(rows) + "\n"
 
 
 # --- A configuration of another vendor: the result of `pidcfg.convert`, and its JSON ----------------------------------
@@ -179,8 +179,8 @@ class ConvertResult:
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """The places of each loop that went over, in the source and in the result."""
-        kept = [i for i, loop in enumerate(self.loops) if loop.status == "converted"]
-        return tuple((i, j) for j, i in enumerate(kept))
+        converted = [i for i, loop in enumerate(self.loops) if loop.status == "converted"]
+        return tuple((i, j) for j, i in enumerate(converted))
 
     @property
     def alike(self) -> bool:
@@ -196,7 +196,7 @@ class ConvertResult:
         """What ``pidcfg convert --report json`` prints: the changes; where there is no result, the errors."""
         if self.data is None:
             return findings_data(errors_in(self.findings))
-        loops = [_loop(loop) for loop in self.loops]
+        loops = [_loop_data(loop) for loop in self.loops]
         document = {"version": 1, "from": self.source, "to": self.target, "loops": loops}
         document["findings"] = [finding_data(d) for d in self.faults]
         if self.verified is not None:
@@ -204,12 +204,12 @@ class ConvertResult:
         return document
 
 
-def _loop(loop: LoopReport) -> Data:
-    changes = [_change(change) for change in loop.changes]
+def _loop_data(loop: LoopReport) -> Data:
+    changes = [_change_data(change) for change in loop.changes]
     return {"loop": loop.loop, "status": loop.status, "reason": loop.reason or None, "changes": changes}
 
 
-def _change(change: Change) -> Data:
+def _change_data(change: Change) -> Data:
     return {
         "field": change.field,
         "target_field": change.target_field or None,
@@ -219,12 +219,12 @@ def _change(change: Change) -> Data:
         "error_percent": round(change.error_percent, 6),
         "counts_apart": change.counts_apart,
         "loss": change.loss,
-        "neutral": None if change.terms is None else _terms(change.terms),
+        "neutral": None if change.terms is None else _terms_data(change.terms),
         "note": change.note,
     }
 
 
-def _terms(terms: Terms) -> Data:
+def _terms_data(terms: Terms) -> Data:
     return {"field": terms.field, "from": json_value(terms.wanted), "to": json_value(terms.held), "unit": terms.unit}
 
 
@@ -240,25 +240,25 @@ def convert_checked(
     ``options`` are the target's own: where things go that the source does not say. ``max_loss``: how far values may be
     rounded without being lost. Loops that the target's own rules refuse are dropped, unless it is all of them.
     """
-    nothing = ConvertResult(checked.document, checked.findings, target.key)
+    empty = ConvertResult(checked.document, checked.findings, target.key)
     if checked.vendor is None or errors_in(checked.findings):
-        return nothing
+        return empty
     placements = vendor_options(target, "convert_options", options)
-    left_out: dict[int, str] = {}
+    excluded: dict[int, str] = {}
     while True:
         try:
-            outcome = convert(checked.config, checked.vendor, target, placements, max_loss=max_loss, excluded=left_out)
+            outcome = convert(checked.config, checked.vendor, target, placements, max_loss=max_loss, excluded=excluded)
         except ConvertError as error:
-            return replace(nothing, findings=(*checked.findings, *missing(error.missing, checked.document)))
+            return replace(empty, findings=(*checked.findings, *missing_findings(error.missing, checked.document)))
         text = text_of(outcome, checked.document)
         result = check_document(read_document(text.encode(), f"<{target.key}>", checked.document.limits))
         refused = refused_loops(outcome, result)
         if not refused or len(refused) == len(outcome.source_places):
             break
-        left_out |= refused
+        excluded |= refused
     conversion = replace(
-        nothing,
-        findings=(*checked.findings, *missing(outcome.missing, checked.document)),
+        empty,
+        findings=(*checked.findings, *missing_findings(outcome.missing, checked.document)),
         source=checked.vendor.key,
         data=outcome.data,
         text=text,
@@ -269,10 +269,10 @@ def convert_checked(
     )
     if verify is None or not conversion.ok:
         return conversion
-    return _compared(conversion, checked, result, verify)
+    return _with_verdicts(conversion, checked, result, verify)
 
 
-def _compared(
+def _with_verdicts(
     conversion: ConvertResult,
     source: Checked,
     result: Checked,
@@ -287,7 +287,7 @@ def _compared(
         return replace(conversion, unverified=str(error))
 
 
-def missing(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
+def missing_findings(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
     """What a source has to say before it can be converted, at the keys where it should."""
     return [
         Diagnostic("PID042", Severity.ERROR, entry.message, doc.file, doc.locate(entry.path, key=True), entry.path)
@@ -297,7 +297,7 @@ def missing(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
 
 def text_of(outcome: Converted, document: Document) -> str:
     """The result as YAML, with the comments of the source: those of its loops where they went."""
-    head, loops = comments(document, len(outcome.loops), _starter_comments())
+    head, loops = split_comments(document, len(outcome.loops), _starter_comments())
     return insert_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.source_places])
 
 
@@ -327,7 +327,7 @@ def refused_loops(outcome: Converted, result: Checked) -> dict[int, str]:
     return refused
 
 
-def both_sides(
+def verify_sides(
     source: Checked,
     result: Checked,
     conversion: ConvertResult,
@@ -340,5 +340,5 @@ def both_sides(
     if source.vendor is None or result.vendor is None:
         return ()
     names = f"{PurePath(source.document.file).name} ({source.vendor.key})", f"result ({result.vendor.key})"
-    one, two = (source.vendor, source.config), (result.vendor, result.config)
-    return tuple(verify(one, two, conversion.pairs, conversion.loops, names, progress, jobs=jobs))
+    source_side, result_side = (source.vendor, source.config), (result.vendor, result.config)
+    return tuple(verify(source_side, result_side, conversion.pairs, conversion.loops, names, progress, jobs=jobs))

@@ -79,9 +79,9 @@ Entry = tuple[bytes | Listing, str]
 """A memory listing, read or as the bytes of its file, and its name."""
 
 
-OPTION = "--"
+OPTION_SIGN = "--"
 """What stands in the message of a listing that an option of `decode` would complete."""
-LIKE = "name a configuration to read it like (--like FILE)"
+LIKE_CURE = "name a configuration to read it like (--like FILE)"
 
 
 @frozen
@@ -106,20 +106,20 @@ def subjects_of(
     sides: tuple[Checked | Entry, Checked | Entry], names: tuple[str, str], options: DiffOptions, limits: Limits
 ) -> tuple[Subject, Subject]:
     """Both sides; listings are read when it is known what they are like."""
-    known: list[Subject | None] = [
-        None if isinstance(side, tuple) else _subject(side, name) for side, name in zip(sides, names, strict=True)
+    subjects: list[Subject | None] = [
+        None if isinstance(side, tuple) else _subject_of(side, name) for side, name in zip(sides, names, strict=True)
     ]
-    like = None if options.like is None else _subject(options.like, options.like.document.file)
-    like = like or next((subject for subject in known if subject is not None), None)
+    like = None if options.like is None else _subject_of(options.like, options.like.document.file)
+    like = like or next((subject for subject in subjects if subject is not None), None)
     vendor = options.vendor or (_vendor_in_listings(sides) if like is None else like.vendor)
     if options.like is not None and like is not None and like.vendor is not vendor:
         raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
     for i in _reading_order(sides, vendor, like, limits):
         side = sides[i]
         if isinstance(side, tuple):
-            known[i] = _listing_subject(side, vendor, like, limits)
-            like = like or known[i]
-    one, two = known
+            subjects[i] = _listing_subject(side, vendor, like, limits)
+            like = like or subjects[i]
+    one, two = subjects
     if one is None or two is None:
         raise AssertionError("both sides are read")
     return one, two
@@ -134,8 +134,8 @@ VENDOR_IN_LISTING = re.compile(
 def _vendor_in_listings(sides: Iterable[Checked | Entry]) -> Vendor | None:
     """The PLC family that listings name at their beginning; None where none does, or two do."""
     texts = [side[0] for side in sides if isinstance(side, tuple) and isinstance(side[0], bytes)]
-    begins = [VENDOR_IN_LISTING.match(text.removeprefix(BOM_UTF8)) for text in texts]
-    keys = {(found[1] or found[2]).decode() for found in begins if found is not None}
+    matches = [VENDOR_IN_LISTING.match(text.removeprefix(BOM_UTF8)) for text in texts]
+    keys = {(match[1] or match[2]).decode() for match in matches if match is not None}
     return VENDORS.get(keys.pop()) if len(keys) == 1 else None
 
 
@@ -161,7 +161,7 @@ def _has_loop_names(side: Checked | Entry, vendor: Vendor | None, limits: Limits
         return False
 
 
-def _subject(checked: Checked, name: str) -> Subject:
+def _subject_of(checked: Checked, name: str) -> Subject:
     """A configuration whose values all have their words."""
     if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
         raise SideError(name, checked.findings, checked.document)
@@ -173,14 +173,16 @@ def _listing_subject(entry: Entry, vendor: Vendor | None, like: Subject | None, 
     if vendor is None:
         raise ArgumentError("neither file says the PLC family; name it with `vendor`", "vendor")
     data, name = entry
-    other = (like.config, like.encoding) if like is not None and like.vendor is vendor else None
+    config_like = (like.config, like.encoding) if like is not None and like.vendor is vendor else None
     cure = None
     try:
         listing = read_listing(data, vendor, limits)
-        cure = f"{LIKE}, or decode it with what it lacks: pidcfg decode {name} --vendor {vendor.key} --help"
-        reading = reading_of(listing, vendor, other)
+        cure = f"{LIKE_CURE}, or decode it with what it lacks: pidcfg decode {name} --vendor {vendor.key} --help"
+        reading = reading_of(listing, vendor, config_like)
     except ListingError as error:
-        raise SideError(name, [listing_fault(error, name, cure if OPTION in str(error) else cure and LIKE)]) from None
+        raise SideError(
+            name, [listing_fault(error, name, cure if OPTION_SIGN in str(error) else cure and LIKE_CURE)]
+        ) from None
     return Subject(vendor, reading.config, reading.encoding, reading)
 
 
@@ -309,7 +311,7 @@ def _state_data(state: State) -> Data:
     }
 
 
-WORD_BY_WORD = (
+WORD_BY_WORD_NOTE = (
     "nothing tells where the loops are, so that words are compared by their addresses; name a configuration to read "
     "the listings like"
 )
@@ -347,7 +349,7 @@ def compare_sides(
         if one.vendor is two.vendor:
             loops = _compare_within_vendor(one, two, live=options.live)
         else:
-            loops = compare(*(_side(name, *source) for name, source in zip(names, sources, strict=True)))
+            loops = compare(*(_neutral_side(name, *source) for name, source in zip(names, sources, strict=True)))
     except SideError as error:
         return _compare_word_by_word(sides, names, options, limits) or DiffResult(
             *names, error.findings, error.document, error.name
@@ -369,15 +371,15 @@ def _with_states(
     partners = {row.was: row.loop for row in rows if row.was}
     if subjects[0].vendor is not subjects[1].vendor:
         partners = {one[i]: two[j] for i, j in match_loops(one, two) if i is not None and j is not None}
-    told: dict[str, list[State]] = {}
+    states: dict[str, list[State]] = {}
     is_several = all(subject.reading for subject in subjects)
     for i, (subject, other) in enumerate((subjects, reversed(subjects))):
         for owner, state in states_of(subject, other):
             for name in [owner] if owner else (one, two)[i]:
                 row = name if i else partners.get(name, name)
-                told.setdefault(row, []).append(replace(state, side=names[i] if is_several else ""))
-    rest = [Compared(name, "same") for name in told if name not in {row.loop for row in rows}]
-    yield from (row.with_states(tuple(told.get(row.loop, ()))) for row in (*rows, *rest))
+                states.setdefault(row, []).append(replace(state, side=names[i] if is_several else ""))
+    unchanged = [Compared(name, "same") for name in states if name not in {row.loop for row in rows}]
+    yield from (row.with_states(tuple(states.get(row.loop, ()))) for row in (*rows, *unchanged))
 
 
 def _compare_word_by_word(
@@ -392,7 +394,7 @@ def _compare_word_by_word(
     except ListingError:
         return None
     rows = Comparison(one, two, lambda *_: (), live=True).rows()
-    return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD,))
+    return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD_NOTE,))
 
 
 def _compare_within_vendor(one: Subject, two: Subject, *, live: bool) -> list[Compared]:
@@ -400,13 +402,13 @@ def _compare_within_vendor(one: Subject, two: Subject, *, live: bool) -> list[Co
     before, after = (terms_of(subject) for subject in (one, two))
     fields = [fields_of(subject.vendor, subject.config, subject.encoding) for subject in (one, two)]
 
-    def neutral(loop: str, key: str) -> list[str]:
+    def neutral_names(loop: str, key: str) -> list[str]:
         return [name for side in fields for name in neutral_fields(side, loop, key)]
 
-    return Comparison(before, after, neutral, live=live).rows()
+    return Comparison(before, after, neutral_names, live=live).rows()
 
 
-def _side(name: str, config: ConfigurationFile, vendor: Vendor) -> NeutralSide:
+def _neutral_side(name: str, config: ConfigurationFile, vendor: Vendor) -> NeutralSide:
     try:
         return neutral_side(config, vendor)
     except DecodeError as error:

@@ -62,9 +62,9 @@ class PlotResult:
 
     def _repr_html_(self) -> str:
         """What notebooks show."""
-        from pidcfg.output.notebook import frame_of_page, image
+        from pidcfg.output.notebook import frame_of_page, image_html
 
-        return frame_of_page(self.text) if self.format == "html" else image(self.format, self.data)
+        return frame_of_page(self.text) if self.format == "html" else image_html(self.format, self.data)
 
     def to_json(self) -> Data:
         """The picture, a png in base64."""
@@ -72,26 +72,28 @@ class PlotResult:
         return {"version": 1, "format": self.format, "loops": list(self.loops), "data": text}
 
 
-def draw(result: Result, fmt: PictureFormat, loops: Collection[str], title: str | None) -> PlotResult:
+def draw_result(result: Result, fmt: PictureFormat, loops: Collection[str], title: str | None) -> PlotResult:
     """The charts of a result in a format; raises `ArgumentError` where there is nothing to be drawn."""
     charts = charts_of(result, loops)
     heading = title if title is not None else heading_of(result)
-    return PlotResult(fmt, _drawn(charts, fmt, heading), tuple(chart.loop for chart in charts), tuple(result.findings))
+    return PlotResult(
+        fmt, _draw_charts(charts, fmt, heading), tuple(chart.loop for chart in charts), tuple(result.findings)
+    )
 
 
-def _drawn(charts: Sequence[Chart], fmt: PictureFormat, title: str) -> bytes:
+def _draw_charts(charts: Sequence[Chart], fmt: PictureFormat, title: str) -> bytes:
     if fmt == "html":
-        from pidcfg.pictures.page import html
+        from pidcfg.pictures.page import render_page
 
-        return html(charts, title=title).encode()
+        return render_page(charts, title=title).encode()
     if fmt == "svg":
-        from pidcfg.pictures.figure import svg
+        from pidcfg.pictures.figure import draw_svg
 
-        return svg(charts, title=title).encode()
-    from pidcfg.pictures.figure import png
+        return draw_svg(charts, title=title).encode()
+    from pidcfg.pictures.figure import draw_png
 
     try:
-        return png(charts, title=title)
+        return draw_png(charts, title=title)
     except ImportError:
         cure = "install pidcfg[png], or take svg or html, which need nothing"
         raise ArgumentError(f"`format` is 'png', which matplotlib paints: {cure}", "format") from None
@@ -99,16 +101,16 @@ def _drawn(charts: Sequence[Chart], fmt: PictureFormat, title: str) -> bytes:
 
 def charts_of(result: Any, loops: Collection[str] = ()) -> list[Chart]:
     """The charts of a result, of these ``loops`` alone; raises `ArgumentError` where it has none, or lacks a loop."""
-    made = _made_charts(result)
-    if not made:
+    all_charts = _all_charts(result)
+    if not all_charts:
         raise ArgumentError(f"`result` has nothing to be drawn: {_why_none(result)}", "result")
-    known = list(dict.fromkeys(chart.loop for chart in made))
-    if wrong := [loop for loop in loops if loop not in known]:
-        raise ArgumentError(f"`loops` has {wrong[0]!r}; there are {', '.join(known)}", "loops")
-    return [chart for chart in made if not loops or chart.loop in loops]
+    known = list(dict.fromkeys(chart.loop for chart in all_charts))
+    if unknown := [loop for loop in loops if loop not in known]:
+        raise ArgumentError(f"`loops` has {unknown[0]!r}; there are {', '.join(known)}", "loops")
+    return [chart for chart in all_charts if not loops or chart.loop in loops]
 
 
-def _made_charts(result: Any) -> list[Chart]:
+def _all_charts(result: Any) -> list[Chart]:
     """By the kind of the result."""
     if isinstance(result, SimulateResult):
         from pidcfg.study.outcome import charts_of as charts_of_run
@@ -118,7 +120,7 @@ def _made_charts(result: Any) -> list[Chart]:
         from pidcfg.study.certification.certify import charts_of as charts_of_batch
 
         return charts_of_batch(result.outcome)
-    return [one.chart for one in getattr(result, "verified", None) or ()]
+    return [loop.chart for loop in getattr(result, "verified", None) or ()]
 
 
 def _why_none(result: Any) -> str:

@@ -59,7 +59,7 @@ def one_or_several(name: str, rows: Sequence[Data]) -> Data:
 
 def findings_data(findings: Sequence[Diagnostic], files: int = 1) -> Data:
     """Findings in so many files: the public layout, version 1."""
-    totals = counts(findings)
+    totals = count_severities(findings)
     return {
         "version": 1,
         "findings": [finding_data(d) for d in findings],
@@ -72,7 +72,7 @@ def findings_data(findings: Sequence[Diagnostic], files: int = 1) -> Data:
     }
 
 
-def counts(findings: Sequence[Diagnostic]) -> dict[Severity, int]:
+def count_severities(findings: Sequence[Diagnostic]) -> dict[Severity, int]:
     """How many findings there are of each severity."""
     return {s: sum(d.severity is s for d in findings) for s in (Severity.ERROR, Severity.WARNING, Severity.INFO)}
 
@@ -178,7 +178,7 @@ def load_document(document: Document) -> LoadResult:
     return LoadResult(document, tuple(findings), "configuration", vendor.key, model)
 
 
-def check_loaded(document: Document, reader: Reader, chosen: Chosen) -> CheckResult:
+def check_loaded(document: Document, reader: Reader, settings: CheckSettings) -> CheckResult:
     """All findings of a document, but for those that comments in it, settings or a baseline leave out."""
     from pidcfg.validate.catalog import is_chosen
 
@@ -187,24 +187,27 @@ def check_loaded(document: Document, reader: Reader, chosen: Chosen) -> CheckRes
     known: list[Diagnostic] = []
 
     def is_wanted(d: Diagnostic) -> bool:
-        return is_chosen(d, chosen.select, chosen.ignore)
+        return is_chosen(d, settings.select, settings.ignore)
 
-    if chosen.comments and "ignore" in document.text:
+    if settings.comments and "ignore" in document.text:
         from pidcfg.validate.baseline import suppress
 
-        rest = suppress(findings, document)
-        findings, ignored = sort_findings(rest.kept), [one for one in rest.ignored if is_wanted(one.finding)]
-    if chosen.baseline is not None:
+        suppression = suppress(findings, document)
+        findings, ignored = (
+            sort_findings(suppression.kept),
+            [one for one in suppression.ignored if is_wanted(one.finding)],
+        )
+    if settings.baseline is not None:
         from pidcfg.validate.baseline import compare, from_text
 
-        files = {chosen.file_of(document.file)}
-        compared = compare(findings, is_wanted, from_text(chosen.baseline), files, chosen.file_of)
-        findings, known = compared.new, compared.known
+        files = {settings.file_of(document.file)}
+        comparison = compare(findings, is_wanted, from_text(settings.baseline), files, settings.file_of)
+        findings, known = comparison.new, comparison.known
     return CheckResult(document, tuple(filter(is_wanted, findings)), tuple(ignored), tuple(known))
 
 
 @frozen
-class Chosen:
+class CheckSettings:
     """What settings say of findings: whether comments count, beginnings of codes, and a baseline's text."""
 
     comments: bool = True
@@ -224,10 +227,10 @@ class Chosen:
 
 def check_any(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
     """The findings of a configuration, or of a scenario and what it names."""
-    return judge(doc, reader)[0]
+    return check_with_words(doc, reader)[0]
 
 
-def judge(doc: Document, reader: Reader = DISK) -> tuple[list[Diagnostic], Checked | None]:
+def check_with_words(doc: Document, reader: Reader = DISK) -> tuple[list[Diagnostic], Checked | None]:
     """The findings of a file, and of a configuration its model and words, as far as they exist."""
     from pidcfg.validate.engine import check_document, is_scenario
 
@@ -241,8 +244,8 @@ def judge(doc: Document, reader: Reader = DISK) -> tuple[list[Diagnostic], Check
         return list(checked.findings), checked
     from pidcfg.validate.map_files import check_map
 
-    wrong = check_map(doc, checked.vendor, checked.encoding.image, reader)
-    return sort_findings([*checked.findings, *wrong]), checked
+    map_findings = check_map(doc, checked.vendor, checked.encoding.image, reader)
+    return sort_findings([*checked.findings, *map_findings]), checked
 
 
 def has_map(doc: Document) -> bool:
@@ -281,12 +284,14 @@ class FixResult:
 
     def to_json(self) -> Data:
         """The text, what was corrected, and what is left."""
-        left = findings_data(self.findings)["findings"]
-        return {"version": 1, "text": self.text, "fixed": [finding_data(d) for d in self.fixed], "findings": left}
+        remaining = findings_data(self.findings)["findings"]
+        return {"version": 1, "text": self.text, "fixed": [finding_data(d) for d in self.fixed], "findings": remaining}
 
 
-def correct(data: bytes, doc: Document, reader: Reader, wanted: Callable[[Diagnostic], bool] = lambda _: True) -> Fixed:
-    """The bytes of a file with all corrections that are ``wanted``; ``doc``: the file as it is read, for its name."""
+def correct_file(
+    data: bytes, doc: Document, reader: Reader, is_wanted: Callable[[Diagnostic], bool] = lambda _: True
+) -> Fixed:
+    """The bytes of a file with the corrections of wanted findings; ``doc``: the file as it is read, for its name."""
     from pidcfg.text.source import read_document
     from pidcfg.validate.baseline import suppress
     from pidcfg.validate.fixes import Fixer
@@ -294,4 +299,4 @@ def correct(data: bytes, doc: Document, reader: Reader, wanted: Callable[[Diagno
     def check(doc: Document) -> list[Diagnostic]:
         return sort_findings(suppress(check_any(doc, reader), doc).kept)
 
-    return Fixer(lambda text: read_document(text, doc.file, doc.limits), check, wanted).fix(data)
+    return Fixer(lambda text: read_document(text, doc.file, doc.limits), check, is_wanted).fix(data)

@@ -10,7 +10,7 @@ from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.findings import short_repr
 from pidcfg.output.process import (
     KnownProcess,
-    behind_filter,
+    filtered_process,
     gains_as_held,
     model_of,
     process_of,
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from pidcfg.tuning.response import Record, Request
     from pidcfg.tuning.transfer import Transfer
 
-IDENTIFIED = ("gain", "time_constant", "dead_time")
+IDENTIFIED_NUMBERS = ("gain", "time_constant", "dead_time")
 """What a recorded step tells."""
 FORMS: tuple[Form, ...] = ("PID", "PI", "P")
 """The order in which they are tried where none is asked for."""
@@ -107,15 +107,15 @@ class TuneResult:
             "title": self.method.title,
             "form": self.form,
             "basis": str(self.method.basis),
-            "process": {**self._process(), **self._sureness()},
+            "process": {**self._process_data(), **self._fit_data()},
             "gain": gains.gain,
             "integral_time": gains.integral_time if integral else None,
             "derivative_time": gains.derivative_time,
             "independent": {"kp": gains.gain, "ki": gains.ki if integral else 0.0, "kd": gains.kd},
-            **self._robustness(),
+            **self._robustness_data(),
             "heating": self.heating,
             "warnings": list(self.warnings),
-            "identified": None if self.identified is None else _identified(self.identified),
+            "identified": None if self.identified is None else _identified_data(self.identified),
         }
         if self.robust is not None:
             data["robust"] = self.robust.to_json()
@@ -128,13 +128,13 @@ class TuneResult:
             data["forecast"] = self.forecast.to_json()
         return data
 
-    def _process(self) -> Data:
+    def _process_data(self) -> Data:
         """The numbers of the process, with its kind."""
         names = {"second_time_constant": "time_constant_2"}
         numbers = {names.get(key, key): value for key, value in self.numbers.items()}
         return numbers if self.model is None else {**numbers, "model": self.model}
 
-    def _robustness(self) -> Data:
+    def _robustness_data(self) -> Data:
         """Margins and figures of the closed loop; null: unknown, unstable or without a limit."""
         judgement = self.judgement
         margins, answer = judgement.margins, judgement.answer
@@ -150,28 +150,28 @@ class TuneResult:
             "valid_reason": judgement.reason,
         }
 
-    def _sureness(self) -> Data:
+    def _fit_data(self) -> Data:
         """What kind of process was identified, and how well."""
         fit = self.identified
         if fit is None:
             return {}
-        return {"model": fit.model, "fit": 100 * (1 - fit.misfit), "confidence": _confidence(fit)}
+        return {"model": fit.model, "fit": 100 * (1 - fit.misfit), "confidence": _confidence_data(fit)}
 
 
-def _confidence(fit: Identification) -> Data:
+def _confidence_data(fit: Identification) -> Data:
     gain, constant, dead = fit.confidence
     data = {"gain": gain, "time_constant": None if fit.integrating else constant, "dead_time": dead}
     return {**data, "time_constant_2": fit.second_confidence} if fit.process.second_time_constant else data
 
 
-def _identified(fit: Identification) -> Data:
+def _identified_data(fit: Identification) -> Data:
     return {
         "model": fit.model,
         "gain": fit.process.gain,
         "time_constant": None if fit.integrating else fit.process.time_constant,
         "dead_time": fit.process.dead_time,
         **({"time_constant_2": second} if (second := fit.process.second_time_constant) else {}),
-        "confidence": _confidence(fit),
+        "confidence": _confidence_data(fit),
         "drift": fit.drift,
         "remarks": list(fit.remarks),
         "step_at": fit.step_time,
@@ -194,53 +194,56 @@ def tune_gains(
     """
     fit = record = around = None
     if step is not None:
-        known, fit, record = _of_record(method, known, step, limits)
-    if target.into is not None:
+        known, fit, record = _use_record(method, known, step, limits)
+    if target.file is not None:
         target.refuse_ranges()
-        known, around = _in_loop(known, target, target.into, limits)
-    if known.wish is None:
+        known, around = _use_loop(known, target, target.file, limits)
+    if known.robustness is None:
         target.refuse_ranges()
         result = replace(compute_gains(method, form, known), identified=fit, record=record)
     else:
         from pidcfg.output.robust import search_gains
 
-        found = search_gains(METHODS[method], form, known, fit, target, limits)
-        target = found.target
-        result = replace(_of_search(METHODS[method], known, found), identified=fit, record=record)
+        search = search_gains(METHODS[method], form, known, fit, target, limits)
+        target = search.target
+        result = replace(_search_result(METHODS[method], known, search), identified=fit, record=record)
     if fit is not None:
         result = replace(result, warnings=(*result.warnings, *fit.cautions))
-    if target.into is None or around is None:
-        held = target.gains(result.gains, heating=result.heating)
-        said = (*target.warn_of_sampling(known.numbers.get("sample_time")), *warn_of_unit(target.vendor, held))
-        return replace(result, vendor=held, warnings=(*result.warnings, *said))
-    return _into_loop(result, target, target.into, around, limits, "" if step is None else step[1])
+    if target.file is None or around is None:
+        vendor_gains = target.vendor_gains(result.gains, heating=result.heating)
+        warnings = (
+            *target.warn_of_sampling(known.numbers.get("sample_time")),
+            *warn_of_unit(target.vendor, vendor_gains),
+        )
+        return replace(result, vendor=vendor_gains, warnings=(*result.warnings, *warnings))
+    return _put_into_loop(result, target, target.file, around, limits, "" if step is None else step[1])
 
 
-def _of_record(
+def _use_record(
     method: str, known: KnownProcess, step: tuple[bytes, str, Request], limits: Limits
 ) -> tuple[KnownProcess, Identification, Record]:
     """What is known, with the numbers that a recorded step tells."""
     from pidcfg.tuning.identify import identify_record
 
-    data, name, said = step
-    fit, record = identify_record(data, name, limits, said)
+    data, name, request = step
+    fit, record = identify_record(data, name, limits, request)
     if fit.integrating and "integrating" not in METHODS[method].models:
         names = [row.name for row in METHODS.values() if "integrating" in row.models]
         raise TuningError(
             f"{name}: the process integrates ({fit.process.gain:.4g} per s and unit of the output); {method} is "
             f"for one that settles: use {', '.join(names[:-1])} or {names[-1]} ({'; '.join(fit.remarks)})"
         )
-    for key in IDENTIFIED:
+    for key in IDENTIFIED_NUMBERS:
         if key in known.numbers:
             raise ArgumentError(f"`{key}` and `record` do not go together", key, "record")
-    told = [key for key in IDENTIFIED if not (fit.integrating and key == "time_constant")]
-    told += ["second_time_constant"] if fit.process.second_time_constant else []
-    numbers = {**{key: getattr(fit.process, key) for key in told}, **known.numbers}
+    identified = [key for key in IDENTIFIED_NUMBERS if not (fit.integrating and key == "time_constant")]
+    identified += ["second_time_constant"] if fit.process.second_time_constant else []
+    numbers = {**{key: getattr(fit.process, key) for key in identified}, **known.numbers}
     known = replace(known, numbers=numbers, model="integrating" if fit.integrating else None)
     return known, fit, record
 
 
-def _recorded(result: TuneResult, name: str) -> Recorded | None:
+def _record_scale(result: TuneResult, name: str) -> Recorded | None:
     """What of a record has to be in the units of the loop; None: there is no record."""
     from pidcfg.output.retune import Recorded
 
@@ -250,7 +253,7 @@ def _recorded(result: TuneResult, name: str) -> Recorded | None:
     return Recorded(name, (min(record.pv), max(record.pv)), abs(fit.step), record.units)
 
 
-def _into_loop(
+def _put_into_loop(
     result: TuneResult, target: Target, into: GainsFile, around: Around, limits: Limits, recorded: str
 ) -> TuneResult:
     """The result with the file that has the gains in a loop, and what its words do on the process.
@@ -263,7 +266,7 @@ def _into_loop(
     plant = result.plant
     if plant is not None and not result.heating:
         plant = replace(plant, gain=-plant.gain)
-    forecast = forecast_words(written, around, plant, result.gains, _recorded(result, recorded))
+    forecast = forecast_words(written, around, plant, result.gains, _record_scale(result, recorded))
     judgement = result.judgement if forecast.why else replace(result.judgement, answer=forecast.answer)
     return replace(
         result,
@@ -276,12 +279,12 @@ def _into_loop(
     )
 
 
-def _in_loop(known: KnownProcess, target: Target, into: GainsFile, limits: Limits) -> tuple[KnownProcess, Around]:
+def _use_loop(known: KnownProcess, target: Target, into: GainsFile, limits: Limits) -> tuple[KnownProcess, Around]:
     """What is known, with the sample time and the PV filter of the loop that is to have the gains."""
     from pidcfg.output.retune import Around, loop_tuning
 
     around = Around.of(loop_tuning(target, into, limits)[1])
-    if around.sample_time is None or known.wish is not None:
+    if around.sample_time is None or known.robustness is not None:
         return known, around
     numbers = known.numbers
     refuse_other_sample_time(numbers.get("sample_time"), around.sample_time, into.name)
@@ -290,14 +293,14 @@ def _in_loop(known: KnownProcess, target: Target, into: GainsFile, limits: Limit
     return replace(known, numbers=numbers, filter_time=around.filter_time), around
 
 
-def _of_search(method: Method, known: KnownProcess, found: Searched) -> TuneResult:
+def _search_result(method: Method, known: KnownProcess, search: Searched) -> TuneResult:
     """The result of a search, beside its judgement by the continuous loop on the process itself."""
-    gains = found.robust.found.result.gains
-    judgement = judge_gains(method, found.form, gains, found.process)
-    notes = (*warnings_of_authors(found.process), *warnings_of_sensitivity(found.robust.found.result.ms))
-    plant = transfer_of(replace(found.process, sample_time=0.0))
+    gains = search.robust.found.result.gains
+    judgement = judge_gains(method, search.form, gains, search.process)
+    notes = (*warnings_of_authors(search.process), *warnings_of_sensitivity(search.robust.found.result.ms))
+    plant = transfer_of(replace(search.process, sample_time=0.0))
     return TuneResult(
-        method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust, plant=plant
+        method, search.form, known.numbers, gains, search.model, judgement, notes, robust=search.robust, plant=plant
     )
 
 
@@ -309,28 +312,28 @@ def compute_gains(name: str, form: Form | None, known: KnownProcess) -> TuneResu
     known = reduce_transfer(method, form, known)
     model = model_of(method, known)
     refuse_missing(method, known.numbers, model)
-    numbers, alone = known.numbers, process_of(known.numbers, model)
-    process = behind_filter(alone, known.filter_time) if method.of_ultimate is None else alone
+    numbers, unfiltered = known.numbers, process_of(known.numbers, model)
+    process = filtered_process(unfiltered, known.filter_time) if method.of_ultimate is None else unfiltered
     cycle = Cycle(numbers.get("ultimate_gain", 0.0), numbers.get("ultimate_period", 0.0))
-    chosen, gains = _gains(method, form, process, cycle)
+    chosen, gains = _gains_of_form(method, form, process, cycle)
     if method.of_ultimate is None:
-        plant: Transfer | None = known.transfer or transfer_of(replace(alone, sample_time=0.0))
-        seen = known.transfer
+        plant: Transfer | None = known.transfer or transfer_of(replace(unfiltered, sample_time=0.0))
+        filtered_plant = known.transfer
         if plant is not None and known.filter_time:
-            seen = replace(plant, poles=(*plant.poles, known.filter_time))
-        judgement = judge_gains(method, chosen, gains, process, seen)
+            filtered_plant = replace(plant, poles=(*plant.poles, known.filter_time))
+        judgement = judge_gains(method, chosen, gains, process, filtered_plant)
         warnings = (*warnings_of_authors(process), *judgement.warnings())
         return TuneResult(method, chosen, numbers, gains, model, judgement, warnings, plant=plant)
-    found = process_of_cycle(abs(numbers["gain"]), cycle) if "gain" in numbers else None
-    judgement = judge_gains(method, chosen, gains, found)
-    plant = None if found is None else transfer_of(found)
+    cycle_process = process_of_cycle(abs(numbers["gain"]), cycle) if "gain" in numbers else None
+    judgement = judge_gains(method, chosen, gains, cycle_process)
+    plant = None if cycle_process is None else transfer_of(cycle_process)
     return TuneResult(method, chosen, numbers, gains, None, judgement, tuple(judgement.warnings()), plant=plant)
 
 
-def _gains(method: Method, form: Form | None, process: Process, cycle: Cycle) -> tuple[Form, Gains]:
+def _gains_of_form(method: Method, form: Form | None, process: Process, cycle: Cycle) -> tuple[Form, Gains]:
     """The gains of a form, or of the first from PID down that the rule has for this process."""
-    *more, last = (form,) if form else tuple(f for f in FORMS if f in method.forms)
-    for chosen in more:
+    *earlier, last = (form,) if form else tuple(f for f in FORMS if f in method.forms)
+    for chosen in earlier:
         try:
             return chosen, method.gains(chosen, process, cycle)
         except ValueError:

@@ -74,20 +74,20 @@ class HeldNumber:
     def hold(self, value: Decimal | float) -> Decimal:
         """What the register holds of a number, which is brought within its limits first; raises `ArgumentError`."""
         try:
-            near = Decimal(str(value))
-            near = near if self.low is None else max(near, self.low)
-            near = near if self.high is None else min(near, self.high)
-            if self.step is not None and 0 < near < self.step:  # half a step and less would switch it off
-                near = self.step if near >= self.step / 2 else Decimal(0)
-            return self.loop.words.stored(self._name, near)
+            number = Decimal(str(value))
+            number = number if self.low is None else max(number, self.low)
+            number = number if self.high is None else min(number, self.high)
+            if self.step is not None and 0 < number < self.step:  # half a step and less would switch it off
+                number = self.step if number >= self.step / 2 else Decimal(0)
+            return self.loop.words.stored(self._name, number)
         except (EncodeError, ArithmeticError) as error:
             raise ArgumentError(f"`value`: {value} {error}", "value") from None
 
-    def written(self, held: Decimal) -> str:
+    def written(self, value: Decimal) -> str:
         """How the file says a number that the register holds, in the unit that stands there; 0 is switched off."""
-        if not held and self.part != "gain":
+        if not value and self.part != "gain":
             return self.loop.off[0 if self.part == "integral" else 1]
-        return number_as_written(self.text, held, self.unit, self.hold)
+        return number_as_written(self.text, value, self.unit, self.hold)
 
     @property
     def _name(self) -> str:
@@ -114,14 +114,14 @@ class LoopGains:
 
     def to_json(self) -> Data:
         """The numbers and the margins; an infinite one is None."""
-        found = self.margins
-        shown = None if found is None else [found.ms, found.gain_margin, found.phase_margin]
+        margins = self.margins
+        values = None if margins is None else [margins.ms, margins.gain_margin, margins.phase_margin]
         names = ("ms", "gain_margin", "phase_margin")
-        plain = shown and {k: v if isfinite(v) else None for k, v in zip(names, shown, strict=True)}
+        finite_values = values and {k: v if isfinite(v) else None for k, v in zip(names, values, strict=True)}
         return {
             "loop": self.loop,
-            "numbers": [one.to_json() for one in self.numbers],
-            "margins": plain,
+            "numbers": [number.to_json() for number in self.numbers],
+            "margins": finite_values,
             "why": self.why,
         }
 
@@ -151,15 +151,15 @@ def gains_of(document: Document, reader: Reader) -> GainsResult:
     """The numbers of each loop of a configuration, or of the one that a scenario runs, with margins then."""
     if not is_scenario(document):
         checked = check_document(document)
-        return GainsResult(document, checked.findings, _loops(checked))
+        return GainsResult(document, checked.findings, _loops_gains(checked))
     loaded = load(document, reader)
     if loaded.checked is None:
         return GainsResult(document, tuple(loaded.findings))
-    loops = _loops(loaded.checked, loaded)
+    loops = _loops_gains(loaded.checked, loaded)
     return GainsResult(document, (*loaded.findings, *loaded.config_errors), loops)
 
 
-def _loops(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGains, ...]:
+def _loops_gains(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGains, ...]:
     if checked.vendor is None or checked.config is None:
         return ()
     axes: Mapping[str, Axes] = {}
@@ -167,23 +167,25 @@ def _loops(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGains, .
         axes = axes_of(loaded.plc(), loaded.image.settings)
     config: Any = checked.config
     model = checked.vendor.model
-    found = []
+    loops = []
     for i, loop in enumerate(config.loops):
         tuning = encoder_of(checked.vendor).tuning_of(config, loop)
         numbers = (
-            () if tuning.now == (None, None, None) and tuning.wrong else _numbers(checked.document, model, i, tuning)
+            ()
+            if tuning.now == (None, None, None) and tuning.wrong
+            else _held_numbers(checked.document, model, i, tuning)
         )
         robust: Margins | None = None
         why = "" if loaded is None or loaded.scenario is None else tuning.wrong
         if not why and loaded is not None and loaded.scenario is not None:
-            robust, why = _margins(tuning, loaded.scenario, axes.get(loop.name), loop.name)
-        found.append(LoopGains(loop.name, numbers, robust, why))
-    return tuple(found)
+            robust, why = _loop_margins(tuning, loaded.scenario, axes.get(loop.name), loop.name)
+        loops.append(LoopGains(loop.name, numbers, robust, why))
+    return tuple(loops)
 
 
-def _numbers(document: Document, model: type[BaseModel], i: int, tuning: LoopTuning) -> tuple[HeldNumber, ...]:
+def _held_numbers(document: Document, model: type[BaseModel], i: int, tuning: LoopTuning) -> tuple[HeldNumber, ...]:
     """The three numbers of a loop."""
-    out = []
+    numbers = []
     for part, name, unit, now in zip(PARTS, tuning.words.names, tuning.units(), tuning.now, strict=True):
         key, limits = tuning.words.key(name), tuning.words.limits(model, name)
         path = ("loops", i, *parse_path(key))
@@ -191,8 +193,8 @@ def _numbers(document: Document, model: type[BaseModel], i: int, tuning: LoopTun
         ends = (None, None) if limits is None else (limits.low, limits.high)
         low, high = (None if end is None else number_of(end) for end in ends)
         step, written = tuning.words.step(name), None if text is None else str(text)
-        out.append(HeldNumber(part, dotted_text(path), key, unit, written, now, low, high, step, tuning))
-    return tuple(out)
+        numbers.append(HeldNumber(part, dotted_text(path), key, unit, written, now, low, high, step, tuning))
+    return tuple(numbers)
 
 
 def held_gains(tuning: LoopTuning) -> Gains | None:
@@ -211,10 +213,10 @@ def held_gains(tuning: LoopTuning) -> Gains | None:
     return Gains(gain, integral * (60 if tuning.minutes else 1) or inf, derivative)
 
 
-def _margins(tuning: LoopTuning, scenario: Scenario, axes: Axes | None, loop: str) -> tuple[Margins | None, str]:
+def _loop_margins(tuning: LoopTuning, scenario: Scenario, axes: Axes | None, loop: str) -> tuple[Margins | None, str]:
     """The margins of a loop with its plant, or why there are none."""
-    held = held_gains(tuning)
-    if held is None or axes is None:
+    gains = held_gains(tuning)
+    if gains is None or axes is None:
         return None, "its gain is not known"
     name = scenario.connect.get(axes.pv, loop)
     plant = next((p for key, p in scenario.plants.items() if name in {str(key), p.name}), None)
@@ -222,15 +224,15 @@ def _margins(tuning: LoopTuning, scenario: Scenario, axes: Axes | None, loop: st
         return None, "its PV is no plant's alone"
     if plant.input is not None and plant.input.strip() != axes.output:
         return None, f"its plant reads {plant.input}, not {axes.output} alone"
-    transfer = _transfer(plant)
+    transfer = _plant_transfer(plant)
     if transfer is None:
         return None, f"a plant of the model {plant.model} with these numbers has no margins here"
     transfer = replace(transfer, dead_time=transfer.dead_time + (tuning.sample_time or axes.sample_time) / 2)
-    found = margins(held, transfer)
-    return found, "" if found is not None else "the loop is unstable by the continuous model"
+    loop_margins = margins(gains, transfer)
+    return loop_margins, "" if loop_margins is not None else "the loop is unstable by the continuous model"
 
 
-def _transfer(plant: Plant) -> Transfer | None:
+def _plant_transfer(plant: Plant) -> Transfer | None:
     """A plant of lags, or an integrator; None: another one."""
     gain, dead = float(plant.gain), float(plant.dead_time)
     if not is_usable(gain):
@@ -274,36 +276,36 @@ def change_document(document: Document, values: Mapping[Any, object]) -> ChangeR
     """A file with other texts at some paths; raises `ArgumentError` for a place that cannot have one."""
     if document.data is None:
         raise ArgumentError(f"`source`: {document.file} cannot be read: {document.problems[0].message}", "source")
-    texts, after = {}, {}
+    texts, keys_before = {}, {}
     for name, value in values.items():
         if not isinstance(name, str) or not name:
             raise ArgumentError(f"`values`: {name!r} is no path; write it like loops.0.name", "values")
         path = parse_path(name)
-        texts[path] = value if isinstance(value, str) else _number(name, value)
+        texts[path] = value if isinstance(value, str) else _number_text(name, value)
         if not has_key(document.data, path):
-            after[path] = _neighbour(document, path, name)
+            keys_before[path] = _last_key_beside(document, path, name)
     if not texts:
         return ChangeResult(document, document.text, document.problems)
     try:
-        data = with_values(document.text.encode(), document, texts, after)
+        data = with_values(document.text.encode(), document, texts, keys_before)
     except (PlacingError, KeyError) as error:
         raise ArgumentError(f"`values`: {error} ({document.file}); change it by hand", "values") from None
     new = read_document(data, document.file, document.limits)
     return ChangeResult(new, new.text, new.problems)
 
 
-def _number(name: str, value: object) -> str:
+def _number_text(name: str, value: object) -> str:
     """A number as a file writes it."""
     if isinstance(value, bool) or not isinstance(value, int | float | Decimal) or not isfinite(value):
         raise ArgumentError(f"`values`: {name} is {value!r}; write a text or a number", "values")
     return decimal_text(Decimal(str(value)))
 
 
-def _neighbour(document: Document, path: Path, name: str) -> Path:
+def _last_key_beside(document: Document, path: Path, name: str) -> Path:
     """The key of the file that a missing one goes behind: the last one beside it."""
-    beside = value_at(document.data, path[:-1])
-    if not isinstance(beside, dict) or not beside:
+    mapping = value_at(document.data, path[:-1])
+    if not isinstance(mapping, dict) or not mapping:
         raise ArgumentError(
             f"`values`: {document.file} has no {name}, and nothing that it could stand beside", "values"
         )
-    return (*path[:-1], list(beside)[-1])
+    return (*path[:-1], list(mapping)[-1])

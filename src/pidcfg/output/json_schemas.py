@@ -30,10 +30,10 @@ def plain_schema(name: str) -> Schema:
         return output_schema(name)
     from pidcfg.schemas.document import json_schema
 
-    return json_schema(_model(name), name, _title(name))
+    return json_schema(_model_of(name), name, _title_of(name))
 
 
-def _model(name: str) -> type[BaseModel]:
+def _model_of(name: str) -> type[BaseModel]:
     if name == SCENARIO:
         from pidcfg.schemas.scenario import Scenario
 
@@ -41,15 +41,15 @@ def _model(name: str) -> type[BaseModel]:
     return VENDORS[name].model
 
 
-def _title(name: str) -> str:
+def _title_of(name: str) -> str:
     return "pidcfg scenario" if name == SCENARIO else f"pidcfg configuration for {VENDORS[name].title}"
 
 
 # --- Templates: parts of loops, in which nothing is required, and loops that use one ----------------------------------
 
-PART = "Part"
+PART_ENDING = "Part"
 """Behind the name of a definition: the same with nothing required."""
-REFERENCE = "#/$defs/"
+REFERENCE_PREFIX = "#/$defs/"
 TEMPLATES_TEXT = (
     "What equal loops have in common, by a name of its own: a loop with `use: NAME` has all of it, and what it writes "
     "itself wins. A template may use another one."
@@ -60,17 +60,17 @@ USE_TEXT = "The template whose values the loop has; what the loop writes itself 
 def with_templates(schema: Schema) -> Schema:
     """The schema of a configuration file whose loops may use templates."""
     loops = schema["properties"]["loops"]
-    whole = loops["items"]
-    part = _part(deepcopy(whole))
-    used = {ref.removeprefix(REFERENCE) for ref in _references(whole)}
-    definitions = {f"{name}{PART}": _part(deepcopy(definition)) for name, definition in schema["$defs"].items()}
-    for name in used:
-        definitions[f"{name}{PART}"]["properties"]["use"] = {"type": "string", "description": USE_TEXT}
+    loop_items = loops["items"]
+    part = _part(deepcopy(loop_items))
+    loop_definitions = {ref.removeprefix(REFERENCE_PREFIX) for ref in _references(loop_items)}
+    definitions = {f"{name}{PART_ENDING}": _part(deepcopy(definition)) for name, definition in schema["$defs"].items()}
+    for name in loop_definitions:
+        definitions[f"{name}{PART_ENDING}"]["properties"]["use"] = {"type": "string", "description": USE_TEXT}
     schema["$defs"] |= definitions
     loops["items"] = {
         "if": {"required": ["use"]},
         "then": {"allOf": [{"required": ["name"]}, part]},
-        "else": whole,
+        "else": loop_items,
     }
     templates = {"type": "object", "description": TEMPLATES_TEXT, "additionalProperties": part}
     schema["properties"] = {"templates": templates, **schema["properties"]}
@@ -86,7 +86,7 @@ def _part(value: Any) -> Any:
     if "discriminator" in value and "oneOf" in value:
         return {"anyOf": [_part(kind) for kind in value["oneOf"]]}
     return {
-        key: f"{item}{PART}" if key == "$ref" else _part(item)
+        key: f"{item}{PART_ENDING}" if key == "$ref" else _part(item)
         for key, item in value.items()
         if not (key == "required" and isinstance(item, list)) and not (key == "title" and isinstance(item, str))
     }
@@ -127,10 +127,10 @@ def output_schema(name: str) -> Schema:
 # --- What the schemas are put together from ---------------------------------------------------------------------------
 
 Schema = dict[str, Any]
-VERSION: Schema = {"const": 1, "description": "The version of this layout."}
+VERSION_SCHEMA: Schema = {"const": 1, "description": "The version of this layout."}
 
 
-def record(description: str, optional: tuple[str, ...] = (), /, **keys: Schema) -> Schema:
+def object_of(description: str, optional: tuple[str, ...] = (), /, **keys: Schema) -> Schema:
     """An object that has these keys and no others; a trailing underscore keeps a key from being a word of Python."""
     names = {key.rstrip("_"): schema for key, schema in keys.items()}
     required = [name for name in names if name not in optional]
@@ -143,12 +143,12 @@ def record(description: str, optional: tuple[str, ...] = (), /, **keys: Schema) 
     }
 
 
-def by_name(description: str, value: Schema) -> Schema:
+def mapping_of(description: str, value: Schema) -> Schema:
     """An object whose keys are names of the user's files."""
     return {"description": description, "type": "object", "additionalProperties": value}
 
 
-def listing(description: str, item: Schema) -> Schema:
+def list_of(description: str, item: Schema) -> Schema:
     """A list."""
     return {"description": description, "type": "array", "items": item}
 
@@ -163,12 +163,12 @@ def number(description: str) -> Schema:
     return {"description": description, "type": "number"}
 
 
-def count(description: str, least: int = 0) -> Schema:
+def integer(description: str, least: int = 0) -> Schema:
     """A whole number."""
     return {"description": description, "type": "integer", "minimum": least}
 
 
-def switch(description: str) -> Schema:
+def flag(description: str) -> Schema:
     """True or false."""
     return {"description": description, "type": "boolean"}
 
@@ -180,21 +180,25 @@ def or_null(schema: Schema) -> Schema:
     return {**schema, "type": [schema["type"], "null"]}
 
 
-def anything(description: str) -> Schema:
+def any_value(description: str) -> Schema:
     """A value as the user's file or the PLC has it."""
     return {"description": description, "type": ["null", "boolean", "number", "string", "array"]}
 
 
 def one_or_several(name: str, plural: str, one: Schema, **parts: Schema) -> Schema:
     """What stands alone for one scenario, and for several in a list; ``parts``: its parts."""
-    several = record(
+    list_schema = object_of(
         "Several scenarios.",
-        version=VERSION,
-        **{plural: listing("One a scenario.", {"$ref": f"#/$defs/{name}"})},
-        passed=switch(f"Whether every {name} passed."),
+        version=VERSION_SCHEMA,
+        **{plural: list_of("One a scenario.", {"$ref": f"#/$defs/{name}"})},
+        passed=flag(f"Whether every {name} passed."),
     )
-    alone = {**one, "properties": {"version": VERSION, **one["properties"]}, "required": ["version", *one["required"]]}
-    return {"oneOf": [alone, several], "$defs": {name: one, **parts}}
+    single_schema = {
+        **one,
+        "properties": {"version": VERSION_SCHEMA, **one["properties"]},
+        "required": ["version", *one["required"]],
+    }
+    return {"oneOf": [single_schema, list_schema], "$defs": {name: one, **parts}}
 
 
 # --- Findings, as ``validate`` prints them, and the others when they cannot use a file --------------------------------
@@ -202,23 +206,23 @@ def one_or_several(name: str, plural: str, one: Schema, **parts: Schema) -> Sche
 
 def findings_schema() -> Schema:
     """All findings, and how many there are."""
-    return record(
+    return object_of(
         "What was found in all files.",
-        version=VERSION,
-        findings=listing("By file and place.", finding()),
-        summary=record(
+        version=VERSION_SCHEMA,
+        findings=list_of("By file and place.", finding_row()),
+        summary=object_of(
             "How many files were looked at, and how many findings of each kind are listed.",
-            files=count("Files that were looked at."),
-            errors=count("Findings that fail the run."),
-            warnings=count("Findings that fail it under --strict."),
-            infos=count("What is worth knowing."),
+            files=integer("Files that were looked at."),
+            errors=integer("Findings that fail the run."),
+            warnings=integer("Findings that fail it under --strict."),
+            infos=integer("What is worth knowing."),
         ),
     )
 
 
-def finding() -> Schema:
+def finding_row() -> Schema:
     """One finding."""
-    return record(
+    return object_of(
         "One finding.",
         code={
             "description": "The rule; pidcfg rule CODE explains it.",
@@ -228,13 +232,13 @@ def finding() -> Schema:
         severity=text("How bad it is.", *(severity.label for severity in reversed(Severity))),
         message=text("What is wrong, with the value."),
         file=text("The file as it was named, with forward slashes; <stdin> for standard input."),
-        line=count("Where the value is written; the first line is 1.", 1),
-        column=count("The first column is 1; columns are Unicode code points.", 1),
-        end_line=count("The line in which the value ends.", 1),
-        end_column=count("The column behind its last character.", 1),
+        line=integer("Where the value is written; the first line is 1.", 1),
+        column=integer("The first column is 1; columns are Unicode code points.", 1),
+        end_line=integer("The line in which the value ends.", 1),
+        end_column=integer("The column behind its last character.", 1),
         path=text("The key, such as loops[1].tuning.reset; empty for the file as a whole."),
         loop=text("The loop that it concerns; empty where it concerns none."),
-        with_=listing("The other loops of the same fault; each has a finding that names this one.", text("A loop.")),
+        with_=list_of("The other loops of the same fault; each has a finding that names this one.", text("A loop.")),
         plc_effect=or_null(text("What the PLC would do.")),
         reference=or_null(text("The place in the manual, or the decision, that the rule rests on.")),
         help=or_null(text("The cure.")),
@@ -247,19 +251,19 @@ def finding() -> Schema:
 
 def counts_schema() -> Schema:
     """How often each rule has something to say."""
-    fields = finding()["properties"]
-    row = record(
+    fields = finding_row()["properties"]
+    row = object_of(
         "A rule, with one severity.",
         code=fields["code"],
         severity=fields["severity"],
         title=text("What is wrong."),
-        count=count("Findings.", 1),
-        fixable=count("Those that --fix corrects."),
+        count=integer("Findings.", 1),
+        fixable=integer("Those that --fix corrects."),
     )
-    return record(
+    return object_of(
         "Findings by rule.",
-        version=VERSION,
-        statistics=listing("The most frequent first.", row),
+        version=VERSION_SCHEMA,
+        statistics=list_of("The most frequent first.", row),
         summary=findings_schema()["properties"]["summary"],
     )
 
@@ -269,8 +273,8 @@ def counts_schema() -> Schema:
 
 def rules_schema() -> Schema:
     """One rule, or a list of them."""
-    fields = finding()["properties"]
-    one = record(
+    fields = finding_row()["properties"]
+    rule = object_of(
         "A rule.",
         code=fields["code"],
         name=text("A name in words."),
@@ -282,54 +286,65 @@ def rules_schema() -> Schema:
         reference=text("The manual's place or the decision."),
         since=text("The version that has it first."),
     )
-    alone = {**one, "properties": {"version": VERSION, **one["properties"]}, "required": ["version", *one["required"]]}
-    several = record("Several rules.", version=VERSION, rules=listing("By code.", one))
-    return {"oneOf": [alone, several]}
+    single_schema = {
+        **rule,
+        "properties": {"version": VERSION_SCHEMA, **rule["properties"]},
+        "required": ["version", *rule["required"]],
+    }
+    list_schema = object_of("Several rules.", version=VERSION_SCHEMA, rules=list_of("By code.", rule))
+    return {"oneOf": [single_schema, list_schema]}
 
 
 # --- The PLC's memory -------------------------------------------------------------------------------------------------
 
-CONTENT: Schema = {"description": "As the vendor shows it.", "type": ["boolean", "number"]}
-OPEN: Schema = {"description": "In the terms of the vendor.", "type": "object", "additionalProperties": True}
+CONTENT_SCHEMA: Schema = {"description": "As the vendor shows it.", "type": ["boolean", "number"]}
+OPEN_SCHEMA: Schema = {"description": "In the terms of the vendor.", "type": "object", "additionalProperties": True}
 
 
 def words_schema() -> Schema:
     """Every word; or findings, when the file cannot be encoded."""
-    image = record(
+    image = object_of(
         "The PLC's memory for a configuration.",
-        version=VERSION,
+        version=VERSION_SCHEMA,
         vendor=text("The PLC family.", *VENDORS),
-        words=listing("In the order of addresses.", {"oneOf": [register(), parameter(), wired()]}),
-        settings=listing("What no register holds, an object a loop.", OPEN),
-        plc=OPEN,
-        checklist=listing("What a person should check after the download.", text("An item.")),
+        words=list_of("In the order of addresses.", {"oneOf": [register_row(), parameter_row(), wired_row()]}),
+        settings=list_of("What no register holds, an object a loop.", OPEN_SCHEMA),
+        plc=OPEN_SCHEMA,
+        checklist=list_of("What a person should check after the download.", text("An item.")),
     )
     return {"oneOf": [image, findings_schema()]}
 
 
-def register() -> Schema:
+def register_row() -> Schema:
     """A register with an address."""
-    return record(
+    return object_of(
         "A register.",
         address=text("As the vendor writes it."),
-        value=CONTENT,
+        value=CONTENT_SCHEMA,
         hex=text("The raw content in hexadecimal digits."),
         loop=or_null(text("The loop that it belongs to.")),
         field=text("What it holds."),
     )
 
 
-def parameter() -> Schema:
+def parameter_row() -> Schema:
     """A parameter with a name."""
-    return record("A parameter.", ("device",), **_named(), value={**CONTENT, "type": ["boolean", "number", "string"]})
+    return object_of(
+        "A parameter.",
+        ("device",),
+        **_parameter_keys(),
+        value={**CONTENT_SCHEMA, "type": ["boolean", "number", "string"]},
+    )
 
 
-def wired() -> Schema:
+def wired_row() -> Schema:
     """A parameter that follows an expression."""
-    return record("A parameter that follows others.", ("device",), **_named(), expression=text("What it follows."))
+    return object_of(
+        "A parameter that follows others.", ("device",), **_parameter_keys(), expression=text("What it follows.")
+    )
 
 
-def _named() -> dict[str, Schema]:
+def _parameter_keys() -> dict[str, Schema]:
     from pidcfg.encoders.parameters import TYPES
 
     return {
@@ -344,47 +359,47 @@ def _named() -> dict[str, Schema]:
 # --- The verdict of the battery ---------------------------------------------------------------------------------------
 
 
-def verified() -> Schema:
+def verdict_row() -> Schema:
     """One loop's verdict."""
-    return record(
+    return object_of(
         "A loop.",
         loop=text("Its name."),
-        passed=switch("Whether the target does what the source's numbers do under its rules."),
+        passed=flag("Whether the target does what the source's numbers do under its rules."),
         pv_percent=number("The PVs at most apart in the step and the disturbance, in % of the range."),
         output_percent=number("The outputs at most."),
         iae_ratio=or_null(number("Integral of the absolute error, after to before.")),
-        stages=listing("Those that were run.", text("Its name.")),
-        not_tried=listing(
+        stages=list_of("Those that were run.", text("Its name.")),
+        not_tried=list_of(
             "Those in which the source does not go to a mode that is asked of it.",
-            record("A stage.", stage=text("Its name."), mode=text("The mode.")),
+            object_of("A stage.", stage=text("Its name."), mode=text("The mode.")),
         ),
-        differences=listing(
+        differences=list_of(
             "What nothing explains.", signal_difference(key=or_null(text("The key that explains it.")))
         ),
-        named=listing(
+        named=list_of(
             "Where source and target differ, as a line of the report says.",
             signal_difference(
                 line=or_null(text("The field of the line; null where several lines do it together.")),
                 note=text("What it says; may be empty."),
             ),
         ),
-        run_with=listing(
+        run_with=list_of(
             "What the source's numbers were run with: values and rules of the target.",
-            record("A line of the report.", line=text("Its field."), to=anything("What the target has.")),
+            object_of("A line of the report.", line=text("Its field."), to=any_value("What the target has.")),
         ),
-        not_shown=listing("Numbers of which no stage can tell another value.", text("The field of the neutral form.")),
+        not_shown=list_of("Numbers of which no stage can tell another value.", text("The field of the neutral form.")),
     )
 
 
 def signal_difference(**more: Schema) -> Schema:
     """A signal that differs in a stage."""
-    return record(
+    return object_of(
         "A signal in a stage.",
         stage=text("Its name."),
         signal=text("pv, output, setpoint, mode, run, or the name of an alarm."),
         at=number("The first time, in s from the beginning of the stage."),
-        from_=anything("What the first side shows then; outputs as shares of the range."),
-        to=anything("What the second side shows."),
+        from_=any_value("What the first side shows then; outputs as shares of the range."),
+        to=any_value("What the second side shows."),
         percent=or_null(number("How far a number lies apart at most, in % of its range.")),
         **more,
     )
@@ -395,44 +410,44 @@ def signal_difference(**more: Schema) -> Schema:
 
 def conversion_schema() -> Schema:
     """What became of every field; or findings, when the file cannot be converted."""
-    report = record(
+    report = object_of(
         "What became of every field.",
         ("verify",),
-        version=VERSION,
+        version=VERSION_SCHEMA,
         from_=text("The PLC family of the file.", *VENDORS),
         to=text("The PLC family that it was converted to.", *VENDORS),
-        loops=listing(
+        loops=list_of(
             "One a loop.",
-            record(
+            object_of(
                 "A loop.",
                 loop=text("Its name."),
                 status=text("Whether it went over.", "converted", "dropped"),
                 reason=or_null(text("Why it was dropped.")),
-                changes=listing("Of all fields.", change()),
+                changes=list_of("Of all fields.", change_row()),
             ),
         ),
-        findings=listing("What the target's own rules find at fault in the result.", finding()),
-        verify=listing("With --verify: the verdict of the battery.", verified()),
+        findings=list_of("What the target's own rules find at fault in the result.", finding_row()),
+        verify=list_of("With --verify: the verdict of the battery.", verdict_row()),
     )
     return {"oneOf": [report, findings_schema()]}
 
 
-def change() -> Schema:
+def change_row() -> Schema:
     """What became of a field."""
     from pidcfg.conversion import KINDS_BY_HARM
 
-    return record(
+    return object_of(
         "What became of a field.",
         field=text("Its key; in the source where that has one, else in the result."),
         target_field=or_null(text("Its key in the result.")),
         kind=text("From harmless to harmful.", *KINDS_BY_HARM),
-        from_=anything("The value before."),
-        to=anything("The value after."),
+        from_=any_value("The value before."),
+        to=any_value("The value after."),
         error_percent=number("How far the value that acts is off."),
         counts_apart=number("Of an exact number: how far the words of both sides are apart, in the coarser counts."),
-        loss=switch("Whether it needs leave: dropped, clamped, or rounded beyond --max-loss."),
+        loss=flag("Whether it needs leave: dropped, clamped, or rounded beyond --max-loss."),
         neutral=or_null(
-            record(
+            object_of(
                 "A number that is not exact, both sides in one unit.",
                 field=text("Its neutral field."),
                 from_=number("What was wanted."),
@@ -451,18 +466,18 @@ def differences_schema() -> Schema:
     """Loops and their differences; or findings, when a file cannot be compared."""
     from pidcfg.conversion.differences import RISKS, Status
 
-    counts = {risk: count("Differences of this risk.") for risk in RISKS}
-    counts |= {status: count("Loops of this status.") for status in get_args(Status)}
-    report = record(
+    counts = {risk: integer("Differences of this risk.") for risk in RISKS}
+    counts |= {status: integer("Loops of this status.") for status in get_args(Status)}
+    report = object_of(
         "How two configurations differ.",
         ("verify",),
-        version=VERSION,
+        version=VERSION_SCHEMA,
         from_=text("The first file."),
         to=text("The second file."),
-        loops=listing("One a loop; one without a name is the rest of the file.", compared_loop()),
-        summary=record("How many there are.", **counts),
-        notes=listing("What a listing did not say, or could not be read of it.", text("A note.")),
-        verify=listing("With --verify: the verdict of the battery.", verified()),
+        loops=list_of("One a loop; one without a name is the rest of the file.", compared_loop()),
+        summary=object_of("How many there are.", **counts),
+        notes=list_of("What a listing did not say, or could not be read of it.", text("A note.")),
+        verify=list_of("With --verify: the verdict of the battery.", verdict_row()),
     )
     return {"oneOf": [report, findings_schema()]}
 
@@ -471,18 +486,18 @@ def compared_loop() -> Schema:
     """A loop on both sides, or on one."""
     from pidcfg.conversion.differences import Status
 
-    place = record("Where its registers begin.", from_=text("Before."), to=text("After."))
-    return record(
+    place = object_of("Where its registers begin.", from_=text("Before."), to=text("After."))
+    return object_of(
         "A loop.",
         loop=text("Its name; empty: what belongs to no loop."),
         status=text("What became of it; one that is renamed or moved may have differences.", *get_args(Status)),
         was=or_null(text("Its name before, where it is another one.")),
         moved=or_null(place),
-        differences=listing("The gravest first.", key_difference()),
-        operated=listing("What the operator sets; no difference.", key_difference()),
-        left_out=listing("Keys of words that differ and that the PLC or the process writes.", text("A key.")),
-        missing=listing("Keys that a listing does not hold.", text("A key.")),
-        states=listing("What a listing says of a loop that does not run as it is set up.", loop_state()),
+        differences=list_of("The gravest first.", key_difference()),
+        operated=list_of("What the operator sets; no difference.", key_difference()),
+        left_out=list_of("Keys of words that differ and that the PLC or the process writes.", text("A key.")),
+        missing=list_of("Keys that a listing does not hold.", text("A key.")),
+        states=list_of("What a listing says of a loop that does not run as it is set up.", loop_state()),
     )
 
 
@@ -490,7 +505,7 @@ def loop_state() -> Schema:
     """An error, a stop or an auto-tune that a word tells of."""
     from pidcfg.conversion.differences import StateKind
 
-    return record(
+    return object_of(
         "A state of a loop.",
         kind=text("An error, an algorithm that does not run, or an auto-tune.", *get_args(StateKind)),
         text=text("What it is."),
@@ -505,13 +520,13 @@ def key_difference() -> Schema:
     """A key that differs."""
     from pidcfg.conversion.differences import RISKS
 
-    return record(
+    return object_of(
         "A key that differs.",
         field=text("The field of the neutral form, else the key."),
         key=or_null(text("The key of the file; null between two vendors.")),
         risk=text("What can go wrong.", *RISKS),
-        from_=anything("The value before; null: not given."),
-        to=anything("The value after; null: not given."),
+        from_=any_value("The value before; null: not given."),
+        to=any_value("The value after; null: not given."),
         unit=text("The unit of both values; may be empty."),
         address=or_null(text("The register; null: none holds it.")),
         word_from=or_null(text("The content of the register before, as the PLC shows it.")),
@@ -525,29 +540,29 @@ def key_difference() -> Schema:
 
 def runs_schema() -> Schema:
     """One run, or a list of them when several scenarios were named."""
-    return one_or_several("run", "runs", run(), loop=loop_of_run(), finding=finding())
+    return one_or_several("run", "runs", run_object(), loop=loop_of_run(), finding=finding_row())
 
 
-def run() -> Schema:
+def run_object() -> Schema:
     """One run; what has not run has nulls and empty lists."""
     from pidcfg.sim.judgement.report import ScanTime
 
     extreme = {key: number(f"Signal's {key}.") for key in ("min", "max", "final")}
-    return record(
+    return object_of(
         "One scenario.",
         ("scan_time",),
         scenario=or_null(text("Its title; null: it could not run.")),
         file=text("Its file."),
         engine=or_null(text("What calculated it.", "python", "numba")),
-        plc_flags=by_name("Error registers of the PLC in its notation.", text("Content.")),
-        loops=by_name("By the loop's name.", {"$ref": "#/$defs/loop"}),
-        signals=by_name("By the signal's name, such as TIC-101.PV.", record("How far it went.", **extreme)),
-        expectations=listing("In the scenario's order.", run_expectation()),
-        standing=listing("What is expected of every run.", run_standing()),
-        notes=listing("What happened and needs saying.", note()),
-        findings=listing("In the scenario and its configuration.", {"$ref": "#/$defs/finding"}),
-        passed=switch("Whether it ran and everything expected of it holds."),
-        scan_time=record(
+        plc_flags=mapping_of("Error registers of the PLC in its notation.", text("Content.")),
+        loops=mapping_of("By the loop's name.", {"$ref": "#/$defs/loop"}),
+        signals=mapping_of("By the signal's name, such as TIC-101.PV.", object_of("How far it went.", **extreme)),
+        expectations=list_of("In the scenario's order.", run_expectation()),
+        standing=list_of("What is expected of every run.", run_standing()),
+        notes=list_of("What happened and needs saying.", note_row()),
+        findings=list_of("In the scenario and its configuration.", {"$ref": "#/$defs/finding"}),
+        passed=flag("Whether it ran and everything expected of it holds."),
+        scan_time=object_of(
             "The PLC's scan with these loops, where the scenario states a scan time.",
             **{name: number("In s.") for name in ScanTime._fields},
         ),
@@ -560,33 +575,33 @@ def loop_of_run() -> Schema:
     from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
 
     measured = "In s, % of the step or the PV's unit; null where there is none."
-    return record(
+    return object_of(
         "What became of a loop.",
         ("autotune", "until"),
         verdict=text("Whether the run proves that the loop controls.", *VERDICTS),
         missing=or_null(text("What keeps it from being proven.")),
-        metrics=record("How well it did.", **{name: or_null(number(measured)) for name in METRICS}),
+        metrics=object_of("How well it did.", **{name: or_null(number(measured)) for name in METRICS}),
         until=number("When an event ended overshoot, settling and rise time of the last step, in s, if one did."),
         time_in_control=number("How long it was in Auto or Cascade, in s."),
-        alarms=listing("In order of time.", alarm()),
-        modes=listing("Modes reached, and requests refused.", mode()),
-        flags=by_name("Whether a flag was on at any time.", switch("On at any time.")),
-        unlisted=count("Changes that the lists leave out."),
-        autotune=record(
+        alarms=list_of("In order of time.", alarm_row()),
+        modes=list_of("Modes reached, and requests refused.", mode_row()),
+        flags=mapping_of("Whether a flag was on at any time.", flag("On at any time.")),
+        unlisted=integer("Changes that the lists leave out."),
+        autotune=object_of(
             "Where a tuning was started.",
             ("rule",),
             rule=text("What the results rest on, where no manual prints the PLC's rule."),
-            done=switch("Whether it came to its end."),
-            error=switch("Whether it failed."),
+            done=flag("Whether it came to its end."),
+            error=flag("Whether it failed."),
             status=text("In the PLC's words."),
-            results=by_name("By the vendor's names.", number("What was found.")),
+            results=mapping_of("By the vendor's names.", number("What was found.")),
         ),
     )
 
 
-def alarm() -> Schema:
+def alarm_row() -> Schema:
     """An alarm of a loop."""
-    return record(
+    return object_of(
         "An alarm.",
         alarm=text("Its name."),
         at=number("When it came, in s."),
@@ -594,9 +609,9 @@ def alarm() -> Schema:
     )
 
 
-def mode() -> Schema:
+def mode_row() -> Schema:
     """A change of mode, or its refusal."""
-    return record(
+    return object_of(
         "A mode reached; after a refusal the old one.",
         at=number("When, in s."),
         requested=or_null(text("What was asked for.")),
@@ -607,11 +622,11 @@ def mode() -> Schema:
 
 def run_expectation() -> Schema:
     """An expectation and its verdict."""
-    return record(
+    return object_of(
         "An expectation.",
         text=text("In words."),
-        passed=switch("Whether it holds."),
-        value=anything("What was measured."),
+        passed=flag("Whether it holds."),
+        value=any_value("What was measured."),
     )
 
 
@@ -620,12 +635,12 @@ def run_standing() -> Schema:
     from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED_KIND, STANDING_KINDS
     from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
 
-    return record(
+    return object_of(
         "What is checked in every run.",
         kind=text("What it is about.", *STANDING_KINDS, ACCEPTED_KIND, ASSUMED_KIND),
         loop=text("The loop; empty: the PLC."),
-        passed=switch("Whether it holds; true where nothing is known."),
-        judged=switch("Whether the loop is not exempt."),
+        passed=flag("Whether it holds; true where nothing is known."),
+        judged=flag("Whether the loop is not exempt."),
         verdict=text("What the run shows.", *VERDICTS),
         at=or_null(number("Since when, in s.")),
         text=text("In words; of what is not proven, what is missing; of what is not judged, why not."),
@@ -633,14 +648,14 @@ def run_standing() -> Schema:
     )
 
 
-def note() -> Schema:
+def note_row() -> Schema:
     """A remark on a run."""
-    return record(
+    return object_of(
         "A remark.",
         at=number("When, in s."),
         loop=or_null(text("The loop that it concerns.")),
         text=text("In words."),
-        error=switch("Whether it fails the run."),
+        error=flag("Whether it fails the run."),
     )
 
 
@@ -649,55 +664,55 @@ def note() -> Schema:
 
 def batches_schema() -> Schema:
     """One batch, or a list of them when several scenarios were named."""
-    return one_or_several("batch", "batches", batch(), metric=metric(), finding=finding())
+    return one_or_several("batch", "batches", batch_object(), metric=metric_object(), finding=finding_row())
 
 
-def batch() -> Schema:
+def batch_object() -> Schema:
     """One batch; what has not run has nulls and empty lists."""
     from pidcfg.sim.judgement.meters import METRICS
 
-    return record(
+    return object_of(
         "One scenario; shares and bounds are in %.",
         scenario=or_null(text("Its title; null: it could not run.")),
         file=text("Its file."),
-        samples=count("How many were run."),
+        samples=integer("How many were run."),
         seed=or_null({"type": "integer", "description": "Of the row of samples."}),
-        all_passed=count("Samples in which everything holds."),
-        failed_to_run=count("Samples that could not run, or had an error on their way; they count as failed."),
-        reasons=listing("Why the first of them could not run.", text("Sample and reason.")),
-        expectations=listing("In the scenario's order.", batch_expectation()),
-        metrics=by_name(
+        all_passed=integer("Samples in which everything holds."),
+        failed_to_run=integer("Samples that could not run, or had an error on their way; they count as failed."),
+        reasons=list_of("Why the first of them could not run.", text("Sample and reason.")),
+        expectations=list_of("In the scenario's order.", batch_expectation()),
+        metrics=mapping_of(
             "By the loop's name.",
-            record("By metric.", **{name: {"$ref": "#/$defs/metric"} for name in METRICS}),
+            object_of("By metric.", **{name: {"$ref": "#/$defs/metric"} for name in METRICS}),
         ),
-        standing=listing("What is expected of every sample.", batch_standing()),
-        uncertainties=listing("Those first that matter most.", uncertainty()),
-        worst=listing("The samples nearest to their limits or beyond, the worst first.", worst()),
-        findings=listing("In the scenario and its configuration.", {"$ref": "#/$defs/finding"}),
-        passed=switch("Whether every bound reaches what is wanted."),
+        standing=list_of("What is expected of every sample.", batch_standing()),
+        uncertainties=list_of("Those first that matter most.", uncertainty_row()),
+        worst=list_of("The samples nearest to their limits or beyond, the worst first.", worst_sample_row()),
+        findings=list_of("In the scenario and its configuration.", {"$ref": "#/$defs/finding"}),
+        passed=flag("Whether every bound reaches what is wanted."),
     )
 
 
 def batch_expectation() -> Schema:
     """An expectation of the scenario."""
-    return record(
+    return object_of(
         "One expectation.",
         text=text("In words."),
         share=number("Samples that keep it."),
         bound=number("What the share is at least, at 95 % confidence."),
         wanted=or_null(number("What the bound must reach; null: no sample may fail.")),
-        passed=switch("Whether it does."),
+        passed=flag("Whether it does."),
     )
 
 
-def metric() -> Schema:
+def metric_object() -> Schema:
     """A metric over all samples in which it was measured."""
     from pidcfg.study.certification.certify import QUANTILES
 
     values = {name: or_null(number("Quantile, as the upper edge of its bin.")) for name in QUANTILES}
-    return record(
+    return object_of(
         "In s, % of the step or the PV's unit; null where no sample measured it.",
-        count=count("Samples that measured it."),
+        count=integer("Samples that measured it."),
         mean=or_null(number("Mean.")),
         min=or_null(number("Smallest.")),
         **values,
@@ -709,22 +724,22 @@ def batch_standing() -> Schema:
     """What is checked in every run."""
     from pidcfg.sim.judgement.report import ASSUMED_KIND, STANDING_KINDS
 
-    return record(
+    return object_of(
         "What is checked in every run.",
         kind=text("Its kind.", *STANDING_KINDS, ASSUMED_KIND),
         loop=text("The loop; empty: the PLC."),
-        failed=count("Samples that fail it, or do not prove it."),
-        not_proven=count("Of these the ones that do not prove it."),
-        judged=count("Samples in which it was judged."),
+        failed=integer("Samples that fail it, or do not prove it."),
+        not_proven=integer("Of these the ones that do not prove it."),
+        judged=integer("Samples in which it was judged."),
         bound=number("What the share of samples that keep it is at least, at 95 % confidence."),
-        passed=switch("Whether no sample fails."),
+        passed=flag("Whether no sample fails."),
     )
 
 
-def uncertainty() -> Schema:
+def uncertainty_row() -> Schema:
     """What varies."""
     share = "Share of samples that pass where it lies in its {} fifth; null: none lies there."
-    return record(
+    return object_of(
         "One uncertain number.",
         name=text("Plant or loop, and key."),
         spread=text("How it is spread."),
@@ -733,22 +748,22 @@ def uncertainty() -> Schema:
     )
 
 
-def worst() -> Schema:
+def worst_sample_row() -> Schema:
     """A sample near a limit, or beyond it."""
-    return record(
+    return object_of(
         "One sample.",
-        sample=count("Its number, from 0."),
+        sample=integer("Its number, from 0."),
         margin=or_null(number("(limit - value) / |limit|, the smallest; null where no number says it.")),
-        failed=switch("Whether it fails."),
+        failed=flag("Whether it fails."),
         expectation=text("The nearest one; empty: a standing one, or it could not run."),
-        values=by_name("By plant or loop and key.", number("As drawn.")),
+        values=mapping_of("By plant or loop and key.", number("As drawn.")),
         file=or_null(text("Where its scenario was written.")),
     )
 
 
 # --- Gains by a tuning rule -------------------------------------------------------------------------------------------
 
-PROCESS = (
+PROCESS_KEYS = (
     "gain",
     "time_constant",
     "time_constant_2",
@@ -759,27 +774,27 @@ PROCESS = (
     "ultimate_period",
 )
 PLANT_KEYS = ("gain", "time_constant", "second_time_constant", "time_constant_2", "dead_time")
-SURENESS = ("model", "fit", "confidence")
-MODELS = ("first-order", "second-order", "integrating")
+FIT_KEYS = ("model", "fit", "confidence")
+MODEL_NAMES = ("first-order", "second-order", "integrating")
 
 
 def gains_schema() -> Schema:
     """What a rule made of a process."""
     from pidcfg.tuning.rules import METHODS
 
-    return record(
+    return object_of(
         "Gains in engineering units and seconds.",
         ("for", "written", "robust", "loop", "forecast"),
-        version=VERSION,
+        version=VERSION_SCHEMA,
         method=text("The rule.", *METHODS),
         title=text("The rule in words."),
         form=text("The controller.", "P", "PI", "PID"),
         basis=text("The manual's place or the decision."),
-        process=process(),
+        process=process_object(),
         gain=number("Output units per PV unit."),
         integral_time=or_null(number("In s; null: no integral term.")),
         derivative_time=number("In s."),
-        independent=record(
+        independent=object_of(
             "The same as independent gains.",
             kp=number("Proportional gain."),
             ki=number("Per s."),
@@ -788,62 +803,62 @@ def gains_schema() -> Schema:
         ms=or_null(number("Maximum sensitivity; null where the loop is unstable or the process not known.")),
         gain_margin=or_null(number("A factor; null also where no gain makes the loop unstable.")),
         phase_margin=or_null(number("In degrees; null also where there is no limit.")),
-        stable=or_null(switch("Whether the loop is stable; null where the process is not known.")),
+        stable=or_null(flag("Whether the loop is stable; null where the process is not known.")),
         overshoot_percent=or_null(number("After a step of the set point, the derivative on the PV.")),
         iae_setpoint=or_null(number("Integral of the absolute error after a unit step of the set point.")),
         iae_disturbance=or_null(number("Integral of the absolute error after a unit step at the output.")),
-        valid=switch("Whether the process is in the range of the rule."),
+        valid=flag("Whether the process is in the range of the rule."),
         valid_reason=text("The range, and the process's number."),
-        heating=or_null(switch("Whether the PV rises with the output; null where the process's gain is not known.")),
-        warnings=listing("What the rule's authors warn of.", text("A warning.")),
-        identified=identified(),
+        heating=or_null(flag("Whether the PV rises with the output; null where the process's gain is not known.")),
+        warnings=list_of("What the rule's authors warn of.", text("A warning.")),
+        identified=identified_object(),
         for_=for_vendor(),
-        written=written(),
-        robust=robust(),
-        loop=record(
+        written=written_object(),
+        robust=robust_object(),
+        loop=object_of(
             "What of the loop in a file the gains are made for.",
             sample_time=or_null(number("In s.")),
             filter_time=number("The time constant of the PV's filter, in s; 0: there is none."),
             action=or_null(text("Its action; null: a program decides.")),
             output_span=number("Of the output from 0 to 100 %."),
         ),
-        forecast=forecast(),
+        forecast=forecast_object(),
     )
 
 
-def forecast() -> Schema:
+def forecast_object() -> Schema:
     """What the figures of the closed loop are of."""
     span = "Both ends."
-    return record(
+    return object_of(
         "What overshoot and IAE are of, where a file is given.",
         ("setpoint", "largest_step", "settles", "hunts", "error_at_the_end", "pv_range", "output_limits"),
         of=text("A run of the words, or the continuous loop.", "words", "continuous loop"),
         why=or_null(text("Why no words ran.")),
-        setpoint=listing("Before and after the step.", number("In the PV's unit.")),
+        setpoint=list_of("Before and after the step.", number("In the PV's unit.")),
         largest_step=number("A step of the set point up to which the output stays within its limits."),
-        settles=switch("Whether the PV settles after the step."),
-        hunts=switch("Whether what is left of the error counts in the IAE of the run."),
+        settles=flag("Whether the PV settles after the step."),
+        hunts=flag("Whether what is left of the error counts in the IAE of the run."),
         error_at_the_end=number("How far from its set point the PV stays on average."),
-        pv_range=listing(span, number("In the PV's unit.")),
-        output_limits=listing(span, number("In the output's unit.")),
+        pv_range=list_of(span, number("In the PV's unit.")),
+        output_limits=list_of(span, number("In the output's unit.")),
     )
 
 
-def process() -> Schema:
+def process_object() -> Schema:
     """The numbers that the rule had, and of an identified process how sure they are."""
-    return record(
+    return object_of(
         "What was given or identified; an integrator has no time constant.",
-        (*PROCESS, *SURENESS),
-        **{key: number("As given or identified.") for key in PROCESS},
-        model=text("The kind of process.", *MODELS),
+        (*PROCESS_KEYS, *FIT_KEYS),
+        **{key: number("As given or identified.") for key in PROCESS_KEYS},
+        model=text("The kind of process.", *MODEL_NAMES),
         fit=number("What the model explains of the answer, in %."),
-        confidence=confidence(),
+        confidence=confidence_object(),
     )
 
 
-def confidence() -> Schema:
+def confidence_object() -> Schema:
     """How sure the numbers of a recorded step are."""
-    return record(
+    return object_of(
         "95 % confidence, plus or minus so much.",
         ("time_constant_2",),
         gain=number("Of the gain."),
@@ -853,44 +868,44 @@ def confidence() -> Schema:
     )
 
 
-def identified() -> Schema:
+def identified_object() -> Schema:
     """The process that --from-csv identifies."""
-    found = record(
+    process = object_of(
         "The process of a recorded step; null without --from-csv.",
         ("time_constant_2",),
-        model=text("The kind of process.", *MODELS),
+        model=text("The kind of process.", *MODEL_NAMES),
         gain=number("PV units per output unit; of an integrator, per s."),
         time_constant=or_null(number("In s; null for an integrator.")),
         dead_time=number("In s."),
         time_constant_2=number("In s, where there are two lags."),
-        confidence=confidence(),
+        confidence=confidence_object(),
         drift=number("Of the PV, in its unit per s, taken out of the gain; 0 where none was found."),
-        remarks=listing("Which column was taken for what, and what makes the numbers less sure.", text("A remark.")),
+        remarks=list_of("Which column was taken for what, and what makes the numbers less sure.", text("A remark.")),
         step_at=number("When the output stepped, in s."),
         noise=number("Of the PV, in its unit."),
         misfit_percent=number("What the model leaves unexplained."),
     )
-    return or_null(found)
+    return or_null(process)
 
 
-def robust() -> Schema:
+def robust_object() -> Schema:
     """What holds on which plants."""
-    ends = record("Amounts: a gain without its sign.", low=number("Lower end."), high=number("Upper end."))
-    return record(
+    ends = object_of("Amounts: a gain without its sign.", low=number("Lower end."), high=number("Upper end."))
+    return object_of(
         "Of the method robust: the sampled loop, on every plant that was tried.",
         ms_limit=number("The limit of the maximum sensitivity."),
         plants=number("How many plants: the process, the combinations of ends, samples."),
-        varies=record("What varies.", PLANT_KEYS, **dict.fromkeys(PLANT_KEYS, ends)),
+        varies=object_of("What varies.", PLANT_KEYS, **dict.fromkeys(PLANT_KEYS, ends)),
         sample_time=number("Of the loop, in s."),
         pv_share=number("What the filter of the PV takes of a difference in each sample; 1: no filter."),
         worst_ms=number("The largest of all plants."),
-        worst_ms_plant=plant(),
+        worst_ms_plant=plant_object(),
         gain_margin=or_null(number("On that plant; null: no limit.")),
         phase_margin=or_null(number("On that plant, in degrees; null: no limit.")),
         worst_iae=number("The largest integral of the absolute error after a unit step at the output."),
-        worst_iae_plant=plant(),
-        every_word=or_null(switch("Whether all words were tried; null: numbers in floating point.")),
-        real=record(
+        worst_iae_plant=plant_object(),
+        every_word=or_null(flag("Whether all words were tried; null: numbers in floating point.")),
+        real=object_of(
             "The best real numbers.",
             gain=number("Output units per PV unit."),
             integral_time=number("In s."),
@@ -899,14 +914,14 @@ def robust() -> Schema:
             worst_ms=number("The largest of all plants."),
         ),
         cost_percent=number("What the words of the PLC cost against real numbers, in IAE."),
-        assumed=listing("What nobody said.", text("In words.")),
-        certified=or_null(certified()),
+        assumed=list_of("What nobody said.", text("In words.")),
+        certified=or_null(certified_object()),
     )
 
 
-def certified() -> Schema:
+def certified_object() -> Schema:
     """What the virtual PLC does with samples of the plants."""
-    return record(
+    return object_of(
         "By certify; null: not asked for, or nothing varies.",
         plc=text("The virtual PLC.", *VENDORS),
         samples=number("Samples that ran."),
@@ -914,39 +929,41 @@ def certified() -> Schema:
         at_least_percent=number("What the share of all plants is at least, at 95 % confidence."),
         iae_limit=number("After the step of the load that was run, in PV units and s."),
         iae_max=or_null(number("The largest that was seen.")),
-        passed=switch("Whether all samples hold."),
+        passed=flag("Whether all samples hold."),
     )
 
 
-def plant() -> Schema:
+def plant_object() -> Schema:
     """Numbers of a plant."""
-    return record("A plant.", PLANT_KEYS, **{key: number("As tried, a gain without its sign.") for key in PLANT_KEYS})
+    return object_of(
+        "A plant.", PLANT_KEYS, **{key: number("As tried, a gain without its sign.") for key in PLANT_KEYS}
+    )
 
 
-def written() -> Schema:
+def written_object() -> Schema:
     """What --write changes in a configuration."""
-    value = record(
+    value = object_of(
         "One of the three numbers.",
         key=text("Its key, seen from the loop."),
         unit=text("Its unit, where the file writes none."),
         old=or_null(text("As it was written; null: it was not given.")),
         new=or_null(text("As it is written now; null: it need not be given.")),
-        changes=switch("Whether the text is another one."),
+        changes=flag("Whether the text is another one."),
     )
-    return record(
+    return object_of(
         "With --write.",
         file=text("The configuration."),
         loop=text("The name of the loop."),
-        ok=switch("Whether no rule finds an error at the loop; else nothing was written."),
-        action_compared=switch("Whether the loop's action was compared with the sign of the process's gain."),
-        values=listing("Gain, integral and derivative.", value),
-        findings=listing("Of the loop with these gains, and what is new elsewhere.", finding()),
+        ok=flag("Whether no rule finds an error at the loop; else nothing was written."),
+        action_compared=flag("Whether the loop's action was compared with the sign of the process's gain."),
+        values=list_of("Gain, integral and derivative.", value),
+        findings=list_of("Of the loop with these gains, and what is new elsewhere.", finding_row()),
     )
 
 
 def for_vendor() -> Schema:
     """The gains as a PLC holds them, with --for, and with --write."""
-    value = record(
+    value = object_of(
         "A parameter.",
         key=text("Its key in the file."),
         unit=text("Its unit."),
@@ -955,9 +972,9 @@ def for_vendor() -> Schema:
         error_percent=number("How far that is off."),
         problem=or_null(text("Why it cannot.")),
     )
-    return record(
+    return object_of(
         "With --for, and with --write.",
         vendor=text("The PLC family.", *VENDORS),
         action=or_null(text("The loop's action; null where the process's gain is not known.")),
-        values=listing("One a parameter.", value),
+        values=list_of("One a parameter.", value),
     )

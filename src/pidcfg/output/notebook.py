@@ -18,31 +18,31 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 200
 """Of a table, before the rest is counted."""
-LEFT = "<style>.pidcfg td,.pidcfg th{text-align:left!important;vertical-align:top}</style>"
+LEFT_STYLE = "<style>.pidcfg td,.pidcfg th{text-align:left!important;vertical-align:top}</style>"
 """Notebooks put everything in a cell of a table to its right end, sentences too."""
-FRAME = "width:100%;border:0"
-HEAD, PICTURE, PANEL, STRIP, NOTE = 90, 225, 125, 22, 18
+FRAME_STYLE = "width:100%;border:0"
+HEAD_HEIGHT, PICTURE_HEIGHT, PANEL_HEIGHT, STRIP_HEIGHT, NOTE_HEIGHT = 90, 225, 125, 22, 18
 """Heights in pixels: of a heading, of a picture beside its panels, of a panel, of a strip and of a note."""
 
 
-def cell(value: object) -> str:
+def cell_html(value: object) -> str:
     """A value in a table."""
     return escape(to_one_line("" if value is None else str(value)))
 
 
-def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+def table_html(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """A table of texts; of very many rows some."""
-    listed = [[cell(value) for value in row] for row in rows]
-    head = "".join(f"<th>{cell(column)}</th>" for column in columns)
-    lines = "".join(f"<tr>{''.join(f'<td>{value}</td>' for value in row)}</tr>" for row in listed[:MOST_ROWS])
-    more = f"<p>{len(listed) - MOST_ROWS} more rows</p>" if len(listed) > MOST_ROWS else ""
+    cells = [[cell_html(value) for value in row] for row in rows]
+    head = "".join(f"<th>{cell_html(column)}</th>" for column in columns)
+    lines = "".join(f"<tr>{''.join(f'<td>{value}</td>' for value in row)}</tr>" for row in cells[:MOST_ROWS])
+    more = f"<p>{len(cells) - MOST_ROWS} more rows</p>" if len(cells) > MOST_ROWS else ""
     rows_html = f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>{more}"
-    return f'<div class="pidcfg">{LEFT}{rows_html}</div>' if listed else ""
+    return f'<div class="pidcfg">{LEFT_STYLE}{rows_html}</div>' if cells else ""
 
 
-def said(title: str, text: str) -> str:
+def heading_html(title: str, text: str) -> str:
     """A heading with a line beside it."""
-    return f"<p><b>{cell(title)}</b> {cell(text)}</p>"
+    return f"<p><b>{cell_html(title)}</b> {cell_html(text)}</p>"
 
 
 def findings_html(findings: Sequence[Diagnostic], title: str = "") -> str:
@@ -53,7 +53,9 @@ def findings_html(findings: Sequence[Diagnostic], title: str = "") -> str:
     rows = [
         (f"{d.file}:{d.span.line}", d.severity.label, d.code, d.loop, d.message, d.plc_effect, d.help) for d in findings
     ]
-    return said(title, totals) + table(("place", "", "rule", "loop", "finding", "what the PLC does", "cure"), rows)
+    return heading_html(title, totals) + table_html(
+        ("place", "", "rule", "loop", "finding", "what the PLC does", "cure"), rows
+    )
 
 
 def words_html(result: Any) -> str:
@@ -62,8 +64,8 @@ def words_html(result: Any) -> str:
         return findings_html(result.findings, result.document.file)
     cells = result.image.cells
     rows = [(c.address, getattr(c, "hex", ""), getattr(c, "value", c.raw), c.loop, c.field) for c in cells]
-    head = said(result.document.file, f"{result.vendor}, {len(cells)} words")
-    return head + table(("address", "hex", "value", "loop", "field"), rows)
+    head = heading_html(result.document.file, f"{result.vendor}, {len(cells)} words")
+    return head + table_html(("address", "hex", "value", "loop", "field"), rows)
 
 
 def differences_html(result: Any) -> str:
@@ -78,7 +80,7 @@ def differences_html(result: Any) -> str:
         ]
         rows += [(loop.loop, loop.status, "", "", "", "")] if _stands_alone(loop) else []
     verdict = "the same" if result.same else ""
-    return said(f"{result.before} → {result.after}", verdict) + table(
+    return heading_html(f"{result.before} → {result.after}", verdict) + table_html(
         ("loop", "risk", "key", "before", "after", "register"), rows
     )
 
@@ -92,17 +94,19 @@ def run_html(result: Any) -> str:
     report = result.report
     if report is None:
         return findings_html(result.findings, "cannot run")
-    head = said(report.scenario, "passed" if result.passed else "FAILED")
-    loops = table(("loop", "verdict", "why"), ((name, one.verdict, one.missing) for name, one in report.loops.items()))
-    expected = table(
+    head = heading_html(report.scenario, "passed" if result.passed else "FAILED")
+    loops = table_html(
+        ("loop", "verdict", "why"), ((name, one.verdict, one.missing) for name, one in report.loops.items())
+    )
+    expectations = table_html(
         ("expectation", "", "found"),
         ((v.text, "passed" if v.passed else "FAILED", _four_digits(v.value)) for v in report.expectations),
     )
-    wrong = findings_html(result.findings) if result.findings else ""
+    findings = findings_html(result.findings) if result.findings else ""
     from pidcfg.study.outcome import charts_of
 
     charts = charts_of(result.outcome)
-    return head + loops + expected + wrong + (frame_of(charts, report.scenario) if charts else "")
+    return head + loops + expectations + findings + (frame_of(charts, report.scenario) if charts else "")
 
 
 def _four_digits(value: object) -> object:
@@ -114,22 +118,25 @@ def _four_digits(value: object) -> object:
 
 def frame_of(charts: Sequence[Chart], title: str) -> str:
     """Charts as a page within the page, whose styles touch nothing else."""
-    from pidcfg.pictures.page import html
+    from pidcfg.pictures.page import render_page
 
-    height = HEAD + sum(
-        PICTURE + PANEL * len(one.panels) + STRIP * len(one.strips) + NOTE * (len(one.notes) + len(one.marks))
+    height = HEAD_HEIGHT + sum(
+        PICTURE_HEIGHT
+        + PANEL_HEIGHT * len(one.panels)
+        + STRIP_HEIGHT * len(one.strips)
+        + NOTE_HEIGHT * (len(one.notes) + len(one.marks))
         for one in charts
     )
-    return frame_of_page(html(charts, title=title), height)
+    return frame_of_page(render_page(charts, title=title), height)
 
 
 def frame_of_page(page: str, height: int = 600) -> str:
     """A page within the page; ``height`` in pixels."""
     source = escape(page, quote=True)
-    return f'<iframe sandbox="allow-scripts" style="{FRAME};height:{height}px" srcdoc="{source}"></iframe>'
+    return f'<iframe sandbox="allow-scripts" style="{FRAME_STYLE};height:{height}px" srcdoc="{source}"></iframe>'
 
 
-def image(kind: str, data: bytes) -> str:
+def image_html(kind: str, data: bytes) -> str:
     """An svg or a png; as an image no text in it is more than a picture."""
     mime = "svg+xml" if kind == "svg" else kind
     return f'<img style="max-width:100%" src="data:image/{mime};base64,{b64encode(data).decode()}">'

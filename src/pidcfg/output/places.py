@@ -61,7 +61,7 @@ def held_words(checked: Checked) -> Iterator[Held]:
     for block in encoding.blocks:
         for point in block.table.points if block not in encoding.outside else ():
             if point.path is not None:
-                yield _register(encoding.space, block, point)
+                yield _register_of(encoding.space, block, point)
     data = checked.document.data or {}
     places: dict[str, Path] = {
         str(item.get(NAME)): (section, i)
@@ -73,20 +73,20 @@ def held_words(checked: Checked) -> Iterator[Held]:
         place = places.get(entry.address.removesuffix(f".{entry.field}"))
         if place is not None:
             content = entry.raw.text if isinstance(entry.raw, Wire) else content_text(entry.type, entry.raw)
-            row = _parameters(checked.vendor).get(entry.field)
-            about = (row.title, str(row.basis or "")) if row is not None else ("", "")
+            row = _parameters_of(checked.vendor).get(entry.field)
+            title_and_basis = (row.title, str(row.basis or "")) if row is not None else ("", "")
             path = (*place, *parse_path(entry.field))
-            yield Held(path, entry.device or entry.address, content, None, entry.loop or "", *about)
+            yield Held(path, entry.device or entry.address, content, None, entry.loop or "", *title_and_basis)
 
 
 @cache
-def _parameters(vendor: Vendor | None) -> dict[str, Parameter]:
+def _parameters_of(vendor: Vendor | None) -> dict[str, Parameter]:
     """The parameters of a vendor that have names, by these."""
     tables: Any = () if vendor is None else tables_of(vendor).TABLES
     return {row.name: row for table in tables for row in getattr(table, "rows", ())}
 
 
-def _register(space: Space, block: Block, point: Point) -> Held:
+def _register_of(space: Space, block: Block, point: Point) -> Held:
     """The register of a key, or the bits of it that say the key's choice."""
     number, raw = block.start + point.offset, block.encoded.words[point.offset]
     name, shown = space.name(number), space.shown(number, raw)
@@ -106,25 +106,25 @@ def wires_of(doc: Document) -> list[str]:
     tables: Any = tables_of(vendor).TABLES
     outputs = {table.title: [row.name for row in table.rows if row.access == "output"] for table in tables}
     signals = data.get("signals")
-    found = [*signals] if isinstance(signals, dict) else []
+    wires = [*signals] if isinstance(signals, dict) else []
     for section in (LOOPS, "blocks"):
         for item in data.get(section) or ():
             names = outputs.get(str(item.get("type")), ()) if isinstance(item, dict) and NAME in item else ()
-            found += [f"{item[NAME]}.{name}" for name in names if "." not in name]
-    return found
+            wires += [f"{item[NAME]}.{name}" for name in names if "." not in name]
+    return wires
 
 
 # --- What names a loop: keys and texts, but for those that are prose, names of files, or names of other things --------
 
 LOOPS, NAME, CONFIG = "loops", "name", "config"
-NO_LOOPS = frozenset(("description", "unit", "vendor", "scenario", CONFIG, "reference", "map", "tag", "nickname"))
+OTHER_KEYS = frozenset(("description", "unit", "vendor", "scenario", CONFIG, "reference", "map", "tag", "nickname"))
 """Keys whose texts name no loop."""
 LOOP_KEYS = frozenset((NAME, "loop", "cascade_from", "source", "signal", "input"))
 """Keys whose texts name one, or a signal that is called as it is."""
 CONNECT = "connect"
-BY_LOOP = frozenset((("plants",), ("initial",), ("tolerance",), ("vary", LOOPS), ("vary", "plants")))
+LOOP_MAPPINGS = frozenset((("plants",), ("initial",), ("tolerance",), ("vary", LOOPS), ("vary", "plants")))
 """Mappings of a scenario whose keys are loops."""
-LISTS = frozenset(((LOOPS,), ("assumed_signs",)))
+LOOP_LISTS = frozenset(((LOOPS,), ("assumed_signs",)))
 """Lists of a scenario whose items are loops."""
 
 
@@ -153,7 +153,7 @@ def loops_of(doc: Document) -> list[LoopPlace]:
     loops = (doc.data or {}).get(LOOPS)
     if not is_configuration(doc) or not isinstance(loops, list):
         return []
-    found = []
+    places = []
     for i, loop in enumerate(loops):
         name = loop.get(NAME) if isinstance(loop, dict) else None
         if isinstance(name, str):
@@ -161,8 +161,8 @@ def loops_of(doc: Document) -> list[LoopPlace]:
             entry = doc.root.child(LOOPS)
             node = entry[1].child(i) if entry is not None else None
             last = doc.locate(path).line if node is None else _last_line(node[1])
-            found.append(LoopPlace(name, doc.locate(path), path, last))
-    return found
+            places.append(LoopPlace(name, doc.locate(path), path, last))
+    return places
 
 
 def _last_line(node: Node) -> int:
@@ -190,35 +190,39 @@ def references(doc: Document, names: Collection[str]) -> list[Reference]:
     """Every place of a configuration or scenario that names one of these loops, in the order of the file."""
     if doc.data is None or not names:
         return []
-    several = "|".join(map(re.escape, sorted(names, key=len, reverse=True)))
-    word = re.compile(rf"(?<![\w.\-/#])(?:{several})(?![\w\-/#])")
-    unique = {one.span: one for one in _walk(doc, doc.data, doc.root, (), word)}
-    return sorted(unique.values(), key=lambda one: one.span)
+    alternatives = "|".join(map(re.escape, sorted(names, key=len, reverse=True)))
+    word = re.compile(rf"(?<![\w.\-/#])(?:{alternatives})(?![\w\-/#])")
+    unique = {reference.span: reference for reference in _references_below(doc, doc.data, doc.root, (), word)}
+    return sorted(unique.values(), key=lambda reference: reference.span)
 
 
-def _walk(doc: Document, data: object, node: Node, above: Path, word: re.Pattern[str]) -> Iterator[Reference]:
+def _references_below(
+    doc: Document, data: object, node: Node, above: Path, word: re.Pattern[str]
+) -> Iterator[Reference]:
     if isinstance(data, dict) and isinstance(node.children, dict):
         for key, value in data.items():
             event, below = node.children.get(key, (None, None))
             if event is not None:
-                yield from _in_text(doc, key, span_of(event), (*above, key), word, whole=_words(above) in BY_LOOP)
-            if below is not None and key not in NO_LOOPS:
-                yield from _walk(doc, value, below, (*above, key), word)
+                yield from _references_in_text(
+                    doc, key, span_of(event), (*above, key), word, whole=_path_keys(above) in LOOP_MAPPINGS
+                )
+            if below is not None and key not in OTHER_KEYS:
+                yield from _references_below(doc, value, below, (*above, key), word)
     elif isinstance(data, list) and isinstance(node.children, list):
         for i, (value, below) in enumerate(zip(data, node.children, strict=False)):
-            yield from _walk(doc, value, below, (*above, i), word)
+            yield from _references_below(doc, value, below, (*above, i), word)
     elif isinstance(data, str) and above:
-        names = _words(above)
-        whole = bool(names) and (names[-1] in LOOP_KEYS or names[0] == CONNECT or names in LISTS)
-        yield from _in_text(doc, data, node.span, above, word, whole=whole and names != (NAME,))
+        names = _path_keys(above)
+        whole = bool(names) and (names[-1] in LOOP_KEYS or names[0] == CONNECT or names in LOOP_LISTS)
+        yield from _references_in_text(doc, data, node.span, above, word, whole=whole and names != (NAME,))
 
 
-def _words(path: Path) -> tuple[str, ...]:
+def _path_keys(path: Path) -> tuple[str, ...]:
     """The keys of a path, without places in lists."""
     return tuple(step for step in path if isinstance(step, str))
 
 
-def _in_text(
+def _references_in_text(
     doc: Document, text: str, span: Span, path: Path, word: re.Pattern[str], *, whole: bool
 ) -> Iterator[Reference]:
     """The names in a key or a value, where it is written in one line as it reads.
@@ -246,13 +250,13 @@ class RenamingError(ValueError):
     """A loop that cannot be called so: why, and where."""
 
 
-def renamed(docs: Sequence[Document], old: str, new: str, check: Check) -> dict[str, list[Edit]]:
+def rename_edits(docs: Sequence[Document], old: str, new: str, check: Check) -> dict[str, list[Edit]]:
     """The edits of each file in which a loop gets another name; ``check`` gives the findings of documents by name.
 
     Proven: each new text says what the old one said but for that name, and has no more errors. Raises `RenamingError`.
     """
-    taken = {place.name for doc in docs for place in loops_of(doc)}
-    if new in taken:
+    names = {place.name for doc in docs for place in loops_of(doc)}
+    if new in names:
         raise RenamingError(f"there is a loop {new} already")
     edits = {doc.file: [Edit(one.span, new) for one in references(doc, {old})] for doc in docs}
     edits = {file: rows for file, rows in edits.items() if rows}
@@ -264,10 +268,12 @@ def renamed(docs: Sequence[Document], old: str, new: str, check: Check) -> dict[
     for file, doc in after.items():
         if len(references(doc, {new})) != len(edits.get(file, ())):
             raise RenamingError(f"{new} would not be read as a name in {file}, or means something there already")
-    known = {(d.code, d.where) for d in check(before) if d.severity is Severity.ERROR}
-    found = [
-        d for d in check(after) if d.severity is Severity.ERROR and (d.code, d.where.replace(new, old)) not in known
+    known_errors = {(d.code, d.where) for d in check(before) if d.severity is Severity.ERROR}
+    new_errors = [
+        d
+        for d in check(after)
+        if d.severity is Severity.ERROR and (d.code, d.where.replace(new, old)) not in known_errors
     ]
-    if found:
-        raise RenamingError(f"{new} cannot be its name: {found[0].message}")
+    if new_errors:
+        raise RenamingError(f"{new} cannot be its name: {new_errors[0].message}")
     return edits

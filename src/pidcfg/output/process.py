@@ -54,7 +54,7 @@ class KnownProcess:
     numbers: Mapping[str, float]
     model: Model | None = None
     transfer: Transfer | None = None
-    wish: Robustness | None = None
+    robustness: Robustness | None = None
     """Of the method robust alone."""
     filter_time: float = 0.0
     """The time constant of the loop's PV filter, in s; 0: there is none, or it is not known."""
@@ -70,7 +70,7 @@ class Robustness:
     """Of `certify`, which confirms the gains; 0: it does not."""
 
 
-def robustness(vary: str | None, ms: float | None, samples: int, *, given: bool) -> Robustness | None:
+def robustness_of(vary: str | None, ms: float | None, samples: int, *, given: bool) -> Robustness | None:
     """What is asked of robust gains; None for other methods, which raise `ArgumentError` where something is."""
     for name, value in (("vary", vary), ("ms", ms)):
         if value is not None and not given:
@@ -83,10 +83,12 @@ def robustness(vary: str | None, ms: float | None, samples: int, *, given: bool)
     return Robustness(vary, limit, samples) if given else None
 
 
-def request(columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool) -> Request:
+def record_request(
+    columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool
+) -> Request:
     """What is said of a record; raises `ArgumentError` where there is none, or for an output that is no number."""
-    said = {"columns": columns, "rest": rest, "start": start, "until": until}
-    for name, value in said.items():
+    given_options = {"columns": columns, "rest": rest, "start": start, "until": until}
+    for name, value in given_options.items():
         if value is not None and not given:
             raise ArgumentError(f"`{name}` is for `record`", name, "record")
     if rest is not None and not abs(as_float(rest)) <= LARGEST:
@@ -137,24 +139,24 @@ def as_float(value: float) -> float:
         return inf
 
 
-SAME_TIME = 0.01
+SAME_TIME_SHARE = 0.01
 """Relative difference of two sample times that count as one."""
 
 
-def refuse_other_sample_time(told: float | None, own: float, file: str | None) -> None:
+def refuse_other_sample_time(stated: float | None, loop_time: float, file: str | None) -> None:
     """Raises `ArgumentError` for a sample time that is not the loop's own."""
-    if told is not None and abs(told - own) > SAME_TIME * told:
-        where = "" if file is None else f"{file}: "
-        message = f"`sample_time` is {told:g} s, and {where}the loop samples every {own:g} s: leave it out"
+    if stated is not None and abs(stated - loop_time) > SAME_TIME_SHARE * stated:
+        prefix = "" if file is None else f"{file}: "
+        message = f"`sample_time` is {stated:g} s, and {prefix}the loop samples every {loop_time:g} s: leave it out"
         raise ArgumentError(message, "sample_time")
 
 
-def behind_filter(process: Process, seconds: float) -> Process:
+def filtered_process(process: Process, filter_time: float) -> Process:
     """The process with a filter of this time constant behind it, as one more lag, by the half rule."""
-    if not seconds:
+    if not filter_time:
         return process
     lags = (process.second_time_constant,) if process.second_time_constant else ()
-    poles = (*lags, seconds) if process.integrating else (process.time_constant, *lags, seconds)
+    poles = (*lags, filter_time) if process.integrating else (process.time_constant, *lags, filter_time)
     slope = process.slope if process.integrating else process.gain
     order = 1 + len(lags)
     reduced = half_rule(Transfer(slope, (), poles, int(process.integrating), process.dead_time), order)
@@ -167,10 +169,10 @@ def reduce_transfer(method: Method, form: Form | None, known: KnownProcess) -> K
         return known
     order = 2 if "second-order" in method.models and form in {None, "PID"} else 1
     process = half_rule(known.transfer, order)
-    told = {key: getattr(process, key) for key in PROCESS_NUMBERS if getattr(process, key)}
+    reduced = {key: getattr(process, key) for key in PROCESS_NUMBERS if getattr(process, key)}
     if process.integrating:
-        del told["time_constant"]
-    return replace(known, numbers={**told, **known.numbers}, model=process.model)
+        del reduced["time_constant"]
+    return replace(known, numbers={**reduced, **known.numbers}, model=process.model)
 
 
 def model_of(method: Method, known: KnownProcess) -> Model:
@@ -199,8 +201,8 @@ def refuse_missing(method: Method, numbers: Mapping[str, float], model: Model) -
         needed.append("dead_time")
     missing = [key for key in needed if key not in numbers]
     if missing:
-        *most, last = (f"`{key}`" for key in missing)
-        raise ArgumentError(f"{method.name} needs {', '.join(most)}{' and ' if most else ''}{last}", *missing)
+        *earlier, last = (f"`{key}`" for key in missing)
+        raise ArgumentError(f"{method.name} needs {', '.join(earlier)}{' and ' if earlier else ''}{last}", *missing)
 
 
 def process_of(numbers: Mapping[str, float], model: Model) -> Process:
@@ -256,12 +258,12 @@ class Target:
     pv_range: tuple[float, float] | None
     output_range: tuple[float, float] | None
     """None: 0 to 100, or what the configuration says."""
-    into: GainsFile | None = None
+    file: GainsFile | None = None
     """The configuration that the gains are put into."""
 
     def refuse_ranges(self) -> None:
         """Raises `ArgumentError` where the PV's range is needed and nobody says it, or a range does not ascend."""
-        vendor = self.vendor if self.into is None and self.pv_range is None else None
+        vendor = self.vendor if self.file is None and self.pv_range is None else None
         if vendor is not None and tables_of(vendor).TUNED.gain_unit == "span":
             raise ArgumentError(f"{vendor.title} has gains in shares of the span: add `pv_range` LOW HIGH", "pv_range")
         for name, span in (("pv_range", self.pv_range), ("output_range", self.output_range)):
@@ -271,7 +273,7 @@ class Target:
 
     def warn_of_sampling(self, seconds: float | None) -> tuple[str, ...]:
         """What to say of a sample time, in s, that no loop of the PLC can have; a file's loop has its own."""
-        vendor = None if self.into is not None or not seconds else self.vendor
+        vendor = None if self.file is not None or not seconds else self.vendor
         loop = None if vendor is None else get_args(vendor.model.model_fields["loops"].annotation)[0]
         if vendor is None or "sample_rate" not in getattr(loop, "model_fields", {}):
             return ()
@@ -282,7 +284,7 @@ class Target:
             return ()
         return (f"{vendor.title} samples a loop every {limits.low} to {limits.high} s, and never every {seconds:g} s",)
 
-    def gains(self, gains: Gains, *, heating: bool | None) -> VendorGains | None:
+    def vendor_gains(self, gains: Gains, *, heating: bool | None) -> VendorGains | None:
         """The three numbers as the registers hold them."""
         if self.vendor is None:
             return None
@@ -293,15 +295,15 @@ class Target:
         return gains_as_held(self.vendor, fit_gains(gains, self.vendor, *spans), heating=heating)
 
 
-def warn_of_unit(vendor: Vendor | None, held: VendorGains | None) -> tuple[str, ...]:
+def warn_of_unit(vendor: Vendor | None, vendor_gains: VendorGains | None) -> tuple[str, ...]:
     """What to say of a reset in min where the word counts in s unless the file says otherwise (D1086)."""
-    if vendor is None or held is None:
+    if vendor is None or vendor_gains is None:
         return ()
     from pidcfg.schemas.base import RESET_UNIT
 
     words = tables_of(vendor).TUNED
-    chosen = {words.key(name) for name in words.names if words.unit(name) == RESET_UNIT}
-    rows = (v for v in held.values if v.key in chosen and v.unit == "min")
+    keys = {words.key(name) for name in words.names if words.unit(name) == RESET_UNIT}
+    rows = (v for v in vendor_gains.values if v.key in keys and v.unit == "min")
     return tuple(f"{v.key} is in min: write `reset_unit: minutes` beside it, or its number counts as s" for v in rows)
 
 

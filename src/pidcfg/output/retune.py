@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.findings import Chosen, check_loaded, errors_in, finding_data
+from pidcfg.output.findings import CheckSettings, check_loaded, errors_in, finding_data
 from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS, units_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Scenario
@@ -269,8 +269,8 @@ def _behind_present(doc: Document, after: Mapping[Path, Path]) -> dict[Path, Pat
 
 def _findings(before: Document, after: Document, loop: str, reader: Reader) -> tuple[Diagnostic, ...]:
     """What is found at the loop after the change, and what is new elsewhere."""
-    old = {(d.code, d.where, d.message) for d in check_loaded(before, reader, Chosen()).findings}
-    found = check_loaded(after, reader, Chosen()).findings
+    old = {(d.code, d.where, d.message) for d in check_loaded(before, reader, CheckSettings()).findings}
+    found = check_loaded(after, reader, CheckSettings()).findings
     return tuple(d for d in found if d.loop == loop or loop in d.with_loops or (d.code, d.where, d.message) not in old)
 
 

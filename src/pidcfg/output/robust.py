@@ -290,7 +290,7 @@ def search_gains(
     limits: Limits,
 ) -> Searched:
     """The gains that robust finds; raises `ArgumentError` and `TuningError` as the rules do."""
-    wish = known.wish
+    wish = known.robustness
     if wish is None:
         raise AssertionError("robust says what it wants")
     if known.transfer is not None:
@@ -314,7 +314,7 @@ def search_gains(
 
     found = held_by(loop)
     longer = None if vendor is None or loop is None else _longer(found, vendor, loop)
-    if longer is not None and target.into is not None:
+    if longer is not None and target.file is not None:
         more = (*more, "the reset stays in seconds, of which its word is at the end; `reset_unit: minutes` has more")
     elif longer is not None and (other := held_by(longer)).result.error < found.result.error:
         found, loop = other, longer
@@ -363,11 +363,11 @@ LEAST_SHARE = 0.01
 
 def _loop(target: Target, limits: Limits) -> tuple[Vendor | None, LoopTuning | None, Target, tuple[str, ...]]:
     """The loop that is to hold the gains, and what is assumed of it."""
-    if target.into is not None:
+    if target.file is not None:
         from pidcfg.output.retune import loop_tuning
 
         target.refuse_ranges()
-        return *loop_tuning(target, target.into, limits), target, ()
+        return *loop_tuning(target, target.file, limits), target, ()
     assumed: tuple[str, ...] = ()
     if target.vendor is None:
         return None, None, target, assumed
@@ -402,7 +402,7 @@ def _sampling(
     """How the loop samples and filters, and what is assumed of it."""
     told = known.numbers.get("sample_time")
     if loop is not None and loop.sample_time is not None:
-        refuse_other_sample_time(told, loop.sample_time, None if target.into is None else target.into.name)
+        refuse_other_sample_time(told, loop.sample_time, None if target.file is None else target.file.name)
         shares = (loop.pv_share, loop.derivative_share, loop.derivative_limit)
         return Sampling(loop.sample_time, *shares), ()
     if told is not None:

@@ -110,12 +110,12 @@ class SimulateResult:
         ``before``: another run of these loops, dashed behind it; ``names``: what the two are called. ``loops``: only
         these. The styles of the figures, and the script that zooms them, are those of ``simulate --plot run.html``.
         """
-        from pidcfg.pictures.page import figures
+        from pidcfg.pictures.page import render_figures
         from pidcfg.study.outcome import charts_of, overlaid
 
         if before is None:
-            return figures(charts_of(self.outcome, loops))
-        return figures(overlaid(before.outcome, self.outcome, names, loops))
+            return render_figures(charts_of(self.outcome, loops))
+        return render_figures(overlaid(before.outcome, self.outcome, names, loops))
 
     def to_json(self) -> Data:
         """What ``pidcfg simulate --format json`` prints for one scenario."""

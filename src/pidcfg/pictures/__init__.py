@@ -50,7 +50,7 @@ class Panel:
     title: str
     unit: str
     lines: tuple[Line, ...]
-    least: tuple[float, float] | None = None
+    shown_range: tuple[float, float] | None = None
     """What the axis shows at least: an output's range."""
     bands: tuple[Band, ...] = ()
     """Behind the lines."""
@@ -79,7 +79,7 @@ class Mark:
     """Something that happened at one time: an event of the scenario, or an expectation that fails there."""
 
     label: str
-    at: float
+    time: float
     kind: MarkKind = "event"
 
 
@@ -94,19 +94,19 @@ class Locus:
     nearest: complex
     """Where it comes closest to -1."""
     gain_margin: float
-    turn: complex | None
+    phase_crossover: complex | None
     """Where it crosses the negative real axis, the farthest out; None: it does not."""
     phase_margin: float
     """In degrees."""
-    crossover: complex | None
+    gain_crossover: complex | None
     """Where it comes into the unit circle, the closest to -1; None: it does not."""
 
     @property
-    def said(self) -> str:
+    def text(self) -> str:
         """The margins in words."""
         words = [f"Ms {self.ms:.3g}"]
-        words += [] if self.turn is None else [f"gain margin {self.gain_margin:.3g}"]
-        words += [] if self.crossover is None else [f"phase margin {self.phase_margin:.3g}°"]
+        words += [] if self.phase_crossover is None else [f"gain margin {self.gain_margin:.3g}"]
+        words += [] if self.gain_crossover is None else [f"phase margin {self.phase_margin:.3g}°"]
         return ", ".join(words)
 
 
@@ -130,12 +130,12 @@ class Chart:
     """Lines of text below the picture: failed expectations that have no time, what is left out."""
 
     @property
-    def ends(self) -> tuple[float, float]:
+    def time_span(self) -> tuple[float, float]:
         """Where the time axis begins and ends, in s."""
         if self.begin is not None and self.end is not None:
             return self.begin, self.end
         times = [t for panel in self.panels for line in panel.lines for t in (line.times[:1], line.times[-1:]) if t]
-        spots = [float(t[0]) for t in times] + [t for s in self.strips for b in s.bars for t in (b.begin, b.end)]
-        begin = min(spots, default=0.0) if self.begin is None else self.begin
-        end = max(spots, default=begin) if self.end is None else self.end
+        ends = [float(t[0]) for t in times] + [t for s in self.strips for b in s.bars for t in (b.begin, b.end)]
+        begin = min(ends, default=0.0) if self.begin is None else self.begin
+        end = max(ends, default=begin) if self.end is None else self.end
         return begin, end

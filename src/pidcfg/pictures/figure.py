@@ -14,36 +14,36 @@ from math import pi
 from typing import TYPE_CHECKING, Literal
 
 from pidcfg.pictures.layout import (
-    BEFORE,
+    BEFORE_PEN,
     BLACK,
     BLUE,
     FIELD,
     GREY,
     INK,
-    LETTER,
-    PALE,
+    LETTER_SIZES,
+    LETTER_WIDTH,
+    LIGHT_GREY,
+    MOST_TIME_TICKS,
+    MOST_VALUE_TICKS,
     PENS,
-    SIZES,
     SQUARE,
-    TIMES,
-    VALUES,
     VERMILION,
     WARNING,
     Pen,
+    axis_limits,
+    band_corners,
+    bar_colours,
     describe_charts,
-    fills_of,
     group_numbers,
     layer_of,
     letters_in,
     level_names,
-    limits,
+    line_points,
     number_marks,
     pen_of,
-    plain,
-    points,
-    shortened,
-    spread,
-    surface,
+    plain_text,
+    shorten,
+    spread_apart,
     texts_of,
     tick_text,
     ticks,
@@ -69,21 +69,21 @@ if TYPE_CHECKING:
 # --- Where everything stands, in points (72 an inch) from the top left: charts of the same kind get the same sizes ----
 
 WIDTH, LEFT, RIGHT = 691.2, 111.6, 36.0
-WIDE = WIDTH - LEFT - RIGHT
+AXES_WIDTH = WIDTH - LEFT - RIGHT
 """Width of a picture, and of it what is left of the axes (titles and numbers) and right of them (names of lines);
 and the width of the axes."""
-LABEL = 59.0
+LABEL_DISTANCE = 59.0
 """How far the title of a value axis is from it."""
-TITLE, KEY, ABOVE, NONE_ABOVE = 21.6, 15.8, 11.5, 3.6
+TITLE_HEIGHT, KEY_HEIGHT, NUMBERS_HEIGHT, NO_NUMBERS_HEIGHT = 21.6, 15.8, 11.5, 3.6
 """Heights of a title, of the line that says what before and after are, of what is where marks have numbers, or none."""
-FIRST, FURTHER, GAP = 133.2, 75.6, 9.4
+FIRST_PANEL_HEIGHT, FURTHER_PANEL_HEIGHT, PANEL_GAP = 133.2, 75.6, 9.4
 """Heights of the first panel and of the others, and what is between two."""
-LOCUS, LOCUS_TITLE = 237.6, 30.2
+LOCUS_HEIGHT, LOCUS_TITLE_HEIGHT = 237.6, 30.2
 """Heights of a curve in the complex plane and of the title of its real axis."""
-STRIP, STRIP_GAP = 14.4, 3.2
-TIME = 33.0
+STRIP_HEIGHT, STRIP_GAP = 14.4, 3.2
+TIME_AXIS_HEIGHT = 33.0
 """The time axis: its numbers and its title."""
-LINE, BELOW, MARGIN = 11.9, 18.7, 8.6
+LINE_HEIGHT, CHART_GAP, MARGIN = 11.9, 18.7, 8.6
 """A line of text below a chart, what separates two charts, and the margin around all."""
 
 
@@ -137,7 +137,7 @@ class Text:
     name: str
     text: str
     point: Point
-    size: float = SIZES["small"]
+    size: float = LETTER_SIZES["small"]
     colour: str = INK
     bold: bool = False
     anchor: Literal["start", "middle", "end"] = "start"
@@ -150,152 +150,155 @@ class Axes:
     """A box with the values at its ends."""
 
     box: Box
-    across: tuple[float, float]
-    up: tuple[float, float] = (0.0, 1.0)
+    x_range: tuple[float, float]
+    y_range: tuple[float, float] = (0.0, 1.0)
 
     def x(self, value: float) -> float:
         """Where a value stands from left to right."""
-        return self.box.left + self.box.width * (value - self.across[0]) / (self.across[1] - self.across[0])
+        return self.box.left + self.box.width * (value - self.x_range[0]) / (self.x_range[1] - self.x_range[0])
 
     def y(self, value: float) -> float:
         """Where a value stands from top to bottom."""
-        return self.box.top + self.box.height * (self.up[1] - value) / (self.up[1] - self.up[0])
+        return self.box.top + self.box.height * (self.y_range[1] - value) / (self.y_range[1] - self.y_range[0])
 
-    def of(self, z: complex) -> Point:
+    def place(self, z: complex) -> Point:
         """Where a point of the complex plane stands."""
         return self.x(z.real), self.y(z.imag)
 
-    def spread(self, places: Iterable[tuple[int, int]]) -> list[Point]:
+    def places_of(self, places: Iterable[tuple[int, int]]) -> list[Point]:
         """Where points of the square stand that is as large as the box."""
         box, across, down = self.box, self.box.width / SQUARE, self.box.height / SQUARE
         return [(box.left + x * across, box.top + y * down) for x, y in places]
 
 
-THIN, PALE_THIN = Pen(GREY, 0.8), Pen(PALE, 0.6)
-TICK, NUMBER = 3.0, 6.5
+THIN, PALE_THIN = Pen(GREY, 0.8), Pen(LIGHT_GREY, 0.6)
+TICK_LENGTH, NUMBER_DISTANCE = 3.0, 6.5
 """Length of a tick, and how far its number is from the axis."""
-BELOW_TICK, BELOW_AXIS = 11.0, 22.5
+NUMBER_DROP, TITLE_DROP = 11.0, 22.5
 """How far below an axis its numbers and its title are."""
 
 
-def drawn(charts: Sequence[Chart], title: str) -> tuple[float, list[Path | Text]]:
+def picture_shapes(charts: Sequence[Chart], title: str) -> tuple[float, list[Path | Text]]:
     """The height of a picture and its shapes, those below first; the title is left out where the only chart has it."""
     heading = "" if [title] == [chart.title for chart in charts] else title
-    shapes: list[Path | Text] = [_title("title", heading, MARGIN, SIZES["title"] + 2)] if heading else []
-    top = MARGIN + (TITLE + 5.8 if heading else 0.0)
+    shapes: list[Path | Text] = [_title_text("title", heading, MARGIN, LETTER_SIZES["title"] + 2)] if heading else []
+    top = MARGIN + (TITLE_HEIGHT + 5.8 if heading else 0.0)
     for chart in charts:
-        top = _draw(chart, top, shapes) + BELOW
-    height = top - (BELOW if charts else 0.0) + MARGIN
+        top = _add_chart(chart, top, shapes) + CHART_GAP
+    height = top - (CHART_GAP if charts else 0.0) + MARGIN
     return height, [Path("ground", [Box(0, 0, WIDTH, height).corners], fill="#ffffff"), *shapes]
 
 
-def _title(name: str, text: str, top: float, size: float) -> Text:
+def _title_text(name: str, text: str, top: float, size: float) -> Text:
     letters = letters_in(WIDTH - 2 * MARGIN, size)
-    return Text(name, shortened(text, letters), (MARGIN, top + TITLE / 2), size, bold=True)
+    return Text(name, shorten(text, letters), (MARGIN, top + TITLE_HEIGHT / 2), size, bold=True)
 
 
-def _draw(chart: Chart, top: float, shapes: list[Path | Text]) -> float:
+def _add_chart(chart: Chart, top: float, shapes: list[Path | Text]) -> float:
     """Adds the shapes of one chart, and says where it ends."""
-    shapes.append(_title("loop", chart.title, top, SIZES["title"]))
-    top += TITLE
+    shapes.append(_title_text("loop", chart.title, top, LETTER_SIZES["title"]))
+    top += TITLE_HEIGHT
     if chart.sides:
-        shapes += _key(chart.sides, top + KEY / 2)
-        top += KEY
-    top += ABOVE if chart.marks else NONE_ABOVE
+        shapes += _side_key(chart.sides, top + KEY_HEIGHT / 2)
+        top += KEY_HEIGHT
+    top += NUMBERS_HEIGHT if chart.marks else NO_NUMBERS_HEIGHT
     if chart.locus:
-        shapes += locus_shapes(chart.locus, Box(LEFT, top, WIDE, LOCUS))
-        top += LOCUS + LOCUS_TITLE
-    begin, end = chart.ends
-    first = axes = Axes(Box(LEFT, top, WIDE, FIRST), (begin, end if end > begin else begin + 1.0))
+        shapes += locus_shapes(chart.locus, Box(LEFT, top, AXES_WIDTH, LOCUS_HEIGHT))
+        top += LOCUS_HEIGHT + LOCUS_TITLE_HEIGHT
+    begin, end = chart.time_span
+    first = axes = Axes(Box(LEFT, top, AXES_WIDTH, FIRST_PANEL_HEIGHT), (begin, end if end > begin else begin + 1.0))
     for i, panel in enumerate(chart.panels):
-        axes = replace(axes, box=Box(LEFT, top, WIDE, FURTHER if i else FIRST))
-        shapes += _panel(chart, panel, replace(axes, up=limits(panel)))
-        top = axes.box.bottom + GAP
+        axes = replace(axes, box=Box(LEFT, top, AXES_WIDTH, FURTHER_PANEL_HEIGHT if i else FIRST_PANEL_HEIGHT))
+        shapes += _panel_shapes(chart, panel, replace(axes, y_range=axis_limits(panel)))
+        top = axes.box.bottom + PANEL_GAP
     if chart.strips:
         rows = [
-            replace(axes, box=Box(LEFT, top + i * (STRIP + STRIP_GAP), WIDE, STRIP)) for i in range(len(chart.strips))
+            replace(axes, box=Box(LEFT, top + i * (STRIP_HEIGHT + STRIP_GAP), AXES_WIDTH, STRIP_HEIGHT))
+            for i in range(len(chart.strips))
         ]
-        shapes += _strips(chart, list(zip(chart.strips, rows, strict=True)))
+        shapes += _strip_shapes(chart, list(zip(chart.strips, rows, strict=True)))
         axes = rows[-1]
-    shapes += [*_time(chart, axes), *_numbers(chart, first)]
-    top = axes.box.bottom + TIME
+    shapes += [*_time_axis(chart, axes), *_mark_numbers(chart, first)]
+    top = axes.box.bottom + TIME_AXIS_HEIGHT
     failed = {number for number, mark in number_marks(chart) if mark.kind == "failure"}
-    for text in texts_of(chart, letters_in(WIDTH - 2 * MARGIN, SIZES["small"])):
+    for text in texts_of(chart, letters_in(WIDTH - 2 * MARGIN, LETTER_SIZES["small"])):
         colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
-        shapes.append(Text("note", text, (MARGIN, top + LINE / 2), colour=colour))
-        top += LINE
+        shapes.append(Text("note", text, (MARGIN, top + LINE_HEIGHT / 2), colour=colour))
+        top += LINE_HEIGHT
     return top
 
 
-def _key(sides: tuple[str, str], top: float) -> Iterator[Path | Text]:
+def _side_key(sides: tuple[str, str], top: float) -> Iterator[Path | Text]:
     """What before and after are, beside a piece of their lines."""
-    wide = (WIDTH - 2 * MARGIN) / 2
-    pens = BEFORE, PENS["pv", "after"]
-    for left, side, name, pen in zip((MARGIN, MARGIN + wide), ("before", "after"), sides, pens, strict=True):
+    width = (WIDTH - 2 * MARGIN) / 2
+    pens = BEFORE_PEN, PENS["pv", "after"]
+    for left, side, name, pen in zip((MARGIN, MARGIN + width), ("before", "after"), sides, pens, strict=True):
         yield Path(f"key {side}", [[(left, top), (left + 25, top)]], pen)
-        text = shortened(f"{side}: {name}", letters_in(wide - 36, SIZES["small"]))
+        text = shorten(f"{side}: {name}", letters_in(width - 36, LETTER_SIZES["small"]))
         yield Text(f"side {side}", text, (left + 30, top))
 
 
 # --- Axes and marks ---------------------------------------------------------------------------------------------------
 
 
-def _across(axes: Axes, at: Sequence[float], grid: Pen | None = None) -> Iterator[Path]:
+def _horizontal_axis(axes: Axes, values: Sequence[float], grid: Pen | None = None) -> Iterator[Path]:
     """A horizontal axis with its ticks, and the lines of the grid above them."""
-    box, xs = axes.box, [axes.x(tick) for tick in at]
+    box, xs = axes.box, [axes.x(tick) for tick in values]
     if grid:
         yield Path("grid", [[(x, box.top), (x, box.bottom)] for x in xs], grid)
-    yield Path("axis", [box.corners[:1:-1], *([(x, box.bottom), (x, box.bottom + TICK)] for x in xs)], THIN)
+    yield Path("axis", [box.corners[:1:-1], *([(x, box.bottom), (x, box.bottom + TICK_LENGTH)] for x in xs)], THIN)
 
 
-def _up(axes: Axes, at: Sequence[float], title: str, grid: Pen | None = None) -> Iterator[Path | Text]:
+def _vertical_axis(axes: Axes, values: Sequence[float], title: str, grid: Pen | None = None) -> Iterator[Path | Text]:
     """A vertical axis with its ticks, their numbers and a title."""
-    box, ys = axes.box, [axes.y(tick) for tick in at]
+    box, ys = axes.box, [axes.y(tick) for tick in values]
     if grid:
         yield Path("grid", [[(box.left, y), (box.right, y)] for y in ys], grid)
-    yield Path("axis", [box.corners[::3], *([(box.left - TICK, y), (box.left, y)] for y in ys)], THIN)
-    for tick, y in zip(at, ys, strict=True):
-        yield Text("tick", tick_text(tick), (box.left - NUMBER, y), anchor="end")
-    size, middle = SIZES["label"], box.top + box.height / 2
-    text = shortened(title, letters_in(box.height, size))
-    yield Text("axis value", text, (box.left - LABEL, middle), size, anchor="middle", turned=True)
+    yield Path("axis", [box.corners[::3], *([(box.left - TICK_LENGTH, y), (box.left, y)] for y in ys)], THIN)
+    for tick, y in zip(values, ys, strict=True):
+        yield Text("tick", tick_text(tick), (box.left - NUMBER_DISTANCE, y), anchor="end")
+    size, middle = LETTER_SIZES["label"], box.top + box.height / 2
+    text = shorten(title, letters_in(box.height, size))
+    yield Text("axis value", text, (box.left - LABEL_DISTANCE, middle), size, anchor="middle", turned=True)
 
 
-def _titled(axes: Axes, name: str, title: str, at: Iterable[tuple[float, float]]) -> Iterator[Text]:
+def _axis_labels(axes: Axes, name: str, title: str, ticks: Iterable[tuple[float, float]]) -> Iterator[Text]:
     """The numbers below a horizontal axis, by their places, and its title."""
     box = axes.box
-    for place, tick in at:
-        yield Text("tick", tick_text(tick), (axes.x(place), box.bottom + BELOW_TICK), anchor="middle")
-    point = box.left + box.width / 2, box.bottom + BELOW_AXIS
-    yield Text(name, title, point, SIZES["label"], anchor="middle")
+    for place, tick in ticks:
+        yield Text("tick", tick_text(tick), (axes.x(place), box.bottom + NUMBER_DROP), anchor="middle")
+    point = box.left + box.width / 2, box.bottom + TITLE_DROP
+    yield Text(name, title, point, LETTER_SIZES["label"], anchor="middle")
 
 
-def _time(chart: Chart, axes: Axes) -> Iterator[Path | Text]:
+def _time_axis(chart: Chart, axes: Axes) -> Iterator[Path | Text]:
     """The time axis below everything."""
     unit, size = unit_of_time(chart)
     if chart.strips:
-        yield from _across(axes, [tick * size for tick in time_ticks(chart)])
-    yield from _titled(axes, "axis time", with_unit("time", unit), ((tick * size, tick) for tick in time_ticks(chart)))
+        yield from _horizontal_axis(axes, [tick * size for tick in time_ticks(chart)])
+    yield from _axis_labels(
+        axes, "axis time", with_unit("time", unit), ((tick * size, tick) for tick in time_ticks(chart))
+    )
 
 
 MARK_LINE, FAILURE_LINE = Pen(GREY, 0.7, (0.7, 1.4)), Pen(VERMILION, 1.1, (6.6, 2.2, 1.1, 2.2))
-CLOSE_MARKS = 23.0
+CLOSE_MARKS_DISTANCE = 23.0
 """Marks that are closer than this share one number above the panel."""
 
 
-def _marks(chart: Chart, axes: Axes) -> Iterator[Path]:
+def _mark_lines(chart: Chart, axes: Axes) -> Iterator[Path]:
     """A line at each event and failure, through one panel or row."""
     box = axes.box
     for _, mark in number_marks(chart):
-        x, pen = axes.x(mark.at), FAILURE_LINE if mark.kind == "failure" else MARK_LINE
+        x, pen = axes.x(mark.time), FAILURE_LINE if mark.kind == "failure" else MARK_LINE
         yield Path(f"mark {mark.kind}", [[(x, box.top), (x, box.bottom)]], pen, clip=box)
 
 
-def _numbers(chart: Chart, axes: Axes) -> Iterator[Text]:
+def _mark_numbers(chart: Chart, axes: Axes) -> Iterator[Text]:
     """The numbers of the marks, above the first panel."""
-    marks = [(axes.x(mark.at), number, mark.kind == "failure") for number, mark in number_marks(chart)]
-    for x, text, failed in group_numbers(marks, CLOSE_MARKS):
-        point, colour = (x, axes.box.top - ABOVE / 2), WARNING if failed else INK
+    marks = [(axes.x(mark.time), number, mark.kind == "failure") for number, mark in number_marks(chart)]
+    for x, text, failed in group_numbers(marks, CLOSE_MARKS_DISTANCE):
+        point, colour = (x, axes.box.top - NUMBERS_HEIGHT / 2), WARNING if failed else INK
         yield Text("number", text, point, colour=colour, bold=failed, anchor="middle")
 
 
@@ -303,44 +306,46 @@ def _numbers(chart: Chart, axes: Axes) -> Iterator[Text]:
 
 BAND_OPACITY = 0.18
 """How dense a band is; where two lie over each other they are denser."""
-DOT = 2.5
+DOT_RADIUS = 2.5
 """Radius of a point."""
 NAME_DISTANCE = 10.0
 """Points between the names of two lines."""
 
 
-def _panel(chart: Chart, panel: Panel, axes: Axes) -> Iterator[Path | Text]:
+def _panel_shapes(chart: Chart, panel: Panel, axes: Axes) -> Iterator[Path | Text]:
     """All lines of a panel, with their names on the right."""
-    box, (low, high), (_, size) = axes.box, axes.up, unit_of_time(chart)
-    yield from _across(axes, [tick * size for tick in time_ticks(chart)], PALE_THIN)
-    yield from _up(axes, ticks(low, high, VALUES), with_unit(panel.title, panel.unit), PALE_THIN)
+    box, (low, high), (_, size) = axes.box, axes.y_range, unit_of_time(chart)
+    yield from _horizontal_axis(axes, [tick * size for tick in time_ticks(chart)], PALE_THIN)
+    yield from _vertical_axis(axes, ticks(low, high, MOST_VALUE_TICKS), with_unit(panel.title, panel.unit), PALE_THIN)
     for band in panel.bands:
-        fill, inside = PENS[band.role, None].colour, axes.spread(surface(chart, band, low, high))
-        yield Path("band", [inside], fill=fill, opacity=BAND_OPACITY, clip=box)
-    yield from _marks(chart, axes)
+        fill, corners = PENS[band.role, None].colour, axes.places_of(band_corners(chart, band, low, high))
+        yield Path("band", [corners], fill=fill, opacity=BAND_OPACITY, clip=box)
+    yield from _mark_lines(chart, axes)
     names: dict[str, tuple[float, str]] = {}
     for line in sorted(panel.lines, key=layer_of):
-        places = axes.spread(points(chart, line, low, high))
+        places = axes.places_of(line_points(chart, line, low, high))
         if not places:
             continue
         pen, name = pen_of(line, overlaid=chart.sides is not None), f"line {line.role} {line.side or 'only'}"
-        alone = len(places) == 1
-        yield Path(name, [_dot(*places)], fill=pen.colour) if alone else Path(name, [places], pen, clip=box)
+        is_point = len(places) == 1
+        yield Path(name, [_dot_outline(*places)], fill=pen.colour) if is_point else Path(name, [places], pen, clip=box)
         if line.role != "level":
             names.setdefault(line.name, (places[-1][1], pen.colour))
-    letters = letters_in(RIGHT - 4, SIZES["small"])
+    letters = letters_in(RIGHT - 4, LETTER_SIZES["small"])
     ends = sorted((box.bottom - y, name, colour) for name, (y, colour) in names.items())
-    for at, (_, name, colour) in zip(spread([up for up, *_ in ends], box.height, NAME_DISTANCE), ends, strict=True):
-        yield Text("name", shortened(name, letters), (box.right + 4, box.bottom - at), colour=colour, bold=True)
+    for height, (_, name, colour) in zip(
+        spread_apart([up for up, *_ in ends], box.height, NAME_DISTANCE), ends, strict=True
+    ):
+        yield Text("name", shorten(name, letters), (box.right + 4, box.bottom - height), colour=colour, bold=True)
     levels = level_names(panel)
-    spots = spread([box.bottom - axes.y(value) for value, _ in levels], box.height, NAME_DISTANCE)
-    for at, (_, name) in zip(spots, levels, strict=True):
+    heights = spread_apart([box.bottom - axes.y(value) for value, _ in levels], box.height, NAME_DISTANCE)
+    for height, (_, name) in zip(heights, levels, strict=True):
         colour = PENS["level", None].colour
-        yield Text("level", plain(name), (box.right - 3, box.bottom - at - 5), colour=colour, anchor="end")
+        yield Text("level", plain_text(name), (box.right - 3, box.bottom - height - 5), colour=colour, anchor="end")
 
 
-def _dot(centre: Point) -> list[Point]:
-    return [(z.real, z.imag) for z in _arc(complex(*centre), DOT, 0, 2 * pi)]
+def _dot_outline(centre: Point) -> list[Point]:
+    return [(z.real, z.imag) for z in _arc(complex(*centre), DOT_RADIUS, 0, 2 * pi)]
 
 
 def _arc(centre: complex, radius: float, begin: float, end: float) -> list[complex]:
@@ -348,44 +353,46 @@ def _arc(centre: complex, radius: float, begin: float, end: float) -> list[compl
     return [centre + rect(radius, begin + (end - begin) * i / CIRCLE_POINTS) for i in range(CIRCLE_POINTS + 1)]
 
 
-EDGE, BAR_EDGE = 0.7, 0.9
+BAR_INSET, BAR_EDGE = 0.7, 0.9
 """What a bar leaves free of its row above and below, and how thick its edge is."""
-THINNEST = 0.9
+NARROWEST_BAR = 0.9
 """Width of the shortest bar: an alarm of one sample is seen."""
 
 
-def _strips(chart: Chart, rows: Sequence[tuple[Strip, Axes]]) -> Iterator[Path | Text]:
+def _strip_shapes(chart: Chart, rows: Sequence[tuple[Strip, Axes]]) -> Iterator[Path | Text]:
     """Rows of bars, with the marks through all of them."""
     for strip, axes in rows:
-        yield from _bars(strip, axes)
+        yield from _bar_shapes(strip, axes)
     first, last = rows[0][1], rows[-1][1].box
-    yield from _marks(chart, replace(first, box=replace(last, top=first.box.top, height=last.bottom - first.box.top)))
+    yield from _mark_lines(
+        chart, replace(first, box=replace(last, top=first.box.top, height=last.bottom - first.box.top))
+    )
     for strip, axes in rows:
         yield from _bar_names(strip, axes)
 
 
-def _bars(strip: Strip, axes: Axes) -> Iterator[Path]:
-    box, fills = axes.box, fills_of(strip)
+def _bar_shapes(strip: Strip, axes: Axes) -> Iterator[Path]:
+    box, fills = axes.box, bar_colours(strip)
     yield Path("row", [box.corners], fill=FIELD)
     for bar in strip.bars:
         fill, edge = fills[bar.label]
-        wide = max(axes.x(bar.end) - axes.x(bar.begin), THINNEST)
-        place = Box(axes.x(bar.begin), box.top + EDGE, wide, box.height - 2 * EDGE)
+        width = max(axes.x(bar.end) - axes.x(bar.begin), NARROWEST_BAR)
+        place = Box(axes.x(bar.begin), box.top + BAR_INSET, width, box.height - 2 * BAR_INSET)
         yield Path(f"bar {strip.kind}", [place.corners], Pen(edge, BAR_EDGE), fill, clip=box)
 
 
 def _bar_names(strip: Strip, axes: Axes) -> Iterator[Text]:
     """A name stands in its bar, or beside it where it is too short and nothing follows; nowhere if the row says it."""
-    box, middle, small = axes.box, axes.box.top + axes.box.height / 2, SIZES["small"]
-    title = shortened(strip.title, letters_in(box.left - 7, small))
+    box, middle, small = axes.box, axes.box.top + axes.box.height / 2, LETTER_SIZES["small"]
+    title = shorten(strip.title, letters_in(box.left - 7, small))
     yield Text(f"strip {strip.kind}", title, (box.left - 5, middle), anchor="end")
     begins = [axes.x(bar.begin) for bar in strip.bars] + [box.right]
     for bar, begin, following in zip(strip.bars, begins, begins[1:], strict=False):
         end = axes.x(bar.end)
         rooms = (begin, end), (end, following)
-        fitting = [x for x, stop in rooms if len(bar.label) <= letters_in(stop - x - 6, small)]
-        if fitting and bar.label != strip.title:
-            yield Text(f"label {strip.kind}", plain(bar.label), (fitting[0] + 3, middle), colour=BLACK)
+        starts = [x for x, stop in rooms if len(bar.label) <= letters_in(stop - x - 6, small)]
+        if starts and bar.label != strip.title:
+            yield Text(f"label {strip.kind}", plain_text(bar.label), (starts[0] + 3, middle), colour=BLACK)
 
 
 # --- The open loop in the complex plane: the curve, the circle that Ms keeps it out of, and both margins --------------
@@ -404,52 +411,53 @@ def locus_shapes(locus: Locus, box: Box) -> Iterator[Path | Text]:
     axes = Axes(box, (LOCUS_MIDDLE - half, LOCUS_MIDDLE + half), (LOCUS_BOTTOM, LOCUS_TOP))
 
     def line(name: str, values: Iterable[complex], pen: Pen) -> Path:
-        return Path(name, [[axes.of(z) for z in values]], pen, clip=box)
+        return Path(name, [[axes.place(z) for z in values]], pen, clip=box)
 
-    yield line("grid", (complex(axes.across[0], 0), complex(axes.across[1], 0)), PALE_THIN)
+    yield line("grid", (complex(axes.x_range[0], 0), complex(axes.x_range[1], 0)), PALE_THIN)
     yield line("grid", (complex(0, LOCUS_BOTTOM), complex(0, LOCUS_TOP)), PALE_THIN)
     yield line("line circle unit", _arc(0j, 1.0, 0.0, 2 * pi), Pen(GREY, 0.9, (3.6, 2.7)))
     yield line("line circle ms", _arc(-1 + 0j, 1 / locus.ms, 0.0, 2 * pi), Pen(WARNING, 1.3))
-    if locus.crossover is not None:
-        yield line("line radius", (0j, locus.crossover), Pen(GREY, 0.9))
-        angle = phase(locus.crossover)
+    if locus.gain_crossover is not None:
+        yield line("line radius", (0j, locus.gain_crossover), Pen(GREY, 0.9))
+        angle = phase(locus.gain_crossover)
         yield line("line angle", _arc(0j, 0.45, -pi if angle < 0 else pi, angle), Pen(INK, 1.1))
     yield line("line locus only", locus.points, Pen(BLUE, 1.9))
-    x, y = axes.of(-1 + 0j)
+    x, y = axes.place(-1 + 0j)
     yield Path("mark critical", [[(x - 4.5, y), (x + 4.5, y)], [(x, y - 4.5), (x, y + 4.5)]], Pen(WARNING, 1.8))
-    yield from _label("-1", axes.of(-1 + 0j), (4, 11), WARNING)
-    corner = axes.of(complex(-1 - 0.75 / locus.ms, 0.75 / locus.ms))
-    yield from _label(f"Ms {locus.ms:.3g}", corner, (-4, -4), WARNING, "end")
-    if locus.turn is not None:
-        yield from _margin(f"gain margin {locus.gain_margin:.3g}", axes.of(locus.turn), (6, -8))
-    if locus.crossover is not None:
-        text, below = f"phase margin {locus.phase_margin:.3g}°", locus.crossover.imag < 0
-        yield from _margin(text, axes.of(locus.crossover), (8, 10 if below else -4))
-    at = ticks(*axes.across, TIMES)
-    yield from _across(axes, at)
-    yield from _titled(axes, "axis real", "real part of the open loop", zip(at, at, strict=True))
-    yield from _up(axes, ticks(*axes.up, VALUES + 1), "imaginary part")
+    yield from _label_shapes("-1", axes.place(-1 + 0j), (4, 11), WARNING)
+    corner = axes.place(complex(-1 - 0.75 / locus.ms, 0.75 / locus.ms))
+    yield from _label_shapes(f"Ms {locus.ms:.3g}", corner, (-4, -4), WARNING, "end")
+    if locus.phase_crossover is not None:
+        yield from _margin_mark(f"gain margin {locus.gain_margin:.3g}", axes.place(locus.phase_crossover), (6, -8))
+    if locus.gain_crossover is not None:
+        text, below = f"phase margin {locus.phase_margin:.3g}°", locus.gain_crossover.imag < 0
+        yield from _margin_mark(text, axes.place(locus.gain_crossover), (8, 10 if below else -4))
+    values = ticks(*axes.x_range, MOST_TIME_TICKS)
+    yield from _horizontal_axis(axes, values)
+    yield from _axis_labels(axes, "axis real", "real part of the open loop", zip(values, values, strict=True))
+    yield from _vertical_axis(axes, ticks(*axes.y_range, MOST_VALUE_TICKS + 1), "imaginary part")
 
 
-def locus_svg(locus: Locus, salt: str) -> str:
+def locus_svg(locus: Locus, id_prefix: str) -> str:
     """The curve as a part of a page, in the colours of paper."""
-    inner = elements(locus_shapes(locus, Box(LEFT, MARGIN, WIDE, LOCUS)), salt)
-    return f'<svg class="locus" {view(WIDTH, MARGIN + LOCUS + LOCUS_TITLE)} aria-hidden="true">\n{inner}</svg>\n'
+    inner = svg_elements(locus_shapes(locus, Box(LEFT, MARGIN, AXES_WIDTH, LOCUS_HEIGHT)), id_prefix)
+    view = svg_view(WIDTH, MARGIN + LOCUS_HEIGHT + LOCUS_TITLE_HEIGHT)
+    return f'<svg class="locus" {view} aria-hidden="true">\n{inner}</svg>\n'
 
 
-def _margin(text: str, point: Point, offset: Point) -> Iterator[Path | Text]:
+def _margin_mark(text: str, point: Point, offset: Point) -> Iterator[Path | Text]:
     """A point at which a margin is measured, with its value."""
-    yield Path("mark margin", [_dot(point)], fill=INK)
-    yield from _label(text, point, offset, INK)
+    yield Path("mark margin", [_dot_outline(point)], fill=INK)
+    yield from _label_shapes(text, point, offset, INK)
 
 
-def _label(
+def _label_shapes(
     text: str, point: Point, offset: Point, colour: str, anchor: Literal["start", "end"] = "start"
 ) -> Iterator[Path | Text]:
     """A text beside a point, on a ground of its own where lines pass below it."""
-    size, (x, y) = SIZES["small"], (point[0] + offset[0], point[1] + offset[1])
-    wide = len(text) * size * LETTER
-    ground = Box(x - (wide if anchor == "end" else 0), y - 0.6 * size, wide, 1.2 * size)
+    size, (x, y) = LETTER_SIZES["small"], (point[0] + offset[0], point[1] + offset[1])
+    width = len(text) * size * LETTER_WIDTH
+    ground = Box(x - (width if anchor == "end" else 0), y - 0.6 * size, width, 1.2 * size)
     yield Path("paper", [ground.corners], fill="#ffffff", opacity=GROUND_OPACITY)
     yield Text("name", text, (x, y), colour=colour, bold=True, anchor=anchor)
 
@@ -460,80 +468,84 @@ FONTS = "'DejaVu Sans', Verdana, 'Segoe UI', Arial, sans-serif"
 """The font that the places are made for, and wide ones that most systems have."""
 
 
-LOWER = 0.36
+BASELINE_DROP = 0.36
 """From half the height of a letter down to the line that it stands on, as a share of its size."""
 
 
-def svg(charts: Sequence[Chart], *, title: str) -> str:
+def draw_svg(charts: Sequence[Chart], *, title: str) -> str:
     """All charts below each other as one SVG, without an XML declaration: a file, or a part of a page.
 
     Its identifiers are its own, so that a page can hold several.
     """
-    (height, shapes), said = drawn(charts, title), describe_charts(charts)
-    salt = salt_of(f"{title}\0{said}")
+    (height, shapes), text = picture_shapes(charts, title), describe_charts(charts)
+    prefix = id_prefix_of(f"{title}\0{text}")
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{_short(WIDTH)}pt" height="{_short(height)}pt" '
-        f'role="img" aria-labelledby="{salt}-title {salt}-desc" class="pidcfg-chart" {view(WIDTH, height)}>\n'
-        f'<title id="{salt}-title">{escape(plain(title))}</title>\n<desc id="{salt}-desc">{escape(said)}</desc>\n'
-        f"{elements(shapes, salt)}</svg>\n"
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{_coordinate(WIDTH)}pt" height="{_coordinate(height)}pt" '
+        f'role="img" aria-labelledby="{prefix}-title {prefix}-desc" class="pidcfg-chart" {svg_view(WIDTH, height)}>\n'
+        f'<title id="{prefix}-title">{escape(plain_text(title))}</title>\n'
+        f'<desc id="{prefix}-desc">{escape(text)}</desc>\n'
+        f"{svg_elements(shapes, prefix)}</svg>\n"
     )
 
 
-def salt_of(text: str) -> str:
+def id_prefix_of(text: str) -> str:
     """What identifiers begin with that no other drawing has."""
     return "p" + hashlib.sha256(text.encode()).hexdigest()[:8]
 
 
-def view(width: float, height: float) -> str:
-    """What the `elements` of an SVG need around them."""
-    box = f"0 0 {_short(width)} {_short(height)}"
+def svg_view(width: float, height: float) -> str:
+    """What `svg_elements` need around them."""
+    box = f"0 0 {_coordinate(width)} {_coordinate(height)}"
     return f'viewBox="{box}" font-family="{FONTS}" fill="none" stroke-linejoin="round"'
 
 
-def elements(shapes: Iterable[Path | Text], salt: str) -> str:
-    """Shapes as the elements of an SVG; ``salt``: what its identifiers begin with."""
+def svg_elements(shapes: Iterable[Path | Text], id_prefix: str) -> str:
+    """Shapes as the elements of an SVG; ``id_prefix``: what its identifiers begin with."""
     clips: dict[Box, str] = {}
-    drawn = []
+    parts = []
     for shape in shapes:
-        clip = "" if isinstance(shape, Text) or shape.clip is None else _clip(shape.clip, clips, salt)
-        drawn.append(_text(shape) if isinstance(shape, Text) else _path(shape, clip))
-    boxes = "".join(f'<clipPath id="{name}"><path d="{_line(box.corners)}"/></clipPath>' for box, name in clips.items())
-    return f"<defs>{boxes}</defs>\n{''.join(drawn)}"
+        clip = "" if isinstance(shape, Text) or shape.clip is None else _clip_attribute(shape.clip, clips, id_prefix)
+        parts.append(_text_element(shape) if isinstance(shape, Text) else _path_element(shape, clip))
+    boxes = "".join(
+        f'<clipPath id="{name}"><path d="{_line_data(box.corners)}"/></clipPath>' for box, name in clips.items()
+    )
+    return f"<defs>{boxes}</defs>\n{''.join(parts)}"
 
 
-def _clip(box: Box, clips: dict[Box, str], salt: str) -> str:
-    return f' clip-path="url(#{clips.setdefault(box, f"{salt}-{len(clips)}")})"'
+def _clip_attribute(box: Box, clips: dict[Box, str], id_prefix: str) -> str:
+    return f' clip-path="url(#{clips.setdefault(box, f"{id_prefix}-{len(clips)}")})"'
 
 
-def _short(number: float) -> str:
+def _coordinate(number: float) -> str:
     """A place: a hundredth of a point is finer than any print."""
     return f"{round(number, 2):.12g}"
 
 
-def _line(places: Sequence[Point]) -> str:
-    return "M" + " ".join([f"{_short(x)},{_short(y)}" for x, y in places])
+def _line_data(places: Sequence[Point]) -> str:
+    return "M" + " ".join([f"{_coordinate(x)},{_coordinate(y)}" for x, y in places])
 
 
-def _path(shape: Path, clip: str) -> str:
-    look = ""
+def _path_element(shape: Path, clip: str) -> str:
+    attributes = ""
     if shape.fill:
-        look += f' fill="{shape.fill}"' + (f' fill-opacity="{shape.opacity}"' if shape.opacity < 1 else "")
+        attributes += f' fill="{shape.fill}"' + (f' fill-opacity="{shape.opacity}"' if shape.opacity < 1 else "")
     if shape.pen:
-        look += f' stroke="{shape.pen.colour}" stroke-width="{shape.pen.width}"'
-        dashes = " ".join(map(_short, shape.pen.dashes))
-        look += f' stroke-dasharray="{dashes}"' if dashes else ""
+        attributes += f' stroke="{shape.pen.colour}" stroke-width="{shape.pen.width}"'
+        dashes = " ".join(map(_coordinate, shape.pen.dashes))
+        attributes += f' stroke-dasharray="{dashes}"' if dashes else ""
     end = "Z" if shape.fill else ""
-    return f'<path class="{shape.name}"{look}{clip} d="{"".join(_line(part) + end for part in shape.parts)}"/>\n'
+    data = "".join(_line_data(part) + end for part in shape.parts)
+    return f'<path class="{shape.name}"{attributes}{clip} d="{data}"/>\n'
 
 
-def _text(shape: Text) -> str:
-    x, y = map(_short, shape.point)
-    look = ' font-weight="bold"' if shape.bold else ""
-    look += "" if shape.anchor == "start" else f' text-anchor="{shape.anchor}"'
-    look += f' transform="rotate(-90 {x} {y})"' if shape.turned else ""
+def _text_element(shape: Text) -> str:
+    x, y = map(_coordinate, shape.point)
+    attributes = ' font-weight="bold"' if shape.bold else ""
+    attributes += "" if shape.anchor == "start" else f' text-anchor="{shape.anchor}"'
+    attributes += f' transform="rotate(-90 {x} {y})"' if shape.turned else ""
     return (
-        f'<text class="{shape.name}" x="{x}" y="{_short(shape.point[1] + LOWER * shape.size)}" '
-        f'font-size="{shape.size:g}" fill="{shape.colour}"{look}>{escape(shape.text)}</text>\n'
+        f'<text class="{shape.name}" x="{x}" y="{_coordinate(shape.point[1] + BASELINE_DROP * shape.size)}" '
+        f'font-size="{shape.size:g}" fill="{shape.colour}"{attributes}>{escape(shape.text)}</text>\n'
     )
 
 
@@ -541,35 +553,39 @@ def _text(shape: Text) -> str:
 
 DRAWING_SETTINGS: dict[RcKeyType, object] = {"font.family": ["DejaVu Sans"], "text.parse_math": False}
 """What differs from matplotlib's defaults; a user's own matplotlibrc has no say."""
-POINTS, DPI = 72, 144
+POINTS_PER_INCH, PIXELS_PER_INCH = 72, 144
 """Of a picture and of a PNG, in an inch: 1382 pixels across."""
-SNAPPED = 4
+MOST_SNAPPED_CORNERS = 4
 """Most corners of what stands on whole pixels: axes, grids and bars, no signals."""
 ANCHORS: dict[str, Literal["left", "center", "right"]] = {"start": "left", "middle": "center", "end": "right"}
 """By the library's names."""
 
 
-def png(charts: Sequence[Chart], *, title: str) -> bytes:
+def draw_png(charts: Sequence[Chart], *, title: str) -> bytes:
     """All charts below each other as one PNG, drawn without global state or a display."""
-    with _drawing():
+    with _matplotlib_defaults():
         from matplotlib.figure import Figure
         from matplotlib.transforms import Affine2D
 
-        (height, shapes), sink = drawn(charts, title), io.BytesIO()
-        figure = Figure(figsize=(WIDTH / POINTS, height / POINTS), dpi=DPI)
-        places = Affine2D().translate(0, -height).scale(DPI / POINTS, -DPI / POINTS)
+        (height, shapes), sink = picture_shapes(charts, title), io.BytesIO()
+        figure = Figure(figsize=(WIDTH / POINTS_PER_INCH, height / POINTS_PER_INCH), dpi=PIXELS_PER_INCH)
+        places = (
+            Affine2D()
+            .translate(0, -height)
+            .scale(PIXELS_PER_INCH / POINTS_PER_INCH, -PIXELS_PER_INCH / POINTS_PER_INCH)
+        )
         for shape in shapes:
             if isinstance(shape, Text):
-                _write(figure, places, shape)
+                _write_text(figure, places, shape)
             else:
-                _paint(figure, places, shape)
+                _paint_path(figure, places, shape)
         metadata = {"Software": None, "Description": describe_charts(charts)}
         figure.savefig(sink, format="png", metadata=metadata)
     return sink.getvalue()
 
 
 @contextmanager
-def _drawing() -> Iterator[None]:
+def _matplotlib_defaults() -> Iterator[None]:
     """The library with its defaults and `DRAWING_SETTINGS`, silent about letters that its font lacks."""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     import matplotlib as mpl
@@ -581,8 +597,8 @@ def _drawing() -> Iterator[None]:
         yield
 
 
-def _write(figure: Figure, places: Transform, text: Text) -> None:
-    (x, y), lower = text.point, LOWER * text.size
+def _write_text(figure: Figure, places: Transform, text: Text) -> None:
+    (x, y), lower = text.point, BASELINE_DROP * text.size
     figure.text(
         x + lower * text.turned,
         y + lower * (not text.turned),
@@ -597,7 +613,7 @@ def _write(figure: Figure, places: Transform, text: Text) -> None:
     )
 
 
-def _paint(figure: Figure, places: Transform, shape: Path) -> None:
+def _paint_path(figure: Figure, places: Transform, shape: Path) -> None:
     from matplotlib.patches import PathPatch
 
     patch = PathPatch(_outline(shape.parts, closed=bool(shape.fill)), facecolor="none", linewidth=0, joinstyle="round")
@@ -610,7 +626,7 @@ def _paint(figure: Figure, places: Transform, shape: Path) -> None:
         patch.set(edgecolor=shape.pen.colour, linewidth=shape.pen.width, linestyle=(0, dashes) if dashes else "-")
     if shape.clip:
         patch.set_clip_path(_outline([shape.clip.corners], closed=True), places)
-    patch.set_snap(len(shape.parts[0]) <= SNAPPED)
+    patch.set_snap(len(shape.parts[0]) <= MOST_SNAPPED_CORNERS)
 
 
 def _outline(parts: Sequence[Sequence[Point]], *, closed: bool) -> Outline:

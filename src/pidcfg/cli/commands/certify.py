@@ -179,7 +179,7 @@ def run_all(
             ).outcome
         except ArgumentError as error:
             option = f"--cluster {cluster}" if "cluster" in error.names else f"--resume {resume}"
-            raise click.ClickException(f"{option}: {error.spelled(lambda _: 'it')}") from None
+            raise click.ClickException(f"{option}: {error.with_names(lambda _: 'it')}") from None
         except WorkersError as error:
             raise click.ClickException(f"{error}{_continued(resume)}") from None
 

@@ -17,7 +17,7 @@ from pidcfg.cli.main import Exit
 from pidcfg.cli.outputs import output_path, refuse_read
 from pidcfg.cli.terminal import LINE, is_watched
 from pidcfg.pictures import Chart, Line, Panel
-from pidcfg.pictures.characters import fits, lines
+from pidcfg.pictures.characters import can_encode_signs, draw_rows
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -77,7 +77,9 @@ class LiveChart:
         shown = loops[:room]
         panel = (height - 1) // max(len(shown), 1) - ROWS_BESIDE_PANELS
         chart_height = min(max(panel * 2 // 3, MIN_CHART_ROWS), MAX_CHART_ROWS)
-        rows = [row for loop in shown for row in lines(self._chart(loop), width, chart_height, ascii_only=ascii_only)]
+        rows = [
+            row for loop in shown for row in draw_rows(self._chart(loop), width, chart_height, ascii_only=ascii_only)
+        ]
         left = f"; {len(loops) - room} more loops are recorded" if len(loops) > room else ""
         whole = f" of {self.seconds:g} s" if self.seconds else " s, until Ctrl-C"
         return "\n".join([*rows, f"{self.at:.0f}{whole}, {self.rows} rows{left}"])
@@ -103,7 +105,7 @@ class LiveChart:
             self._live = Live(console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
             self._live.start()
         size = self._live.console.size
-        text = self.text(size.width - MARGIN, size.height - 1, ascii_only=not fits(sys.stderr.encoding))
+        text = self.text(size.width - MARGIN, size.height - 1, ascii_only=not can_encode_signs(sys.stderr.encoding))
         self._live.update(Text(text, no_wrap=True), refresh=True)
         self._drawn = time.monotonic()
 

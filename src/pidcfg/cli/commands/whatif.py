@@ -71,14 +71,14 @@ def command(
 
     Exit codes: 0 the page was written, 2 a scenario that cannot run, or no Python for the browser.
     """
-    from pidcfg.output.browser.page import RuntimeFileError, read_runtime, usual_place, whatif_page
+    from pidcfg.output.browser.page import RuntimeFileError, read_runtime, runtime_path, whatif_page
     from pidcfg.output.browser.session import Session, UnusableError
 
     name, files = texts_of(scenario, against, limits)
     other = None if against is None else relative(against, scenario)
     try:
         session = Session(name, files, other)
-        page = whatif_page(session, read_runtime(Path(runtime) if runtime is not None else usual_place()))
+        page = whatif_page(session, read_runtime(Path(runtime) if runtime is not None else runtime_path()))
     except (UnusableError, RuntimeFileError, OSError) as error:
         raise click.ClickException(str(error)) from None
     write_files({out: page}, force=force)

@@ -14,7 +14,7 @@ from pidcfg.cli.formats.findings import cell, names_of, said_once
 from pidcfg.cli.plots import chart_text
 from pidcfg.conversion import KINDS_BY_HARM, LOSSES, text_of
 from pidcfg.conversion.operation import PREFIX
-from pidcfg.output.conversion import SEVERAL
+from pidcfg.output.conversion import SEVERAL_LINES
 from pidcfg.text.signs import to_one_line
 from pidcfg.text.writer import json_text
 
@@ -132,7 +132,7 @@ def _named(rows: Sequence[Named]) -> Iterator[str]:
 
 def _line_of(row: Named) -> tuple[str, str]:
     """The field and the note of the report's line that names a difference."""
-    return ("rounding", SEVERAL) if row.line is None else (row.line.field, row.line.note)
+    return ("rounding", SEVERAL_LINES) if row.line is None else (row.line.field, row.line.note)
 
 
 def _rules(rows: Sequence[Change]) -> list[Change]:

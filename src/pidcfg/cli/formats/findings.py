@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from pidcfg.output.findings import counts, findings_data
+from pidcfg.output.findings import count_severities, findings_data
 from pidcfg.text.diagnostics import Severity, words_of
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
@@ -309,7 +309,7 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
 
 def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0, left_out: str = "") -> str:
     """One line that says how it went; ``skipped``: YAML files in folders that are not for pidcfg."""
-    n = counts(findings)
+    n = count_severities(findings)
     parts = [f"{n[s]} {s.label}{'s' if n[s] != 1 else ''}" for s in n]
     others = f"; {skipped} without a pidcfg key skipped" if skipped else ""
     others += f"; {to_one_line(left_out)}" if left_out else ""

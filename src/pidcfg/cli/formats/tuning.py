@@ -64,7 +64,7 @@ def _notes(result: TuneResult, locus: Locus) -> list[str]:
     """What stands below the picture."""
     answer = result.judgement.answer
     figures = "" if answer is None else f"; overshoot {answer.overshoot:.3g} %"
-    return [f"{locus.said}{figures}", *(f"warning: {text}" for text in result.warnings)]
+    return [f"{locus.text}{figures}", *(f"warning: {text}" for text in result.warnings)]
 
 
 # --- What holds on which plants, of robust gains, as lines for people -------------------------------------------------

@@ -9,8 +9,8 @@ from lsprotocol import types
 from pidcfg.cli.lsp import RUN, WORDS
 from pidcfg.cli.lsp.completion import described, schema_of
 from pidcfg.cli.lsp.files import Analysis, Buffer, Files, difference, uri_of
-from pidcfg.output.findings import check_any, correct
-from pidcfg.output.places import Held, Reference, RenamingError, configuration_of, loops_of, references, renamed
+from pidcfg.output.findings import check_any, correct_file
+from pidcfg.output.places import Held, Reference, RenamingError, configuration_of, loops_of, references, rename_edits
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Data, Path, value_at
@@ -287,7 +287,9 @@ def with_edit(action: types.CodeAction, analysis: Analysis, files: Files) -> typ
         after = _written(doc, before, wanted, files, data["write"])
     else:
         known = {(d.code, *_at(d)) if rest["at"] else d.code for d in wanted}
-        fixed = correct(data_of(before), doc, files.reader, lambda d: not known.isdisjoint({d.code, (d.code, *_at(d))}))
+        fixed = correct_file(
+            data_of(before), doc, files.reader, lambda d: not known.isdisjoint({d.code, (d.code, *_at(d))})
+        )
         after = fixed.data.decode("utf-8", "replace")
     if after != before:
         action.edit = edit_of(analysis.uri, analysis.version, analysis.buffer, after)
@@ -394,7 +396,7 @@ def rename(analysis: Analysis, files: Files, position: types.Position, name: str
         return [d for doc in texts.values() for d in check_any(doc, reader)]
 
     changes = []
-    for file, edits in renamed(docs, reference.loop, name, check).items():
+    for file, edits in rename_edits(docs, reference.loop, name, check).items():
         text = next(doc.text for doc in docs if doc.file == file)
         buffer, opened = files.buffer_of(file, text), files.buffers.get(uri_of(file))
         version = None if opened is None else opened.version

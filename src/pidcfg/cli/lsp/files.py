@@ -211,7 +211,7 @@ class Files:
         """Everything that is found in a buffer as it is now."""
         from pidcfg.cli.inputs import is_for_pidcfg
         from pidcfg.cli.policy import as_validated
-        from pidcfg.output.findings import judge
+        from pidcfg.output.findings import check_with_words
 
         one = self.buffers.get(uri) or _Open(0, Buffer(""))  # closed meanwhile
         path, data = path_of(uri), data_of(one.buffer.text)
@@ -220,7 +220,7 @@ class Files:
         if not is_for_pidcfg(path, data, DEFAULT.listing_bytes):
             return replace(base, document=doc.without_data())
         one.good = one.good if doc.data is None else doc
-        found, checked = judge(doc, self.reader)
+        found, checked = check_with_words(doc, self.reader)
         findings, remark = as_validated(found, doc)
         return replace(base, findings=findings, checked=checked, good=one.good, remark=remark)
 

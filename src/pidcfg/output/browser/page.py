@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import pidcfg
 from pidcfg.about import VERSION
-from pidcfg.pictures.layout import plain
+from pidcfg.pictures.layout import plain_text
 from pidcfg.pictures.page import SCRIPT, STYLE
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -40,18 +40,20 @@ D1001 = Decision(
     "Who never makes such a page should not load it with every installation, and a file can be carried to a PC that "
     "has no network.",
 )
-FILE = "whatif-runtime.zip"
-FOLDER = "whatif"
+RUNTIME_FILE = "whatif-runtime.zip"
+CACHE_FOLDER = "whatif"
 """In the user's cache."""
 FORMAT = 1
 MANIFEST = "manifest.json"
 PYTHON = "python.gz"
-"""Python, its library and the wheels, packed by `pack`."""
+"""Python, its library and the wheels, packed by `pack_files`."""
 STARTERS = "pidcfg/cli/starters/"
 """What `convert` reads of a part that is left out."""
-READ = ("pidcfg/schemas/",)
+SOURCES_READ = ("pidcfg/schemas/",)
 """Modules whose sources are read by pidcfg itself: what stands beside a key is its explanation."""
-MAKE = "in a clone of pidcfg, 'python tasks.py whatif-runtime' makes it (npm, PyPI and Node are needed for that once)"
+HOW_TO_MAKE = (
+    "in a clone of pidcfg, 'python tasks.py whatif-runtime' makes it (npm, PyPI and Node are needed for that once)"
+)
 
 
 class RuntimeFileError(ValueError):
@@ -72,9 +74,9 @@ class Runtime:
         return "cpython-" + "".join(self.versions["python"].split(".")[:2])
 
 
-def usual_place() -> Path:
+def runtime_path() -> Path:
     """Where the file is looked for; raises `OSError` where there can be no cache."""
-    return cache_folder(FOLDER) / FILE
+    return cache_folder(CACHE_FOLDER) / RUNTIME_FILE
 
 
 def read_runtime(path: Path) -> Runtime:
@@ -83,33 +85,33 @@ def read_runtime(path: Path) -> Runtime:
         with zipfile.ZipFile(path) as archive:
             manifest = json.loads(archive.read(MANIFEST))
             if manifest.get("format") != FORMAT:
-                raise RuntimeFileError(f"{path} is of another version of pidcfg; {MAKE} anew")
+                raise RuntimeFileError(f"{path} is of another version of pidcfg; {HOW_TO_MAKE} anew")
             python = archive.read(PYTHON)
             names = [name for name in archive.namelist() if name.startswith("compiled/")]
             compiled = {Path(name).stem: archive.read(name) for name in names}
     except FileNotFoundError:
-        raise RuntimeFileError(f"there is no Python for the browser in {path}; {MAKE}") from None
+        raise RuntimeFileError(f"there is no Python for the browser in {path}; {HOW_TO_MAKE}") from None
     except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
         if isinstance(error, RuntimeFileError):
             raise
-        raise RuntimeFileError(f"{path} is no file of Python for the browser ({error}); {MAKE}") from None
+        raise RuntimeFileError(f"{path} is no file of Python for the browser ({error}); {HOW_TO_MAKE}") from None
     return Runtime(manifest["versions"], python, compiled)
 
 
-def entries(versions: dict[str, str], parts: dict[str, bytes], compiled: dict[str, bytes]) -> dict[str, bytes]:
+def runtime_entries(versions: dict[str, str], parts: dict[str, bytes], compiled: dict[str, bytes]) -> dict[str, bytes]:
     """The entries of such a file."""
     manifest = json.dumps({"format": FORMAT, "versions": versions}, indent=1).encode()
     modules = {f"compiled/{name}.pyc": data for name, data in sorted(compiled.items())}
-    return {MANIFEST: manifest, PYTHON: pack(parts), **modules}
+    return {MANIFEST: manifest, PYTHON: pack_files(parts), **modules}
 
 
-def pack(parts: dict[str, bytes], level: int = 9) -> bytes:
+def pack_files(parts: dict[str, bytes], level: int = 9) -> bytes:
     """Files for the worker: the length of a list of names and sizes, the list, and the contents, compressed."""
     rows = json.dumps([[name, len(data)] for name, data in parts.items()]).encode()
     return gzip.compress(len(rows).to_bytes(4, "big") + rows + b"".join(parts.values()), level, mtime=0)
 
 
-def own_modules(runtime: Runtime, package: Path, left_out: tuple[str, ...]) -> dict[str, bytes]:
+def package_files(runtime: Runtime, package: Path, left_out: tuple[str, ...]) -> dict[str, bytes]:
     """The files of the installed package, compiled where the runtime knows them, without some of its parts."""
     files = {}
     for path in sorted(package.rglob("*")):
@@ -118,14 +120,14 @@ def own_modules(runtime: Runtime, package: Path, left_out: tuple[str, ...]) -> d
         if not path.is_file() or "__pycache__" in path.parts or is_left_out:
             continue
         data = path.read_bytes()
-        found = runtime.compiled.get(hashlib.sha256(data).hexdigest()) if path.suffix == ".py" else None
-        if found is None or name.startswith(READ):
+        bytecode = runtime.compiled.get(hashlib.sha256(data).hexdigest()) if path.suffix == ".py" else None
+        if bytecode is None or name.startswith(SOURCES_READ):
             files[name] = data
-        if found is not None and name.startswith(READ):
+        if bytecode is not None and name.startswith(SOURCES_READ):
             folder, _, file = name.rpartition("/")
-            files[f"{folder}/__pycache__/{file.removesuffix('.py')}.{runtime.tag}.pyc"] = found
-        elif found is not None:
-            files[f"{name}c"] = found
+            files[f"{folder}/__pycache__/{file.removesuffix('.py')}.{runtime.tag}.pyc"] = bytecode
+        elif bytecode is not None:
+            files[f"{name}c"] = bytecode
     return files
 
 
@@ -139,18 +141,18 @@ D1002 = Decision(
     "from texts of its own.",
     "The files of a plant stay in the page. A policy cannot be stricter from file://, where scripts have no address.",
 )
-HERE = Path(__file__).parent
-LEFT_OUT = (
+HTML_FOLDER = Path(__file__).parent
+NOT_IN_WHATIF = (
     *("pidcfg/cli/", "pidcfg/live/", "pidcfg/__main__.py", "pidcfg/output/browser/page.py"),
     *("pidcfg/output/report/", "pidcfg/output/explanation/", "pidcfg/study/certification/"),
 )
 """Of pidcfg: what a what-if page does not ask for."""
-NOT_PLAYED = ("pidcfg/cli/", "pidcfg/live/", "pidcfg/__main__.py", "pidcfg/output/report/")
+NOT_IN_PLAYGROUND = ("pidcfg/cli/", "pidcfg/live/", "pidcfg/__main__.py", "pidcfg/output/report/")
 """What the playground does not ask for."""
-SCENARIO = ".scenario.yaml"
-FIRST = "reactor.yaml"
+SCENARIO_ENDING = ".scenario.yaml"
+FIRST_EXAMPLE = "reactor.yaml"
 """The example that the playground begins with."""
-EPOCH = (1980, 1, 1, 0, 0, 0)
+ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 
 def whatif_page(session: Session, runtime: Runtime) -> str:
@@ -161,95 +163,109 @@ def whatif_page(session: Session, runtime: Runtime) -> str:
     versions = f"pidcfg {VERSION}, Pyodide {runtime.versions['pyodide']}, Python {runtime.versions['python']}"
     data = {"scenario": scenario, "files": session.files, "against": against}
     title = str(session.model.scenario)
-    shown = {"title": title, "intro": intro, "config": config, "versions": versions}
+    texts = {"title": title, "intro": intro, "config": config, "versions": versions}
     scripts = SCRIPT, text_of("desk.js"), text_of("whatif.js")
-    middle = Template(text_of("whatif.html")).substitute({key: escape(plain(text)) for key, text in shown.items()})
-    return page(
-        f"What if: {title}", middle, (text_of("whatif.css"),), scripts, data, runtime.python, own(runtime, LEFT_OUT)
+    middle = Template(text_of("whatif.html")).substitute({key: escape(plain_text(text)) for key, text in texts.items()})
+    return render_page(
+        f"What if: {title}",
+        middle,
+        (text_of("whatif.css"),),
+        scripts,
+        data,
+        runtime.python,
+        pack_package(runtime, NOT_IN_WHATIF),
     )
 
 
 def playground_page(examples: Iterable[Path], runtime: Runtime) -> str:
     """The page, with the examples in these folders."""
-    found = [example for folder in examples for example in examples_in(folder)]
-    data = {"examples": found, "first": FIRST}
-    shown = {
+    rows = [example for folder in examples for example in examples_in(folder)]
+    data = {"examples": rows, "first": FIRST_EXAMPLE}
+    versions = {
         "version": VERSION,
         "pyodide": runtime.versions["pyodide"],
         "python": runtime.versions["python"],
     }
-    body = Template(text_of("playground.html")).substitute(shown)
+    body = Template(text_of("playground.html")).substitute(versions)
     styles = text_of("whatif.css"), text_of("playground.css")
     scripts = SCRIPT, text_of("desk.js"), text_of("playground.js")
-    return page("pidcfg playground", body, styles, scripts, data, runtime.python, own(runtime, NOT_PLAYED))
+    return render_page(
+        "pidcfg playground", body, styles, scripts, data, runtime.python, pack_package(runtime, NOT_IN_PLAYGROUND)
+    )
 
 
 def examples_in(folder: Path) -> list[dict[str, object]]:
     """Each scenario of a folder with its configuration, and configurations that have none; with accepted runs."""
     texts = {path.name: path.read_text("utf-8") for path in sorted(folder.glob("*.yaml"))}
-    scenarios = [(pidcfg.load(texts[name]).document.data or {}, name) for name in texts if name.endswith(SCENARIO)]
+    scenarios = [
+        (pidcfg.load(texts[name]).document.data or {}, name) for name in texts if name.endswith(SCENARIO_ENDING)
+    ]
     pairs = [(str(data["config"]), name) for data, name in scenarios]
-    run = {config for config, _ in pairs}
-    pairs += [(name, name.replace(".yaml", SCENARIO)) for name in texts if name not in run and SCENARIO not in name]
+    configured = {config for config, _ in pairs}
+    pairs += [
+        (name, name.replace(".yaml", SCENARIO_ENDING))
+        for name in texts
+        if name not in configured and SCENARIO_ENDING not in name
+    ]
     rows: list[dict[str, object]] = []
     for config, scenario in sorted(pairs):
-        accepted = folder / scenario.replace(SCENARIO, ".accepted.json")
-        others = {accepted.name: accepted.read_text("utf-8")} if accepted.is_file() else {}
-        several = [name for one, name in pairs if one == config][1:]
-        title = f"{folder.name}/{config}" + (f", {scenario.removesuffix(SCENARIO)}" if several else "")
-        files = {config: texts[config], scenario: texts.get(scenario, ""), **others}
+        accepted = folder / scenario.replace(SCENARIO_ENDING, ".accepted.json")
+        accepted_runs = {accepted.name: accepted.read_text("utf-8")} if accepted.is_file() else {}
+        further = [name for one, name in pairs if one == config][1:]
+        title = f"{folder.name}/{config}" + (f", {scenario.removesuffix(SCENARIO_ENDING)}" if further else "")
+        files = {config: texts[config], scenario: texts.get(scenario, ""), **accepted_runs}
         rows.append({"title": title, "config": config, "scenario": scenario, "files": files})
     return rows
 
 
-def page(
+def render_page(
     title: str,
     body: str,
     styles: tuple[str, ...],
     scripts: tuple[str, ...],
     data: Mapping[str, object],
-    *packed: bytes,
+    *archives: bytes,
 ) -> str:
     """A page with a worker: HTML of its body, scripts that may run, plain data for them, packed Python and pidcfg."""
-    python, own_code = (base64.b64encode(one).decode() for one in packed)
-    hashes = " ".join(f"'{_hash(script)}'" for script in scripts)
+    python, package = (base64.b64encode(one).decode() for one in archives)
+    hashes = " ".join(f"'{_hash_of(script)}'" for script in scripts)
     policy = (
         f"default-src 'none'; script-src {hashes} 'unsafe-eval' 'wasm-unsafe-eval' blob:; worker-src blob:; "
         "style-src 'unsafe-inline'; img-src data:; connect-src 'none'; base-uri 'none'; form-action 'none'"
     )
-    carried = json.dumps(data, ensure_ascii=True).replace("<", "\\u003c")
+    data_text = json.dumps(data, ensure_ascii=True).replace("<", "\\u003c")
     blocks = "".join(f"<script>{script}</script>\n" for script in scripts)
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(plain(title))}</title>\n<style>\n{STYLE}{''.join(styles)}</style>\n</head>\n"
+        f"<title>{escape(plain_text(title))}</title>\n<style>\n{STYLE}{''.join(styles)}</style>\n</head>\n"
         f'<body data-state="starting">\n{body}'
-        f'<script type="application/json" id="files">{carried}</script>\n'
+        f'<script type="application/json" id="files">{data_text}</script>\n'
         f'<script type="text/plain" id="worker">{text_of("worker.js")}</script>\n'
         f'<script type="text/plain" id="python">{python}</script>\n'
-        f'<script type="text/plain" id="pidcfg">{own_code}</script>\n'
+        f'<script type="text/plain" id="pidcfg">{package}</script>\n'
         f"{blocks}</body>\n</html>\n"
     )
 
 
-QUICKLY = 7
+FAST_LEVEL = 7
 """Compression of a page: a percent larger than the best, and made in a third of the time."""
 
 
-def own(runtime: Runtime, left_out: tuple[str, ...]) -> bytes:
+def pack_package(runtime: Runtime, left_out: tuple[str, ...]) -> bytes:
     """The installed pidcfg as a part of a page: a zip that is stored as it is, since everything is packed once."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
-        for name, data in own_modules(runtime, Path(pidcfg.__file__).parent, left_out).items():
-            archive.writestr(zipfile.ZipInfo(name, EPOCH), data)
-    return pack({"pidcfg.zip": buffer.getvalue()}, QUICKLY)
+        for name, data in package_files(runtime, Path(pidcfg.__file__).parent, left_out).items():
+            archive.writestr(zipfile.ZipInfo(name, ZIP_TIME), data)
+    return pack_files({"pidcfg.zip": buffer.getvalue()}, FAST_LEVEL)
 
 
 def text_of(name: str) -> str:
     """A file of this folder."""
-    return (HERE / name).read_text("utf-8")
+    return (HTML_FOLDER / name).read_text("utf-8")
 
 
-def _hash(script: str) -> str:
+def _hash_of(script: str) -> str:
     return "sha256-" + base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()

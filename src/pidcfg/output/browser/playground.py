@@ -26,16 +26,16 @@ def begin(_: Data, __: Progress = None) -> Data:
 
 def judge(values: Data, _: Progress = None) -> Data:
     """The findings of both panes at their lines, and the words of the configuration."""
-    files, config, scenario = _files(values)
+    files, config, scenario = _files_of(values)
     checked = pidcfg.encode(files[config], name=config, files=files, allow_errors=True)
-    found = list(pidcfg.check(files[config], name=config, files=files).findings)
+    findings = list(pidcfg.check(files[config], name=config, files=files).findings)
     if files[scenario].strip():
-        found += pidcfg.check(files[scenario], name=scenario, files=files).findings
-    rows = [_finding(finding, config) for finding in found]
+        findings += pidcfg.check(files[scenario], name=scenario, files=files).findings
+    rows = [_finding_data(finding, config) for finding in findings]
     return {"findings": rows, "words": checked.text if len(checked.files) == 1 else "", "vendor": checked.vendor}
 
 
-def _finding(finding: Diagnostic, config: str) -> Data:
+def _finding_data(finding: Diagnostic, config: str) -> Data:
     return {
         "pane": "config" if finding.file == config else "scenario",
         "line": finding.span.line,
@@ -52,7 +52,7 @@ def _finding(finding: Diagnostic, config: str) -> Data:
 
 def trend(values: Data, progress: Progress = None) -> Data:
     """The run of the scenario, or of the one that is drafted for a configuration alone."""
-    files, config, scenario = _files(values)
+    files, config, scenario = _files_of(values)
     name = scenario if files[scenario].strip() else config
     run = pidcfg.simulate(files[name], name=name, files=files, record=True, engine="python", progress=progress)
     if run.report is None:
@@ -66,7 +66,7 @@ def trend(values: Data, progress: Progress = None) -> Data:
 
 def convert(values: Data, _: Progress = None) -> Data:
     """The configuration for another PLC, and what became of what is not exact."""
-    files, config, _scenario = _files(values)
+    files, config, _scenario = _files_of(values)
     try:
         result = pidcfg.convert(files[config], values["to"], name=config, files=files)
     except ValueError as error:
@@ -77,8 +77,8 @@ def convert(values: Data, _: Progress = None) -> Data:
             "field": change.field,
             "kind": change.kind,
             "loss": change.loss,
-            "source": _shown(change.source),
-            "target": _shown(change.target),
+            "source": _text_of(change.source),
+            "target": _text_of(change.target),
             "note": change.note or "",
         }
         for loop in result.loops
@@ -89,23 +89,23 @@ def convert(values: Data, _: Progress = None) -> Data:
     return {"text": result.text, "changes": changes, "refused": refused}
 
 
-def _shown(value: object) -> str:
+def _text_of(value: object) -> str:
     return "" if value is None else str(value)
 
 
 def explain(values: Data, _: Progress = None) -> Data:
     """What words, bits, rules and registers mean, beside the configuration where it can be read."""
-    files, config, _scenario = _files(values)
-    asked = values["asked"].split()
+    files, config, _scenario = _files_of(values)
+    things = values["asked"].split()
     try:
-        sound = pidcfg.load(files[config], name=config).model is not None
-        result = pidcfg.explain(*asked, config=files[config] if sound else None, name=config, files=files)
+        is_sound = pidcfg.load(files[config], name=config).model is not None
+        result = pidcfg.explain(*things, config=files[config] if is_sound else None, name=config, files=files)
     except ValueError as error:
         return {"pages": [], "refused": str(error)}
-    return {"pages": ["\n".join(told(entry)) for entry in result.to_json()["explanations"]], "refused": ""}
+    return {"pages": ["\n".join(explanation_lines(entry)) for entry in result.to_json()["explanations"]], "refused": ""}
 
 
-SAID = {
+LINE_PREFIXES = {
     "holds": "",
     "meaning": "",
     "unit": "unit: ",
@@ -114,28 +114,30 @@ SAID = {
     "cure": "cure: ",
 }
 """What is told of a thing, and how its line begins."""
-OF_PAGE = {"message": "", "text": "", "why": "why: ", "fix": "cure: "}
+PAGE_PREFIXES = {"message": "", "text": "", "why": "why: ", "fix": "cure: "}
 """The same of a rule or a decision."""
 
 
-def told(entry: Data) -> Iterator[str]:
+def explanation_lines(entry: Data) -> Iterator[str]:
     """A thing that is explained, in lines."""
     yield f"{entry['name']}: {entry['title']}" + (f" ({entry['vendor']})" if entry["vendor"] else "")
     value = entry["value"] or {}
     if value:
         yield f"  {' '.join(str(value[key]) for key in ('shown', 'text', 'problem') if value[key] is not None)}"
-    yield from (f"  {begin}{entry[key]}" for key, begin in SAID.items() if entry[key])
-    yield from (f"  {begin}{entry['page'][key]}" for key, begin in OF_PAGE.items() if (entry["page"] or {}).get(key))
+    yield from (f"  {prefix}{entry[key]}" for key, prefix in LINE_PREFIXES.items() if entry[key])
+    yield from (
+        f"  {prefix}{entry['page'][key]}" for key, prefix in PAGE_PREFIXES.items() if (entry["page"] or {}).get(key)
+    )
     for bit in entry["bits"]:
         if bit["active"] or bit["state"] is None:
             yield f"  {bit['bit']} {bit['state'] or ''}: {bit['title']}".replace(" :", ":")
-            yield from (f"    {begin}{bit[key]}" for key, begin in SAID.items() if bit.get(key))
+            yield from (f"    {prefix}{bit[key]}" for key, prefix in LINE_PREFIXES.items() if bit.get(key))
     yield from (f"  set in line {place['line']}: {place['key']} {place['text']}" for place in entry["set_by"])
     yield from (f"  {note}" for note in entry["notes"])
     if entry["reference"]:
         yield f"  see: {entry['reference']}"
 
 
-def _files(values: Data) -> tuple[dict[str, str], str, str]:
+def _files_of(values: Data) -> tuple[dict[str, str], str, str]:
     """The texts of the page by their names, and what the two panes are called."""
     return values["files"], values["config"], values["scenario"]

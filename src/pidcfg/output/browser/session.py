@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float], None]
 
-DECADE, REACH = 60, 10.0
+POSITIONS_PER_DECADE, REACH_FACTOR = 60, 10.0
 """Positions of a slider a decade, and how far it reaches: from a tenth of the filed value to ten times of it."""
-FINE = 100
+RANGE_POSITIONS = 100
 """Positions of a slider over the range of a PV, or around a load."""
-PLANT = tuple(range(70, 131))
+PLANT_PERCENT = tuple(range(70, 131))
 """Of what the file says of a plant, in %."""
-PARTS = {"gain": "Gain", "integral": "Reset (integral)", "derivative": "Rate (derivative)"}
-OF_PLANT = {"gain": "gain", "time": "time constant", "dead": "dead time"}
-TIMES = ("time_constant", "time_constants", "lead", "lag")
+NUMBER_LABELS = {"gain": "Gain", "integral": "Reset (integral)", "derivative": "Rate (derivative)"}
+PLANT_LABELS = {"gain": "gain", "time": "time constant", "dead": "dead time"}
+TIME_KEYS = ("time_constant", "time_constants", "lead", "lag")
 NUMBER = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(.*)", re.DOTALL)
 """A number, and the unit behind it."""
 
@@ -65,8 +65,8 @@ class Session:
         self.name, self.files, self.against = scenario, dict(files), against
         loaded: Any = pidcfg.load(self.files[scenario], name=scenario)
         if loaded.model is None or loaded.kind != "scenario":
-            found = next(iter(loaded.findings), None) if loaded.kind in {"scenario", None} else None
-            raise UnusableError(f"{scenario}: {found.message if found else NO_SCENARIO}")
+            finding = next(iter(loaded.findings), None) if loaded.kind in {"scenario", None} else None
+            raise UnusableError(f"{scenario}: {finding.message if finding else NO_SCENARIO}")
         self.model: Any = loaded.model
         self.scenario = loaded.document
         self.config = posixpath.normpath(posixpath.join(posixpath.dirname(scenario), self.model.config))
@@ -75,7 +75,7 @@ class Session:
         if self.config not in self.files:
             refuse_errors(pidcfg.simulate(self.scenario, files=self.files))
         self.filed = pidcfg.load(self.files[self.config], name=self.config).document
-        now = self._run(self.scenario, self.filed.text, progress)
+        now = self._simulate(self.scenario, self.filed.text, progress)
         refuse_errors(now)
         self.before = now
         if against is not None:
@@ -84,10 +84,10 @@ class Session:
             )
             refuse_errors(self.before)
         self.gains = pidcfg.gains(self.scenario, files=self.files)
-        self.numbers = {one.path: one for loop in self.gains.loops for one in loop.numbers}
-        self.locked = {loop.loop: self._locked(loop.numbers) for loop in self.gains.loops}
+        self.numbers = {number.path: number for loop in self.gains.loops for number in loop.numbers}
+        self.locked = {loop.loop: self._lock_reason(loop.numbers) for loop in self.gains.loops}
         self.words = pidcfg.encode(self.filed if against is None else self.files[against], allow_errors=True)
-        self.now: tuple[SimulateResult, Document, Document] = (now, self.filed, self.scenario)
+        self.current: tuple[SimulateResult, Document, Document] = (now, self.filed, self.scenario)
 
     # --- what can be turned ------------------------------------------------------------------------------------------
 
@@ -99,7 +99,7 @@ class Session:
             "scenario": self.name,
             "config": self.config,
             "sides": [self.against or "as filed", self.config if self.against else "now"],
-            "first": self._first(),
+            "first": self._first_loop(),
             "loops": [
                 {
                     "name": loop.loop,
@@ -111,22 +111,26 @@ class Session:
             "knobs": knobs,
         }
 
-    def _first(self) -> str:
+    def _first_loop(self) -> str:
         """The loop that the page begins with: the one that something happens to, or that something is expected of."""
-        known = [loop.loop for loop in self.gains.loops]
-        meant = [event.loop for event in self.model.events] + [one.loop for one in self.model.expect]
-        return next((str(name) for name in meant if name in known), known[0])
+        loops = [loop.loop for loop in self.gains.loops]
+        names = [event.loop for event in self.model.events] + [one.loop for one in self.model.expect]
+        return next((str(name) for name in names if name in loops), loops[0])
 
-    def _locked(self, numbers: tuple[HeldNumber, ...]) -> str:
+    def _lock_reason(self, numbers: tuple[HeldNumber, ...]) -> str:
         """Why the numbers of a loop cannot be turned; empty: they can."""
         if not numbers:
             return "It switches on and off, and has no gains."
-        if all(one.value is None for one in numbers):
+        if all(number.value is None for number in numbers):
             return "Expressions of the program give its gains."
         try:
             pidcfg.change(
                 self.filed,
-                {one.path: one.written(one.hold(one.value * 2 or 1)) for one in numbers if one.value is not None},
+                {
+                    number.path: number.written(number.hold(number.value * 2 or 1))
+                    for number in numbers
+                    if number.value is not None
+                },
             )
         except ValueError:
             return f"It shares its numbers with other loops, by a template or an anchor: change them in {self.config}."
@@ -136,26 +140,26 @@ class Session:
         for loop in self.gains.loops:
             if self.locked[loop.loop]:
                 continue
-            for one in loop.numbers:
-                if one.value is None:
+            for number in loop.numbers:
+                if number.value is None:
                     continue
                 yield {
-                    "id": f"number:{one.path}",
+                    "id": f"number:{number.path}",
                     "loop": loop.loop,
                     "group": "number",
-                    "label": PARTS[one.part],
-                    "key": one.key,
-                    "unit": one.unit,
-                    "value": float(one.value),
-                    "positions": ladder(one),
-                    "step": None if one.step is None else float(one.step),
+                    "label": NUMBER_LABELS[number.part],
+                    "key": number.key,
+                    "unit": number.unit,
+                    "value": float(number.value),
+                    "positions": knob_positions(number),
+                    "step": None if number.step is None else float(number.step),
                 }
 
     def _event_knobs(self) -> Iterator[Data]:
         """Numbers that events set: set points, and loads of plants."""
         ranges = {loop: axes.pv_range for loop, axes in self.before.outcome.axes.items()}
         for i, event in enumerate(self.model.events):
-            at = moment(float(event.at))
+            start = time_text(float(event.at))
             for key, value in (event.set or {}).items():
                 number = number_of(value)
                 if number is None or "." in key:
@@ -163,19 +167,21 @@ class Session:
                 low, high = ranges.get(event.loop or "", (0.0, 0.0))
                 reach = abs(number) or 1.0
                 low, high = (low, high) if low <= number <= high and low < high else (number - reach, number + reach)
-                yield knob(f"event:events.{i}.set.{key}", event.loop or "", f"{key} from {at}", number, low, high)
+                yield event_knob(
+                    f"event:events.{i}.set.{key}", event.loop or "", f"{key} from {start}", number, low, high
+                )
             for key, value in (event.disturb or {}).items():
                 number = float(value)
                 reach = abs(number) or 1.0
                 name = event.loop or event.plant or ""
                 path = f"event:events.{i}.disturb.{key}"
-                yield knob(path, name, f"{key} from {at}", number, number - reach, number + reach)
+                yield event_knob(path, name, f"{key} from {start}", number, number - reach, number + reach)
 
     def _plant_knobs(self) -> Iterator[Data]:
         """Each plant's gain, time constants and dead time, in % of what the file says."""
         for key, plant in self.model.plants.items():
             name = str(plant.name or key)
-            for part, label in OF_PLANT.items():
+            for part, label in PLANT_LABELS.items():
                 if any(self._plant_values(key, part)):
                     yield {
                         "id": f"plant:{key}:{part}",
@@ -185,7 +191,7 @@ class Session:
                         "key": "",
                         "unit": "%",
                         "value": 100.0,
-                        "positions": [float(share) for share in PLANT],
+                        "positions": [float(share) for share in PLANT_PERCENT],
                         "step": 1.0,
                     }
 
@@ -194,7 +200,7 @@ class Session:
         plants: Any = (self.scenario.data or {})["plants"]
         plant = plants[key if isinstance(plants, list) else str(key)]
         if part == "time":
-            for name in TIMES:
+            for name in TIME_KEYS:
                 value = plant.get(name)
                 rows = enumerate(value) if isinstance(value, list) else [(None, value)]
                 for i, text in rows:
@@ -208,73 +214,75 @@ class Session:
 
     # --- a move ------------------------------------------------------------------------------------------------------
 
-    def snap(self, values: Mapping[str, float]) -> dict[str, float]:
+    def snap_values(self, values: Mapping[str, float]) -> dict[str, float]:
         """The values as they can be: what registers hold, plants within ± 30 %."""
-        out = {}
+        snapped = {}
         for name, value in values.items():
             kind, _, path = name.partition(":")
             if kind == "number":
-                out[name] = float(self.numbers[path].hold(value))
+                snapped[name] = float(self.numbers[path].hold(value))
             else:
-                out[name] = min(max(value, PLANT[0]), PLANT[-1]) if kind == "plant" else float(f"{value:.6g}")
-        return out
+                snapped[name] = (
+                    min(max(value, PLANT_PERCENT[0]), PLANT_PERCENT[-1]) if kind == "plant" else float(f"{value:.6g}")
+                )
+        return snapped
 
     def move(self, values: Mapping[str, float], progress: Progress | None = None) -> Data:
         """Runs the scenario with these values of knobs; those that are not named are as filed.
 
         Whatever ``progress`` raises ends the run; the last one stays what it was.
         """
-        snapped = self.snap(values)
+        snapped = self.snap_values(values)
         numbers, events = {}, {}
         for name, value in snapped.items():
             kind, _, path = name.partition(":")
             if kind == "number":
-                one = self.numbers[path]
-                if (held := Decimal(str(value))) != one.value:
-                    numbers[path] = one.written(held)
+                number = self.numbers[path]
+                if (held := Decimal(str(value))) != number.value:
+                    numbers[path] = number.written(held)
             elif kind == "event":
                 events[path] = f"{value:g}"
-            elif value != PLANT[len(PLANT) // 2]:
+            elif value != PLANT_PERCENT[len(PLANT_PERCENT) // 2]:
                 events |= self._turned_plant(path, value / 100)
         config = pidcfg.change(self.filed, numbers).document
         scenario = pidcfg.change(self.scenario, events).document
-        result = self._run(scenario, config.text, progress)
-        self.now = (result, config, scenario)
-        return {"values": snapped, **self.state()}
+        result = self._simulate(scenario, config.text, progress)
+        self.current = (result, config, scenario)
+        return {"values": snapped, **self.state_data()}
 
-    def state(self) -> Data:
+    def state_data(self) -> Data:
         """What a move answers, of the values as they are."""
-        result, config, _ = self.now
-        return {"yaml": config.text, **self._said(result, config)}
+        result, config, _ = self.current
+        return {"yaml": config.text, **self._run_data(result, config)}
 
     def _turned_plant(self, path: str, share: float) -> dict[str, str]:
         """The texts of a plant's numbers, each times a share."""
         key, _, part = path.rpartition(":")
-        found = {}
+        texts = {}
         for place, text in self._plant_values(key if isinstance(self._plants, dict) else int(key), part):
             match = NUMBER.fullmatch(text)
             if match is not None:
-                found[place] = f"{float(match[1]) * share:.6g}{match[2]}"
-        return found
+                texts[place] = f"{float(match[1]) * share:.6g}{match[2]}"
+        return texts
 
     @property
     def _plants(self) -> object:
         return (self.scenario.data or {})["plants"]
 
-    def _said(self, result: SimulateResult, config: Document) -> Data:
+    def _run_data(self, result: SimulateResult, config: Document) -> Data:
         """What a run says besides its picture."""
         encoded = pidcfg.encode(config, allow_errors=True)
-        found = [d for d in (*encoded.findings, *result.findings) if d.severity.label != "info"]
-        known = {key_of(d) for d in (*self.words.findings, *self.before.findings)}
+        findings = [d for d in (*encoded.findings, *result.findings) if d.severity.label != "info"]
+        known_keys = {key_of(d) for d in (*self.words.findings, *self.before.findings)}
         rows = [
             {
                 "code": d.code,
                 "severity": d.severity.label,
                 "message": d.message,
                 "loop": d.loop,
-                "new": key_of(d) not in known,
+                "new": key_of(d) not in known_keys,
             }
-            for d in {(d.code, d.where, d.message): d for d in found}.values()
+            for d in {(d.code, d.where, d.message): d for d in findings}.values()
         ]
         return {
             "ran": result.report is not None,
@@ -285,7 +293,7 @@ class Session:
 
     def picture(self, loop: str) -> str:
         """The trend of a loop, now against as filed, as HTML; empty: the loop has none."""
-        result = self.now[0]
+        result = self.current[0]
         if result.report is None or loop not in result.report.loops:
             return ""
         return result.html(self.before, (loop,), self._sides)
@@ -300,13 +308,13 @@ class Session:
         for side, run in (("before", self.before), ("now", result)):
             for name, loop in run.report.loops.items() if run.report is not None else ():
                 row = {"overshoot": loop.metrics.get("overshoot"), "iae": loop.metrics.get("iae")}
-                row = {key: round_to(value) for key, value in row.items()}
+                row = {key: four_digits(value) for key, value in row.items()}
                 rows.setdefault(name, {})[side] = {**row, "alarms": sorted({alarm.alarm for alarm in loop.alarms})}
         return rows
 
     def margins(self) -> Data:
         """Ms of each loop, before and now; where there is none, why."""
-        _, config, scenario = self.now
+        _, config, scenario = self.current
         now = pidcfg.gains(scenario, files={**self.files, self.config: config.text})
         before = self.gains
         if self.against is not None:
@@ -314,7 +322,7 @@ class Session:
         rows: Data = {}
         for side, result in (("before", before), ("now", now)):
             for loop in result.loops:
-                ms = None if loop.margins is None else round_to(loop.margins.ms)
+                ms = None if loop.margins is None else four_digits(loop.margins.ms)
                 rows.setdefault(loop.loop, {})[side] = {"ms": ms, "why": loop.why}
         return rows
 
@@ -324,7 +332,7 @@ class Session:
         """The files, with another configuration in the place of the scenario's."""
         return self.files if against is None else {**self.files, self.config: self.files[against]}
 
-    def _run(self, scenario: Document, text: str, progress: Progress | None = None) -> SimulateResult:
+    def _simulate(self, scenario: Document, text: str, progress: Progress | None = None) -> SimulateResult:
         files = {**self.files, self.config: text}
         return pidcfg.simulate(scenario, record=True, reference=False, engine="python", files=files, progress=progress)
 
@@ -342,8 +350,8 @@ def changed_words(before: EncodeResult, after: EncodeResult) -> list[Data]:
             "address": cell.address,
             "loop": cell.loop,
             "field": cell.field,
-            "before": None if (was := old.get(cell.address)) is None else shown_word(was),
-            "after": shown_word(cell),
+            "before": None if (was := old.get(cell.address)) is None else word_text(was),
+            "after": word_text(cell),
         }
         for cell in after.image.cells
         if cell.address not in old or old[cell.address].raw != cell.raw
@@ -355,7 +363,7 @@ def key_of(finding: Diagnostic) -> tuple[str, str, str]:
     return finding.code, finding.where, finding.loop
 
 
-def shown_word(cell: Any) -> str:
+def word_text(cell: Any) -> str:
     """A word as a listing has it: hexadecimal digits of a register, a number in floating point as such."""
     data = cell.data()
     if cell.single is not None:
@@ -363,7 +371,7 @@ def shown_word(cell: Any) -> str:
     return str(data["hex"] if "hex" in data else data.get("value", data.get("expression")))
 
 
-def round_to(value: float | None) -> float | None:
+def four_digits(value: float | None) -> float | None:
     """A number for a table."""
     return None if value is None or not isfinite(value) else float(f"{value:.4g}")
 
@@ -377,28 +385,28 @@ def number_of(value: object) -> float | None:
     return number if isfinite(number) and not isinstance(value, bool) else None
 
 
-def knob(name: str, loop: str, label: str, value: float, low: float, high: float) -> Data:
+def event_knob(name: str, loop: str, label: str, value: float, low: float, high: float) -> Data:
     """A slider over a range, with the value that the file has among its positions."""
-    places = {float(f"{low + (high - low) * i / FINE:.4g}") for i in range(FINE + 1)} | {value}
-    shown = {"id": name, "loop": loop, "group": "event", "label": label, "key": "", "unit": ""}
-    return {**shown, "value": value, "positions": sorted(places), "step": None}
+    places = {float(f"{low + (high - low) * i / RANGE_POSITIONS:.4g}") for i in range(RANGE_POSITIONS + 1)} | {value}
+    texts = {"id": name, "loop": loop, "group": "event", "label": label, "key": "", "unit": ""}
+    return {**texts, "value": value, "positions": sorted(places), "step": None}
 
 
-def ladder(one: HeldNumber) -> list[float]:
+def knob_positions(number: HeldNumber) -> list[float]:
     """What the register holds around the filed value, a decade to either side, without gaps that a word would fill."""
-    value = float(one.value or 0)
-    least = float(one.step or 0.01)
+    value = float(number.value or 0)
+    least = float(number.step or 0.01)
     centre = value or max(least * 10, 1.0)
-    low, high = max(centre / REACH, least), centre * REACH
-    steps = round(DECADE * log10(high / low)) if high > low else 0
-    wanted = {low * (high / low) ** (i / steps) for i in range(steps + 1)} if steps else {centre}
-    places = {float(one.hold(float(f"{place:.3g}"))) for place in wanted} | {value}
-    if one.part != "gain" and (one.low is None or one.low <= 0):
+    low, high = max(centre / REACH_FACTOR, least), centre * REACH_FACTOR
+    steps = round(POSITIONS_PER_DECADE * log10(high / low)) if high > low else 0
+    targets = {low * (high / low) ** (i / steps) for i in range(steps + 1)} if steps else {centre}
+    places = {float(number.hold(float(f"{place:.3g}"))) for place in targets} | {value}
+    if number.part != "gain" and (number.low is None or number.low <= 0):
         places.add(0.0)
     return sorted(places)
 
 
-def moment(seconds: float) -> str:
+def time_text(seconds: float) -> str:
     """A time of a run in the largest unit that it is whole in."""
     for unit, size in (("h", 3600.0), ("min", 60.0)):
         if seconds and seconds % size == 0:
@@ -415,7 +423,7 @@ def begin(values: Data, progress: Progress | None = None) -> Data:
     """Reads the files of the page and runs the scenario as filed."""
     session = Session(values["scenario"], values["files"], values.get("against"), progress)
     SESSIONS["page"] = session
-    return {**session.describe(), **session.state()}
+    return {**session.describe(), **session.state_data()}
 
 
 def move(values: Data, progress: Progress | None = None) -> Data:

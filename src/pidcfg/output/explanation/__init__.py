@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pidcfg.text.paths import Data
 
 
-SYMPTOM = "symptom"
+SYMPTOM_KIND = "symptom"
 """The kind of a page about what people see."""
 
 
@@ -71,7 +71,7 @@ class Page:
     unit: str = ""
     notation: str = ""
     access: str = ""
-    by: str = ""
+    writer: str = ""
     key: str | None = None
     reference: str = ""
     loop: str | None = None
@@ -95,52 +95,59 @@ class UnknownError(QuestionError):
 # --- As text for people, and as JSON for programs ---------------------------------------------------------------------
 
 WIDTH = 100
-LABEL = 13
+LABEL_WIDTH = 13
 
 
 def as_text(pages: Sequence[Page]) -> str:
     """All explanations, with a line between two."""
     texts = []
-    for i, one in enumerate(pages):
-        if one.markdown:
-            texts.append(one.markdown)
+    for i, page in enumerate(pages):
+        if page.markdown:
+            texts.append(page.markdown)
             continue
-        lines = [*_lines(one)]
-        if i and one.kind == SYMPTOM and pages[i - 1].title == one.title:  # what is true of every PLC is said once
-            lines = [one.vendor_title, *lines[2 + len([*row("", one.meaning.effect if one.meaning else "")]) :]]
+        lines = [*_page_lines(page)]
+        if (
+            i and page.kind == SYMPTOM_KIND and pages[i - 1].title == page.title
+        ):  # what is true of every PLC is said once
+            lines = [
+                page.vendor_title,
+                *lines[2 + len([*label_lines("", page.meaning.effect if page.meaning else "")]) :],
+            ]
         texts.append("\n".join(lines) + "\n")
     return "\n".join(texts)
 
 
-def _lines(page: Page) -> Iterator[str]:
+def _page_lines(page: Page) -> Iterator[str]:
     shown = f" = {page.value.shown}" if page.value else ""
-    name = "" if page.kind == SYMPTOM else f"{page.name}{shown}: "
+    name = "" if page.kind == SYMPTOM_KIND else f"{page.name}{shown}: "
     yield f"{name}{page.title}" + (f"  ({page.vendor_title})" if page.vendor_title else "")
     yield ""
     if page.value:
-        yield from row("value", page.value.text)
-        yield from row("no value", page.value.problem)
+        yield from label_lines("value", page.value.text)
+        yield from label_lines("no value", page.value.problem)
     if page.meaning:
-        yield from _meaning("it means", page.meaning)
+        yield from _meaning_lines("it means", page.meaning)
     for point in page.points:
         if _is_listed(point, page):
-            yield from _point(point)
-    off = [p.label.removeprefix("bit ") for p in page.points if p.label.startswith("bit") and not _is_listed(p, page)]
-    yield from row("off", numbers(off))
-    yield from row("holds", page.holds)
-    yield from row("unit", page.unit)
-    yield from row("written as", page.notation)
-    yield from row("written by", page.by)
-    yield from row("stands at", page.place or page.loop or "")
-    yield from row("in a file", f"key {page.key}" if page.key else "")
-    for at in page.origins:
-        yield from row("set by", f"{at.file}:{at.line}:{at.column}, {at.key}: {at.text}")
-    yield from row("manual", page.reference)
+            yield from _point_lines(point)
+    bits_off = [
+        p.label.removeprefix("bit ") for p in page.points if p.label.startswith("bit") and not _is_listed(p, page)
+    ]
+    yield from label_lines("off", bit_ranges(bits_off))
+    yield from label_lines("holds", page.holds)
+    yield from label_lines("unit", page.unit)
+    yield from label_lines("written as", page.notation)
+    yield from label_lines("written by", page.writer)
+    yield from label_lines("stands at", page.place or page.loop or "")
+    yield from label_lines("in a file", f"key {page.key}" if page.key else "")
+    for origin in page.origins:
+        yield from label_lines("set by", f"{origin.file}:{origin.line}:{origin.column}, {origin.key}: {origin.text}")
+    yield from label_lines("manual", page.reference)
     for text in page.notes:
-        yield from row("note", text)
+        yield from label_lines("note", text)
 
 
-def numbers(labels: Sequence[str]) -> str:
+def bit_ranges(labels: Sequence[str]) -> str:
     """Bits in short: ``bits 0, 2-9``; groups of bits as they are."""
     runs: list[list[int]] = []
     others = [label for label in labels if not label.isdecimal()]
@@ -159,52 +166,52 @@ def _is_listed(point: Point, page: Page) -> bool:
     return page.value is None or point.active or point.state not in {"off", ""}
 
 
-def _point(point: Point) -> Iterator[str]:
+def _point_lines(point: Point) -> Iterator[str]:
     state = f": {point.state}" if point.state not in {"", "on"} else ""
-    yield from row(f"{point.label} on" if point.state == "on" else point.label, f"{point.title}{state}")
+    yield from label_lines(f"{point.label} on" if point.state == "on" else point.label, f"{point.title}{state}")
     if point.meaning:
-        yield from _meaning("", point.meaning)
+        yield from _meaning_lines("", point.meaning)
 
 
-def _meaning(label: str, meaning: Meaning) -> Iterator[str]:
-    yield from row(label, meaning.effect)
-    yield from row("to do", meaning.cure)
+def _meaning_lines(label: str, meaning: Meaning) -> Iterator[str]:
+    yield from label_lines(label, meaning.effect)
+    yield from label_lines("to do", meaning.cure)
     if meaning.rules:
-        yield from row("found by", "pidcfg rule " + ", ".join(meaning.rules))
+        yield from label_lines("found by", "pidcfg rule " + ", ".join(meaning.rules))
 
 
-def row(label: str, text: str) -> Iterator[str]:
+def label_lines(label: str, text: str) -> Iterator[str]:
     """A label and a text beside it, wrapped; nothing for an empty text."""
     if not text:
         return
     from textwrap import wrap
 
-    first, *rest = wrap(text, WIDTH - LABEL - 2, break_on_hyphens=False)
-    yield f"  {label:<{LABEL - 1}} {first}" if len(label) < LABEL else f"  {label}  {first}"
-    yield from (f"  {'':<{LABEL - 1}} {line}" for line in rest)
+    first, *rest = wrap(text, WIDTH - LABEL_WIDTH - 2, break_on_hyphens=False)
+    yield f"  {label:<{LABEL_WIDTH - 1}} {first}" if len(label) < LABEL_WIDTH else f"  {label}  {first}"
+    yield from (f"  {'':<{LABEL_WIDTH - 1}} {line}" for line in rest)
 
 
 def forms_text(rows: Sequence[tuple[str, str, str]]) -> str:
     """What can be asked for, by vendor."""
-    wide = max(len(example) for example, _, _ in rows)
+    width = max(len(example) for example, _, _ in rows)
     lines: list[str] = []
     last = None
-    for example, what, vendor in rows:
+    for example, title, vendor in rows:
         if vendor != last:
             lines += [] if last is None else [""]
             lines.append(vendor or "pidcfg")
             last = vendor
-        lines.append(f"  {example:<{wide}}  {what}")
+        lines.append(f"  {example:<{width}}  {title}")
     return "\n".join(lines) + "\n"
 
 
 def explanation_data(pages: Sequence[Page], forms: Sequence[tuple[str, str, str]] = ()) -> Data:
     """The layout of the public interface, spelled out key by key."""
     rows = [{"example": example, "what": what, "vendor": vendor or None} for example, what, vendor in forms]
-    return {"version": 1, "explanations": [_data(page) for page in pages], **({"forms": rows} if rows else {})}
+    return {"version": 1, "explanations": [_page_data(page) for page in pages], **({"forms": rows} if rows else {})}
 
 
-def _data(page: Page) -> Data:
+def _page_data(page: Page) -> Data:
     value = page.value
     return {
         "kind": page.kind,
@@ -230,13 +237,20 @@ def _data(page: Page) -> Data:
         "unit": page.unit or None,
         "notation": page.notation or None,
         "access": page.access or None,
-        "written_by": page.by or None,
+        "written_by": page.writer or None,
         "key": page.key,
         "loop": page.loop,
         "place": page.place or None,
         "set_by": [
-            {"file": at.file, "line": at.line, "column": at.column, "loop": at.loop, "key": at.key, "text": at.text}
-            for at in page.origins
+            {
+                "file": origin.file,
+                "line": origin.line,
+                "column": origin.column,
+                "loop": origin.loop,
+                "key": origin.key,
+                "text": origin.text,
+            }
+            for origin in page.origins
         ],
         "reference": page.reference or None,
         "notes": list(page.notes),
@@ -289,5 +303,5 @@ def rule_page(rule: RuleText) -> Page:
 
 def rule_pages(things: Sequence[str]) -> tuple[Page, ...]:
     """The pages of things that are all codes of rules, for which nothing else has to be asked; else none."""
-    found = [text_by_code(thing.strip().upper()) for thing in things]
-    return tuple(rule_page(rule) for rule in found if rule is not None) if None not in found else ()
+    rules = [text_by_code(thing.strip().upper()) for thing in things]
+    return tuple(rule_page(rule) for rule in rules if rule is not None) if None not in rules else ()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.output.explanation import Page, Point
-from pidcfg.output.explanation.page import Placement, choice_text, choices_text, key_text, label
+from pidcfg.output.explanation.page import Placement, bits_label, choice_text, choices_text, key_text
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import pad_left, pad_right, to_printable, width_of
 from pidcfg.vendors import VENDORS
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 # --- A memory listing with a meaning beside every word: where its loops lie, and the lines in columns -----------------
 
 WIDTH = 120
-NARROWEST = 40
+NARROWEST_MEANING = 40
 """Columns that a meaning has at least."""
-RIGHT = frozenset({"hex", "value"})
+RIGHT_ALIGNED = frozenset({"hex", "value"})
 """Columns of numbers."""
 
 
@@ -40,7 +40,7 @@ class Start(NamedTuple):
     option: str
     prefix: str
     example: str
-    held: int | None = None
+    address: int | None = None
     """The address that says it too."""
 
 
@@ -73,8 +73,14 @@ def block_claims(
         loop = str(settings.get("loop", unnamed.format(i + 1)))
         starts = {}
         for key in blocks:
-            named = list(options.get(key) or ())
-            text = named[0] if len(named) == 1 and count > 1 else named[i] if i < len(named) else settings.get(key)
+            addresses = list(options.get(key) or ())
+            text = (
+                addresses[0]
+                if len(addresses) == 1 and count > 1
+                else addresses[i]
+                if i < len(addresses)
+                else settings.get(key)
+            )
             start = space.parse(text) if isinstance(text, str) else None
             if start is not None:
                 starts[key] = start
@@ -94,19 +100,19 @@ def unclaimed_word(prefix: str, missing: Sequence[Start]) -> str:
     return f"where the loops begin is not said: give {options}"
 
 
-def as_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
+def listing_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
     """The lines in columns, the meaning wrapped within its own."""
     rows = [(line.address, line.hex, line.value, line.loop, line.register) for line in lines]
     widths = [max(map(width_of, column)) for column in zip(heads, *rows, strict=True)]
-    shown = [i for i in range(len(heads)) if any(row[i] for row in rows)]
-    at = sum(widths[i] + 2 for i in shown)
-    out = ["  ".join([*(f"{heads[i]:<{widths[i]}}" for i in shown), "meaning"])]
+    columns = [i for i in range(len(heads)) if any(row[i] for row in rows)]
+    indent = sum(widths[i] + 2 for i in columns)
+    rows_text = ["  ".join([*(f"{heads[i]:<{widths[i]}}" for i in columns), "meaning"])]
     for row, line in zip(rows, lines, strict=True):
-        cells = [(pad_left if heads[i] in RIGHT else pad_right)(row[i], widths[i]) for i in shown]
-        first, *rest = wrap(line.meaning, max(WIDTH - at, NARROWEST), break_on_hyphens=False) or [""]
-        out.append("  ".join([*cells, first]).rstrip())
-        out += [" " * at + text for text in rest]
-    return to_printable("\n".join(out) + "\n")
+        cells = [(pad_left if heads[i] in RIGHT_ALIGNED else pad_right)(row[i], widths[i]) for i in columns]
+        first, *rest = wrap(line.meaning, max(WIDTH - indent, NARROWEST_MEANING), break_on_hyphens=False) or [""]
+        rows_text.append("  ".join([*cells, first]).rstrip())
+        rows_text += [" " * indent + text for text in rest]
+    return to_printable("\n".join(rows_text) + "\n")
 
 
 # --- A vendor's tables as records of one form: what is known of a register, a bit, a number, a parameter or a key -----
@@ -129,7 +135,7 @@ class Direction:
     """A vendor's key for the direction of control, whose action its words name, and how each word is set."""
 
     key: str
-    whose: str
+    action_of: str
     words: Mapping[str, str]
     """Each word as `pidcfg.encoders.regmap.Tuned` has it, which says whether that is heating."""
 
@@ -154,7 +160,7 @@ class Part(NamedTuple):
     @classmethod
     def of(cls, bits: Bits, meaning: Meaning | None) -> Part:
         """A row of bits with its meaning."""
-        return cls(label(bits), bits.title, meaning, bits)
+        return cls(bits_label(bits), bits.title, meaning, bits)
 
     def point(self, raw: int | None) -> Point:
         """The part as a content has it on or off; what it can be where there is no content."""
@@ -166,8 +172,8 @@ class Part(NamedTuple):
         try:
             state, active = choice_text(row, raw)
         except DecodeError:
-            nothing = f"0x{raw & row.mask:04X} means nothing here"
-            return Point(self.label, self.title, nothing, active=True, meaning=None, key=key)
+            no_choice = f"0x{raw & row.mask:04X} means nothing here"
+            return Point(self.label, self.title, no_choice, active=True, meaning=None, key=key)
         return Point(self.label, self.title, state, active, self.meaning if active else None, key)
 
 
@@ -187,7 +193,7 @@ class Record:
     unit: str = ""
     notation: str = ""
     access: str = ""
-    by: str = ""
+    writer: str = ""
     """Who writes it."""
     basis: Basis | str | None = None
     meaning: Meaning | None = None
@@ -233,7 +239,7 @@ class Book(ABC):
 
     def annotate(self, listing: Listing, options: Mapping[str, object]) -> str:
         """A listing with a meaning beside everything in it."""
-        return as_text([*self.lines(listing, options)], self.heads)
+        return listing_text([*self.lines(listing, options)], self.heads)
 
     def codes(self, name: str) -> Iterator[Code]:
         """The numbers that a register or parameter shows."""
@@ -248,7 +254,7 @@ class Book(ABC):
     ) -> Page:
         """A record before the reader: its content, its bits with that content, and the number that the content is."""
         meaning = code.meaning if code else record.meaning
-        stated = points[0].meaning if record.kind == "bit" and points else meaning
+        source = points[0].meaning if record.kind == "bit" and points else meaning
         return Page(
             kind=record.kind,
             name=record.name,
@@ -262,9 +268,9 @@ class Book(ABC):
             unit=record.unit,
             notation=record.notation,
             access=record.access,
-            by=record.by,
+            writer=record.writer,
             key=record.key,
-            reference=str((stated.basis if stated else None) or record.basis or ""),
+            reference=str((source.basis if source else None) or record.basis or ""),
         )
 
 

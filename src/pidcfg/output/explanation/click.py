@@ -18,7 +18,7 @@ from pidcfg.encoders.maps.click import (
 )
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
-from pidcfg.output.explanation.registers import DIALOG, FILE, Block, RegisterBook
+from pidcfg.output.explanation.registers import IN_DIALOG, IN_FILE, Block, RegisterBook
 from pidcfg.schemas.base import units_of
 
 
@@ -28,9 +28,9 @@ def scaling_of(loop: object, *_others: object) -> Scaling:
 
 
 UNSTORED = {
-    **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), DIALOG),
+    **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), IN_DIALOG),
     **dict.fromkeys(
-        ("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), FILE
+        ("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), IN_FILE
     ),
 }
 """Keys that no register holds."""
@@ -61,6 +61,6 @@ EXPLAINER = RegisterBook(
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     remark=lambda word, _raw, _scaling: DOUBTS.get(word.name, ""),
     writers=WRITERS,
-    claims=partial(block_claims, BLOCKS, SPACE, "LOOP{}", scaling_of),
+    placements=partial(block_claims, BLOCKS, SPACE, "LOOP{}", scaling_of),
     aliases={suffix: name for name, suffix in SUFFIXES.items()},
 )

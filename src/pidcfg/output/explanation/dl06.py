@@ -41,8 +41,8 @@ from pidcfg.encoders.maps.dl06 import (
 )
 from pidcfg.encoders.regmap import Meaning
 from pidcfg.output.explanation.book import Direction, Start
-from pidcfg.output.explanation.page import UNKNOWN, Placement, Scaling, special_code
-from pidcfg.output.explanation.registers import FILE, Block, RegisterBook
+from pidcfg.output.explanation.page import UNKNOWN_SCALING, Placement, Scaling, special_code
+from pidcfg.output.explanation.registers import IN_FILE, Block, RegisterBook
 from pidcfg.schemas.base import RESET_UNIT, RESET_UNITS, limits_at, units_of, v_name
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
 from pidcfg.schemas.numbers import decimal_text
@@ -57,20 +57,22 @@ if TYPE_CHECKING:
 PERCENT = 100
 PV_TRANSFER = "pv_transfer"
 RESET_DECIMALS = "reset_decimals"
-FILTER_FULL = Decimal(1)
+NO_FILTER_ABOVE = Decimal(1)
 """The filter constant above which there is no filter."""
 
 
-def special(word: Word, raw: int, _scaling: Scaling) -> str:
+def word_text(word: Word, raw: int, _scaling: Scaling) -> str:
     """Words that hold an address or a channel."""
     if word in SETUP_WORDS.words:
-        return _set_up(word, raw)
+        return _setup_text(word, raw)
     if word.codec is ADDRESS:
         return v_name(raw) if raw else "0: points nowhere"
-    return _transfer(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else ""
+    return (
+        _transfer_text(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else ""
+    )
 
 
-def _set_up(word: Word, raw: int) -> str:
+def _setup_text(word: Word, raw: int) -> str:
     """What the CPU makes of V7640 for a single loop, and of V7641 with a table in its place; V7642 says the same."""
     is_pointer = word.offset == SETUP_WORDS.offset("loop_table")
     setup = check_setup(raw, 1) if is_pointer else check_setup(CPU.lower[0], raw)
@@ -79,18 +81,18 @@ def _set_up(word: Word, raw: int) -> str:
     if setup.flags:
         bit = setup.flags.bit_length() - 1
         flag = next(row.title for row in SETUP_WORDS.bits if bit in row.bits)
-        goes_on = f"no loop runs; bit {bit} of {v_name(ERROR_FLAGS)} goes on"
+        effect = f"no loop runs; bit {bit} of {v_name(ERROR_FLAGS)} goes on"
         is_number = is_pointer or setup.count
-        return f"{shown}: {goes_on} ({flag})" if is_number else f"{shown}, no BCD number: {goes_on}"
+        return f"{shown}: {effect} ({flag})" if is_number else f"{shown}, no BCD number: {effect}"
     if not is_pointer:
         return "0: no loop runs" if setup.count == 0 else shown
-    room = min(CPU.loops, ((CPU.lower_end if raw < CPU.upper[0] else CPU.upper_end) + 1 - raw) // LOOP_TABLE.size)
-    more = "" if room == CPU.loops else f"; more than {room} do not fit"
+    most = min(CPU.loops, ((CPU.lower_end if raw < CPU.upper[0] else CPU.upper_end) + 1 - raw) // LOOP_TABLE.size)
+    more = "" if most == CPU.loops else f"; more than {most} do not fit"
     beyond = f" and set bit 3 of {v_name(ERROR_FLAGS)}" if more and raw < CPU.upper[0] else ""
-    return f"{shown}, room for {room} loop{'' if room == 1 else 's'}{more}{beyond}"
+    return f"{shown}, room for {most} loop{'' if most == 1 else 's'}{more}{beyond}"
 
 
-def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
+def _transfer_text(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
     """Where an auto transfer goes, and what is wrong with that."""
     if source is None:
         return "0: no transfer"
@@ -108,13 +110,13 @@ def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
         for key, bound in limits.items()
         if not bound.holds(Decimal(parts[key]))
     ]
-    does = f"not allowed, only {', '.join(wrong)}" if wrong else f"the CPU {'reads' if reads else 'writes'} it itself"
-    return f"{', '.join(f'{key} {value}' for key, value in parts.items())}: {does}"
+    effect = f"not allowed, only {', '.join(wrong)}" if wrong else f"the CPU {'reads' if reads else 'writes'} it itself"
+    return f"{', '.join(f'{key} {value}' for key, value in parts.items())}: {effect}"
 
 
-def remark(word: Word, raw: int, scaling: Scaling) -> str:
+def word_remark(word: Word, raw: int, scaling: Scaling) -> str:
     """A reset time that may have another decimal, and filter constants that switch the filter off."""
-    if word.codec is FILTER and FILTER.decode(raw) > FILTER_FULL:
+    if word.codec is FILTER and FILTER.decode(raw) > NO_FILTER_ABOVE:
         return "above 1 the filter is switched off"
     if word.codec is RESET[1] and not special_code(RESET[1], raw) and RESET_DECIMALS not in scaling.stated:
         other = f"{decimal_text(RESET[2].decode(raw))} {scaling.units.get(RESET_UNIT, '')}".rstrip()
@@ -150,13 +152,13 @@ def _units(loop: object, reset: str) -> dict[str, str]:
     return {**units_of(loop), RESET_UNIT: RESET_UNITS[reset]}
 
 
-def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Placement]]:
+def placements(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Placement]]:
     """What each address of a listing is: set-up words, loop tables, then the ramp/soak tables they point at.
 
     Where they overlap, the first counts: a pointer that is wrong hides no loop.
     """
     for word in SETUP_WORDS.words:
-        yield TABLE_POINTER + word.offset, Placement(SETUP_WORDS, word, "", UNKNOWN)
+        yield TABLE_POINTER + word.offset, Placement(SETUP_WORDS, word, "", UNKNOWN_SCALING)
     words = listing.words
     loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(listing.settings)]
     pointer = options.get("loop_table", words.get(TABLE_POINTER))
@@ -167,7 +169,7 @@ def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, 
     stated = frozenset(plc.model_fields_set | ({RESET_DECIMALS} if decimals else set()))
     table = LOOP_TABLES[int(decimals or plc.reset_decimals)]
     profiles = []
-    for i in range(_count(words, loops, options)):
+    for i in range(_loop_count(words, loops, options)):
         settings = loops[i] if i < len(loops) else LoopSettings(loop=default_name(i))
         start = pointer + i * table.size
         raw = [words.get(start + n, 0) for n in range(table.size)]
@@ -179,7 +181,7 @@ def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, 
         yield from profile
 
 
-def _count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping[str, Any]) -> int:
+def _loop_count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping[str, Any]) -> int:
     """How many loops a listing holds; a count that is no BCD number is taken for the CPU's most."""
     try:
         stored = bcd_digits(words.get(LOOP_COUNT, 0))
@@ -208,7 +210,7 @@ def _ramp_soak(table: int, loop: str, scaling: Scaling) -> Iterator[tuple[int, P
             yield number, Placement(RAMP_SOAK_PAIR, word, loop, scaling, prefix=f"ramp_soak[{step}].")
 
 
-LATE = {
+READ_LATE_TEXTS = {
     key: f"{text}, and Program mode stops the machine" if "Program" in text else text
     for key, text in (*READ_LATE.items(), ("program-to-run", "is not read until the CPU changes from Program to Run"))
 }
@@ -225,11 +227,11 @@ UNSTORED = dict.fromkeys(
         *("plc.reset_decimals", "plc.derivative", "name", "description", "mode"),
         *("pv.range", "pv.unit", "output.range", "output.unit"),
     ),
-    FILE,
+    IN_FILE,
 )
 """Keys that no word holds."""
 
-SET_UP = {
+SETUP_MEANINGS = {
     "loop_table": Meaning(
         f"Where the loop table begins: {LOWER}, or {UPPER}. Elsewhere bit 0 or 1 of {v_name(ERROR_FLAGS)} goes on, "
         "with a table that is too long bit 3, and no loop runs.",
@@ -248,11 +250,11 @@ EXPLAINER = RegisterBook(
     key="dl06",
     space=SPACE,
     blocks=(
-        Block("V", SETUP_WORDS, v_name(TABLE_POINTER), (), fixed=True),
+        Block("V", SETUP_WORDS, v_name(TABLE_POINTER), (), is_fixed=True),
         Block("V", LOOP_TABLE, "V2000", ("", "addr", "v"), repeat=CPU.loops),
-        Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, in_loop=False),
+        Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, is_in_loop=False),
     ),
-    words=WORDS | SET_UP,
+    words=WORDS | SETUP_MEANINGS,
     bits=BIT_MEANINGS,
     forms=(
         ("a word, hexadecimal content", "V7642=0008"),
@@ -267,13 +269,13 @@ EXPLAINER = RegisterBook(
     unstored=UNSTORED,
     aliases={"cascade_from": "remote_setpoint"},
     starts=(Start("loop_table", "V", "V2000", TABLE_POINTER), Start("number_of_loops", "V", "1", LOOP_COUNT)),
-    claims=claims,
-    special=special,
-    unscaled=unscaled_counts,
-    remark=remark,
-    root=D16,
+    placements=placements,
+    word_text=word_text,
+    unscaled_text=unscaled_counts,
+    remark=word_remark,
+    root_basis=D16,
     writers=WRITERS,
-    read_late=LATE,
+    read_late=READ_LATE_TEXTS,
     hexadecimal=True,
     regions=REGIONS,
 )

@@ -10,8 +10,8 @@ from pidcfg.output.explanation.book import Direction, Series
 from pidcfg.output.explanation.parameters import ParameterBook, Words
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 
-NAME = "DPIDE"
-TERMS = {
+INSTRUCTION = "DPIDE"
+TERM_NAMES = {
     "Kc_Kp": "proportional term, in the dependent form no control at all",
     "Ti_Ki": "integral",
     "Td_Kd": "derivative",
@@ -19,13 +19,13 @@ TERMS = {
 """The terms that a coefficient of 0 switches off."""
 
 
-def split(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
+def split_name(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
     """``OVEN.SV`` to its loop, the instruction and the operand."""
     loop, _, operand = name.rpartition(".")
-    return loop, NAME if operand in ROWS else None, operand
+    return loop, INSTRUCTION if operand in ROWS else None, operand
 
 
-def remark(row: Parameter, raw: Content) -> str:
+def number_remark(row: Parameter, raw: Content) -> str:
     """What the PLC makes of a number that is not allowed, or switches a term off."""
     if isinstance(raw, bool | str):
         return ""
@@ -33,24 +33,24 @@ def remark(row: Parameter, raw: Content) -> str:
         return f"no mode; the modes are {', '.join(str(code.number) for code in CODES)}"
     if row.name == "CYCLE" and not SHORTEST_CYCLE <= raw <= LONGEST_CYCLE:
         return f"the PLC takes {SHORTEST_CYCLE if raw < SHORTEST_CYCLE else LONGEST_CYCLE} ms"
-    if row.name in TERMS and raw <= 0:
-        return f"no {TERMS[row.name]}" if raw == 0 else f"counts as 0: no {TERMS[row.name]}"
+    if row.name in TERM_NAMES and raw <= 0:
+        return f"no {TERM_NAMES[row.name]}" if raw == 0 else f"counts as 0: no {TERM_NAMES[row.name]}"
     return ""
 
 
 EXPLAINER = ParameterBook(
     key="dpide",
-    tables={NAME: DPIDE_TABLE},
+    tables={INSTRUCTION: DPIDE_TABLE},
     forms=(
         ("an operand, with its value", "PID_MODE=2"),
         ("an operand of the instruction", "DPIDE.ERR_DBW"),
         ("a double word of I_MV", "I_MV+6"),
     ),
-    split=split,
+    split_name=split_name,
     direction=Direction("PID_DIR", "the process's", {"forward": "PID_DIR TRUE", "reverse": "PID_DIR FALSE"}),
     series=(Series("mode", CODES),),
     states=STATES,
     writers=WRITERS,
-    remark=remark,
+    remark=number_remark,
     words=Words("I_MV", INTEGRAL, str(D254)),
 )

@@ -13,17 +13,17 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, DUTY_FULL, R_BLOCK, S_BL
 from pidcfg.encoders.regmap import Word
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
-from pidcfg.output.explanation.registers import DIALOG, FILE, Block, RegisterBook
+from pidcfg.output.explanation.registers import IN_DIALOG, IN_FILE, Block, RegisterBook
 from pidcfg.schemas.base import units_of
 from pidcfg.schemas.ezlogix import CV_FULL, Loop, OutputSettings, PvSettings
 from pidcfg.text.frozen import frozen
 
-ERROR = R_BLOCK.word("error")
-ROOT = S_BLOCK.offset("square_root")
+ERROR_WORD = R_BLOCK.word("error")
+ROOT_OFFSET = S_BLOCK.offset("square_root")
 
 
 @frozen
-class Ends:
+class ListedSides:
     """PV and output of a loop, as a listing says them."""
 
     pv: PvSettings
@@ -35,7 +35,7 @@ def scaling_of(loop: Loop, _config: object) -> Scaling:
     return _scaling(loop, root=loop.pv.square_root)
 
 
-def _scaling(loop: Loop | Ends, *, root: bool) -> Scaling:
+def _scaling(loop: Loop | ListedSides, *, root: bool) -> Scaling:
     return Scaling(scales_of(loop.pv, loop.output, root=root), units_of(loop))
 
 
@@ -43,28 +43,28 @@ def listed_scaling(settings: Mapping[str, Any], starts: Mapping[str, int], words
     """The scales and units of a loop of a listing."""
     pv = read_settings(PvSettings, {"tag": "IR1", **settings.get("pv", {})}, "settings.pv")
     output = read_settings(OutputSettings, {"tag": "OR1", **settings.get("output", {})}, "settings.output")
-    return _scaling(Ends(pv, output), root=bool(words.get(starts.get("discretes", 0) + ROOT)))
+    return _scaling(ListedSides(pv, output), root=bool(words.get(starts.get("discretes", 0) + ROOT_OFFSET)))
 
 
-def special(word: Word, raw: int, scaling: Scaling) -> str:
+def error_text(word: Word, raw: int, scaling: Scaling) -> str:
     """The error is a signed number of counts (D169), of the root where the loop takes it."""
-    if word is not ERROR:
+    if word is not ERROR_WORD:
         return ""
     scale = scaling.scales.get("sp")
     return f"{raw - 0x10000 if raw & SIGN else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
 
 
-DUTY = {"cv_low": "Min", "cv_high": "Max"}
+DUTY_NAMES = {"cv_low": "Min", "cv_high": "Max"}
 """The dialog's display of a CV limit where the control output is enabled (Min Duty Cycle, Max Duty Cycle)."""
 
 
 def duty_cycle(word: Word, raw: int, _scaling: Scaling) -> str:
     """What the dialog shows for a CV limit: limit / 4096 x 100; of one beyond the CV's range, that it is."""
-    if word.name not in DUTY:
+    if word.name not in DUTY_NAMES:
         return ""
     if raw > CV_FULL:
         return f"not within 0 to {CV_FULL}, the range of the CV"
-    return f"{DUTY[word.name]} Duty Cycle {100 * raw / DUTY_FULL:.4g} %"
+    return f"{DUTY_NAMES[word.name]} Duty Cycle {100 * raw / DUTY_FULL:.4g} %"
 
 
 UNSTORED = {
@@ -79,11 +79,11 @@ UNSTORED = {
             "output.pulse.tag",
             "plc.process_when_stopped",
         ),
-        DIALOG,
+        IN_DIALOG,
     ),
     **dict.fromkeys(
         ("plc.tag_names", "name", "description", "pv.range", "pv.unit", "pv.counts", "output.range", "output.unit"),
-        FILE,
+        IN_FILE,
     ),
 }
 """Keys that no register holds."""
@@ -112,8 +112,8 @@ EXPLAINER = RegisterBook(
     direction=Direction("action", "the controller's", {"direct": "direct", "reverse": "reverse"}),
     unstored=UNSTORED,
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
-    claims=partial(block_claims, BLOCKS, SPACE, "LOOP-{}", listed_scaling),
-    special=special,
+    placements=partial(block_claims, BLOCKS, SPACE, "LOOP-{}", listed_scaling),
+    word_text=error_text,
     remark=duty_cycle,
     aliases={variable: name for name, variable in VARIABLES.items()},
 )

@@ -9,21 +9,21 @@ from pidcfg.output.explanation.book import Direction
 from pidcfg.output.explanation.lookup import PV_RISES
 from pidcfg.output.explanation.parameters import ParameterBook
 
-NAME = "generic"
-DIRECTION = "output_raises_pv"
+TABLE_NAME = "generic"
+DIRECTION_KEY = "output_raises_pv"
 
 
-def split(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
+def split_name(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
     """``TIC-101.tuning.gain`` to its loop and field."""
     loop, path = LOOPS.split(name)
-    return loop, NAME if path else None, path
+    return loop, TABLE_NAME if path else None, path
 
 
 EXPLAINER = ParameterBook(
     key="generic",
-    tables={NAME: LOOP_TABLE},
+    tables={TABLE_NAME: LOOP_TABLE},
     forms=(("a field of the neutral form", "generic.tuning.gain"),),
-    split=split,
-    direction=Direction(DIRECTION, "the process's", {}),
-    states={(DIRECTION, heating): text for heating, text in PV_RISES.items()},
+    split_name=split_name,
+    direction=Direction(DIRECTION_KEY, "the process's", {}),
+    states={(DIRECTION_KEY, heating): text for heating, text in PV_RISES.items()},
 )

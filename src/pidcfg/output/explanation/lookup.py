@@ -13,19 +13,19 @@ from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.explanation import ExplainResult, Page, QuestionError, UnknownError, Value, rule_page
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.page import ADDRESS, SHOWN, Configured, Question
+from pidcfg.output.explanation.page import ADDRESS, MOST_QUOTED, Configured, Question
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.output.explanation.wording import (
     CONTENT_BEHIND,
     REFERENCE,
-    mistyped,
-    named_by,
-    pages_of,
-    referenced,
-    said,
-    spelled,
-    titled,
-    within,
+    message_subjects,
+    names_in_text,
+    names_with_words,
+    nearest_name,
+    reference_pages,
+    symptom_pages,
+    symptoms_in,
+    usual_spelling,
     words_of,
 )
 from pidcfg.text.references import Decision
@@ -56,13 +56,13 @@ def all_decisions() -> list[Decision]:
 def placed_decisions() -> list[tuple[str, Decision]]:
     """Every decision with the first module that names it, in the order of their numbers."""
     places: dict[int, tuple[str, Decision]] = {}
-    for module, decision in _everywhere():
+    for module, decision in _decisions_in_modules():
         if places.setdefault(decision.number, (module, decision))[1] is not decision:
             raise SameNumberError(f"two decisions have the number D{decision.number:02d}")
     return [places[number] for number in sorted(places)]
 
 
-def _everywhere() -> Iterator[tuple[str, Decision]]:
+def _decisions_in_modules() -> Iterator[tuple[str, Decision]]:
     """The decisions of every module; those that an extra is missing for have none of their own."""
     package = import_module("pidcfg")
     for info in pkgutil.walk_packages(package.__path__, "pidcfg."):
@@ -83,11 +83,11 @@ def _everywhere() -> Iterator[tuple[str, Decision]]:
 # ----------------------------------------------------------------------------------------------------------------------
 # What a configuration says of a name that no register map has: a loop, or a tag, point or signal that a key names.
 
-PROSE = frozenset(("description", "unit", "vendor"))
+PROSE_KEYS = frozenset(("description", "unit", "vendor"))
 """Keys whose texts name nothing."""
 
 
-def mentions(config: Configured, name: str) -> list[Page]:
+def mention_pages(config: Configured, name: str) -> list[Page]:
     """The page of a name, with every line that says it; none where no line does."""
     vendor = config.checked.vendor
     data = config.document.data or {}
@@ -96,12 +96,14 @@ def mentions(config: Configured, name: str) -> list[Page]:
     signals = data.get("signals")
     if isinstance(signals, dict):
         origins += [o for key in signals if word.fullmatch(key) and (o := config.origin(("signals", key), None))]
-    loop = next((one for one in config.loops if one.lower() == name.lower()), None)
+    loop = next((entry for entry in config.loops if entry.lower() == name.lower()), None)
     if vendor is None or not (origins or loop):
         return []
-    title = "a loop of this configuration" if loop else _title(origins)
-    notes = _blocks(config, loop) if loop else ()
-    description = next((str(one.get("description") or "") for one in data["loops"] if one.get("name") == loop), "")
+    title = "a loop of this configuration" if loop else _mention_title(origins)
+    notes = _block_spans(config, loop) if loop else ()
+    description = next(
+        (str(entry.get("description") or "") for entry in data["loops"] if entry.get("name") == loop), ""
+    )
     page = Page("named", loop or name, title, vendor.key, vendor.title, holds=description, loop=loop, notes=notes)
     return [replace(page, origins=tuple(origins))]
 
@@ -110,7 +112,7 @@ def _texts(data: object, above: Path = ()) -> Iterator[tuple[Path, str]]:
     """Every text of a configuration that may name something."""
     items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
     for key, value in items:
-        if isinstance(value, str) and key not in PROSE:
+        if isinstance(value, str) and key not in PROSE_KEYS:
             yield (*above, key), value
         elif isinstance(value, dict | list):
             yield from _texts(value, (*above, key))
@@ -121,14 +123,14 @@ def _origin(config: Configured, path: Path) -> Origin | None:
     return config.origin(path, loop)
 
 
-def _title(origins: list[Origin]) -> str:
+def _mention_title(origins: list[Origin]) -> str:
     """What it is to the first line that names it."""
     first = origins[0]
     key = re.sub(r"^\w+\[\d+\]\.", "", first.key)
     return f"named at {key}" + (f" of {first.loop}" if first.loop else "")
 
 
-def _blocks(config: Configured, loop: str) -> tuple[str, ...]:
+def _block_spans(config: Configured, loop: str) -> tuple[str, ...]:
     """Where the loop's registers are."""
     ends: dict[str, tuple[int, int]] = {}
     for block in config.blocks:
@@ -141,33 +143,36 @@ def _blocks(config: Configured, loop: str) -> tuple[str, ...]:
 
 # --- The words for the direction of control, of which some mean the opposite with another vendor ----------------------
 
-ACTION = "action"
+ACTION_NAME = "action"
 """What people ask for, whatever the vendor's key is called."""
 PV_RISES = {
     True: "PV rises when the output rises (as in heating)",
     False: "PV falls when the output rises (as in cooling)",
 }
 """Where the PV goes, as a fact of a loop."""
-RISES = {True: "the PV rises with the output (heating)", False: "the PV falls when the output rises (cooling)"}
+DIRECTION_TEXTS = {
+    True: "the PV rises with the output (heating)",
+    False: "the PV falls when the output rises (cooling)",
+}
 """The same of a word for the direction."""
 
 
-def find(vendor: str, question: Question) -> list[Page]:
+def vendor_pages(vendor: str, question: Question) -> list[Page]:
     """What a question is about with a vendor; words for the direction lead to the key that sets it."""
     book = book_of(vendor)
     head, dot, last = question.name.rpartition(".")
-    word = _word(book.direction, last, question.value)
-    if word is not None or (last.lower() == ACTION and question.value is None):
+    word = _direction_word(book.direction, last, question.value)
+    if word is not None or (last.lower() == ACTION_NAME and question.value is None):
         question = replace(question, name=f"{head}{dot}{book.direction.key}", value=None)
     return [_with_direction(page, vendor, book.direction, word) for page in book.find(question)]
 
 
-def _word(direction: Direction, last: str, value: str | None) -> str | None:
+def _direction_word(direction: Direction, last: str, value: str | None) -> str | None:
     """The word that a question is about: ``reverse``, or ``action=reverse``."""
     name, key = last.lower(), direction.key.lower()
     if value is None:
         return name if name in direction.words and name != key else None
-    return value.lower() if name in {ACTION, key} and value.lower() in direction.words else None
+    return value.lower() if name in {ACTION_NAME, key} and value.lower() in direction.words else None
 
 
 def _with_direction(page: Page, vendor: str, direction: Direction, word: str | None) -> Page:
@@ -175,45 +180,47 @@ def _with_direction(page: Page, vendor: str, direction: Direction, word: str | N
     if direction.key not in {page.key, *(point.key for point in page.points)}:
         return page
     if word is not None and not page.origins:
-        page = replace(page, value=Value(word, word, RISES[heats(vendor)[word]]), points=())
+        page = replace(page, value=Value(word, word, DIRECTION_TEXTS[heating_words(vendor)[word]]), points=())
     if page.value is not None and not page.value.text and page.value.shown in direction.words:
-        page = replace(page, value=page.value._replace(text=RISES[heats(vendor)[page.value.shown]]))
-    return replace(page, notes=(*page.notes, *_notes(vendor, direction)))
+        page = replace(page, value=page.value._replace(text=DIRECTION_TEXTS[heating_words(vendor)[page.value.shown]]))
+    return replace(page, notes=(*page.notes, *_direction_notes(vendor, direction)))
 
 
-def heats(vendor: str) -> dict[str, bool]:
+def heating_words(vendor: str) -> dict[str, bool]:
     """Whether the PV rises with the output, by the vendor's words."""
     book, heating = book_of(vendor), tables_of(VENDORS[vendor]).TUNED.heating
     return {word: content == heating for word, content in book.direction.words.items()}
 
 
-def _notes(vendor: str, direction: Direction) -> Iterator[str]:
+def _direction_notes(vendor: str, direction: Direction) -> Iterator[str]:
     """Whose action the words name, and the vendors with whom a word means the same or the opposite."""
-    words = heats(vendor)
+    words = heating_words(vendor)
     if not words:
         return
-    texts = "; ".join(f"{word}: {RISES[heating]}" for word, heating in words.items())
-    yield f"the word names {direction.whose} action. {texts}"
+    texts = "; ".join(f"{word}: {DIRECTION_TEXTS[heating]}" for word, heating in words.items())
+    yield f"the word names {direction.action_of} action. {texts}"
     same: list[str] = []
     opposite: list[str] = []
     for key, other in VENDORS.items():
-        meanings = heats(key)
-        shared = [word for word in words if word in meanings]
-        if key != vendor and shared:
-            (same if all(words[w] == meanings[w] for w in shared) else opposite).append(other.title)
+        meanings = heating_words(key)
+        common = [word for word in words if word in meanings]
+        if key != vendor and common:
+            (same if all(words[w] == meanings[w] for w in common) else opposite).append(other.title)
     if opposite:
-        agreeing = f"; the same: {', '.join(same)}" if same else ""
-        yield f"the same word means the opposite with {', '.join(opposite)}{agreeing}"
+        same_text = f"; the same: {', '.join(same)}" if same else ""
+        yield f"the same word means the opposite with {', '.join(opposite)}{same_text}"
 
 
 # --- One question to all that knows an answer: the vendors, the rules and the decisions -------------------------------
 
-DECISION = re.compile(r"D0?([0-9]{1,4})", re.IGNORECASE)
+DECISION_NUMBER = re.compile(r"D0?([0-9]{1,4})", re.IGNORECASE)
 
 
-def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
+def explain_question(
+    question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]
+) -> list[Page]:
     """Every reading of a question, and what people see that is called so; raises `QuestionError` when there is none."""
-    question, vendors = _named_vendors(replace(question, name=spelled(question.name)), vendors)
+    question, vendors = _named_vendors(replace(question, name=usual_spelling(question.name)), vendors)
     if question.value is None and (match := STRUCTURE_BIT.fullmatch(question.name)):
         question = replace(question, name=match[1], value=f"0x{1 << int(match[2]):04X}")
     try:
@@ -223,11 +230,11 @@ def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], 
         if not pages:
             raise error from None
         return pages
-    if question.config is None and WORDS.fullmatch(question.text):
-        answered = {one.vendor for one in pages}
+    if question.config is None and NAME_IN_WORDS.fullmatch(question.text):
+        answered = {page.vendor for page in pages}
         if len(answered) == 1:
-            pages += [one for key in vendors if key not in answered for one in _named(question, key)]
-        pages += _seen(question, vendors, whole=True)
+            pages += [page for key in vendors if key not in answered for page in _few_titled(question, key)]
+        pages += _symptom_pages(question, vendors, whole=True)
     return pages
 
 
@@ -235,40 +242,40 @@ def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[]
     pages: list[Page] = []
     problems: list[str] = []
     try:
-        pages += _rule(question)
+        pages += _rule_pages(question)
     except QuestionError as error:  # CK200 looks like a rule of the CLICK, and may be an error number
         problems.append(str(error))
     question = replace(question, one_vendor=len(vendors) == 1)
     if not pages:
         pages, _ = _search_vendors(question, _with_bank(question, vendors))
     if not pages:
-        pages = [*referenced(question, vendors)]
+        pages = [*reference_pages(question, vendors)]
     if not pages:
         pages, refusals = _search_vendors(question, vendors)
         problems += refusals
     if not pages or len(vendors) == len(VENDORS):
-        pages = _decision(question, decisions) + pages
+        pages = _decision_pages(question, decisions) + pages
     if not pages and question.config is not None and question.value is None:
-        pages = mentions(question.config, question.name)
+        pages = mention_pages(question.config, question.name)
     if not pages:
-        raise QuestionError(problems[0]) if problems else UnknownError(_unknown(question, vendors))
+        raise QuestionError(problems[0]) if problems else UnknownError(_unknown_message(question, vendors))
     return pages
 
 
 def _in_words(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     """A name with blanks for underscores, a text of pidcfg's own, the words of a title, or what people see."""
-    pages = _known(replace(question, name="_".join(question.name.split())), vendors, decisions)
+    pages = _readings_or_none(replace(question, name="_".join(question.name.split())), vendors, decisions)
     if pages:
-        return [*pages, *_seen(question, vendors, whole=True)]
-    pages = _said(question.text, vendors) if len(question.text.split()) > 1 else []
+        return [*pages, *_symptom_pages(question, vendors, whole=True)]
+    pages = _message_pages(question.text, vendors) if len(question.text.split()) > 1 else []
     if REFERENCE.fullmatch(question.name):
-        return pages_of(named_by(MODBUS), vendors)
+        return symptom_pages(symptoms_in(MODBUS_SYMPTOM), vendors)
     if not pages and question.value is None and (match := CONTENT_BEHIND.fullmatch(question.name)):
-        pages = _known(replace(question, name=match[1], value=match[2]), vendors, decisions)
-    pages = pages or _seen(question, vendors)
-    for name in () if pages else within(question.text):
-        pages += _known(replace(question, name=name, value=None), vendors, decisions)
-    return pages or _all_titled(question, vendors)
+        pages = _readings_or_none(replace(question, name=match[1], value=match[2]), vendors, decisions)
+    pages = pages or _symptom_pages(question, vendors)
+    for name in () if pages else names_in_text(question.text):
+        pages += _readings_or_none(replace(question, name=name, value=None), vendors, decisions)
+    return pages or _all_titled_pages(question, vendors)
 
 
 def _without_more(
@@ -278,20 +285,22 @@ def _without_more(
     head, dot, last = question.name.rpartition(".")
     if question.config is None or not dot or head.lower() not in {loop.lower() for loop in question.config.loops}:
         return []
-    return _known(replace(question, name=last, config=None), vendors, decisions)
+    return _readings_or_none(replace(question, name=last, config=None), vendors, decisions)
 
 
 def _named_vendors(question: Question, vendors: Sequence[str]) -> tuple[Question, Sequence[str]]:
     """A question without the PLC's name in it, and that PLC; all of them where it has none."""
-    rest = question.text.split()
-    named = [key for key in vendors if any(word.casefold() == key for word in rest)]
-    if question.value is not None or not named or len(rest) == 1:
+    words = question.text.split()
+    named = [key for key in vendors if any(word.casefold() == key for word in words)]
+    if question.value is not None or not named or len(words) == 1:
         return question, vendors
-    text = " ".join(word for word in rest if word.casefold() not in named)
-    return replace(question, text=text, name=spelled(text)), named
+    text = " ".join(word for word in words if word.casefold() not in named)
+    return replace(question, text=text, name=usual_spelling(text)), named
 
 
-def _known(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
+def _readings_or_none(
+    question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]
+) -> list[Page]:
     """Every reading of a question; none where there is none."""
     try:
         return _readings(question, vendors, decisions)
@@ -301,51 +310,51 @@ def _known(question: Question, vendors: Sequence[str], decisions: Callable[[], S
 
 STRUCTURE_BIT = re.compile(r"(ErrBits)\.([0-9])", re.IGNORECASE)
 """A member of a structure of bits by its number."""
-WORDS = re.compile(r"[A-Za-z]+( [A-Za-z]+)*")
+NAME_IN_WORDS = re.compile(r"[A-Za-z]+( [A-Za-z]+)*")
 """What may be a name in words, or what people see: no key of a file and no address."""
-MODBUS = "modbus"
+MODBUS_SYMPTOM = "modbus"
 MOST_PAGES = 12
 """Of registers that have some words in their names; more are only listed."""
 FEW_PAGES = 2
 """Of such registers of one vendor, beside those of another one that have just this name."""
 
 
-def _named(question: Question, key: str) -> list[Page]:
+def _few_titled(question: Question, key: str) -> list[Page]:
     """The registers of a vendor with these words in their names; none where they are too many to be meant."""
-    pages = _titled(question, key)
+    pages = _titled_pages(question, key)
     return pages if len(pages) <= FEW_PAGES else []
 
 
-def _titled(question: Question, key: str) -> list[Page]:
+def _titled_pages(question: Question, key: str) -> list[Page]:
     """The registers of a vendor with these words in their names."""
     pages: list[Page] = []
-    for name in titled(question.name, book_of(key)):
-        pages += [one for one in find(key, replace(question, name=name)) if one not in pages]
+    for name in names_with_words(question.name, book_of(key)):
+        pages += [page for page in vendor_pages(key, replace(question, name=name)) if page not in pages]
     return pages
 
 
-def _all_titled(question: Question, vendors: Sequence[str]) -> list[Page]:
+def _all_titled_pages(question: Question, vendors: Sequence[str]) -> list[Page]:
     """The registers with these words in their names; raises `QuestionError` where they are too many to be meant."""
-    pages = [one for key in vendors for one in _titled(question, key)]
+    pages = [one for key in vendors for one in _titled_pages(question, key)]
     if len(pages) > MOST_PAGES:
         names = ", ".join(list(dict.fromkeys(page.title.partition(" [")[0] for page in pages))[:MOST_PAGES])
         raise QuestionError(f"{question.name!r} is in {len(pages)} names; say which, or name the --vendor: {names} …")
     return pages
 
 
-def _said(text: str, vendors: Sequence[str]) -> list[Page]:
+def _message_pages(text: str, vendors: Sequence[str]) -> list[Page]:
     """The rules and lines that a text of pidcfg's own is of."""
     pages: list[Page] = []
-    for means in said(text, vendors):
-        pages += [rule_page(texts()[means])] if isinstance(means, str) else pages_of([means], vendors)
+    for meaning in message_subjects(text, vendors):
+        pages += [rule_page(texts()[meaning])] if isinstance(meaning, str) else symptom_pages([meaning], vendors)
     return pages
 
 
-def _seen(question: Question, vendors: Sequence[str], *, whole: bool = False) -> list[Page]:
+def _symptom_pages(question: Question, vendors: Sequence[str], *, whole: bool = False) -> list[Page]:
     """What people see, for the vendors that the words name, or all."""
-    asked = {*words_of(question.text)}
-    named = [key for key in vendors if asked & {key, *words_of(VENDORS[key].title)}]
-    return pages_of(named_by(question.text, whole=whole), named or vendors)
+    words = {*words_of(question.text)}
+    named = [key for key in vendors if words & {key, *words_of(VENDORS[key].title)}]
+    return symptom_pages(symptoms_in(question.text, whole=whole), named or vendors)
 
 
 def _with_bank(question: Question, vendors: Sequence[str]) -> list[str]:
@@ -360,7 +369,7 @@ def _search_vendors(question: Question, vendors: Sequence[str]) -> tuple[list[Pa
     problems: list[str] = []
     for key in vendors:
         try:
-            pages += find(key, question)
+            pages += vendor_pages(key, question)
         except QuestionError as error:
             problems.append(str(error))
     return pages, problems
@@ -378,9 +387,9 @@ def check_starts(starts: Iterable[str], vendors: Iterable[str]) -> None:
             raise QuestionError(f"--block {text}: this is no address; write it like V2000, DF101 or R101")
 
 
-def _decision(question: Question, decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
+def _decision_pages(question: Question, decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     """A decision, which has no content."""
-    match = DECISION.fullmatch(question.name) if question.value is None else None
+    match = DECISION_NUMBER.fullmatch(question.name) if question.value is None else None
     decision = next((d for d in decisions() if d.number == int(match.group(1))), None) if match else None
     if decision is None:
         return []
@@ -397,7 +406,7 @@ def _decision(question: Question, decisions: Callable[[], Sequence[Decision]]) -
     ]
 
 
-def _rule(question: Question) -> list[Page]:
+def _rule_pages(question: Question) -> list[Page]:
     """A rule, which has no content either."""
     code = question.name.upper()
     if question.value is not None or not CODE.fullmatch(code):
@@ -408,18 +417,18 @@ def _rule(question: Question) -> list[Page]:
     return [rule_page(rule)]
 
 
-def _unknown(question: Question, vendors: Iterable[str]) -> str:
+def _unknown_message(question: Question, vendors: Iterable[str]) -> str:
     """What was probably meant: a name of as many words, each with a letter or two amiss."""
     names: dict[str, str] = {}
     for book in _books(vendors):
         names.update(book.spellings)
-        names.update({word: word for word in (*book.direction.words, ACTION)})
-    near = mistyped(question.name, names)
-    asked = question.name if len(question.name) <= SHOWN else f"{question.name[:SHOWN]}…"
-    return f"nothing is known of {asked!r}" + (f"; did you mean {names[near]}?" if near else "")
+        names.update({word: word for word in (*book.direction.words, ACTION_NAME)})
+    nearest = nearest_name(question.name, names)
+    quoted = question.name if len(question.name) <= MOST_QUOTED else f"{question.name[:MOST_QUOTED]}…"
+    return f"nothing is known of {quoted!r}" + (f"; did you mean {names[nearest]}?" if nearest else "")
 
 
-def forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:
+def example_forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:
     """What can be asked for: an example, what it is, and the vendor."""
     rows = [("DL242", "a rule, or a whole message of pidcfg", ""), ("D46", "a decision", "")]
     rows += [("loop stuck in manual", "what people see", ""), ("41025", "a Modbus reference", "")]
@@ -443,37 +452,37 @@ def explain_things(
             raise ArgumentError(f"`config` is of vendor {family}, not {vendor}", "config")
     vendors = list(VENDORS) if (key := vendor or family) is None else [key]
     if not things:
-        return ExplainResult(examples=tuple(forms(vendors)), document=document)
-    named = [key for key in vendors if any(thing.casefold() == key for thing in things)]
-    if named and (rest := [thing for thing in things if thing.casefold() not in named]):
-        things, vendors = rest, named
+        return ExplainResult(examples=tuple(example_forms(vendors)), document=document)
+    named_vendors = [key for key in vendors if any(thing.casefold() == key for thing in things)]
+    if named_vendors and (rest := [thing for thing in things if thing.casefold() not in named_vendors]):
+        things, vendors = rest, named_vendors
     if blocks:
         check_starts(blocks, vendors)
 
     def ask(thing: str) -> list[Page]:
         question = Question.of(thing, loop=loop, starts=blocks, config=configured)
-        return explain(question, vendors, all_decisions)
+        return explain_question(question, vendors, all_decisions)
 
-    return ExplainResult(tuple(_asked(things, ask)), document=document)
+    return ExplainResult(tuple(_answer_things(things, ask)), document=document)
 
 
-def _asked(things: Sequence[str], ask: Callable[[str], list[Page]]) -> list[Page]:
+def _answer_things(things: Sequence[str], ask: Callable[[str], list[Page]]) -> list[Page]:
     """The answers to all things; where one is nothing, or they spell a bit or an error, to all of them as one text.
 
     Things of which one is an address or a code are no text.
     """
-    joined = " ".join(things)
-    if len(things) > 1 and spelled(joined) != joined:
-        return ask(joined)
+    text = " ".join(things)
+    if len(things) > 1 and usual_spelling(text) != text:
+        return ask(text)
     if len(things) > 1 and things[-1].isdecimal() and not CODE.fullmatch(things[-2].upper()):
         with suppress(QuestionError):
-            return ask(joined)
+            return ask(text)
     try:
         return [page for thing in things for page in ask(thing)]
     except QuestionError as error:
-        if len(things) == 1 or any(CODE.fullmatch(thing.upper()) or within(thing) for thing in things):
+        if len(things) == 1 or any(CODE.fullmatch(thing.upper()) or names_in_text(thing) for thing in things):
             raise
         try:
-            return ask(joined)
+            return ask(text)
         except QuestionError:
             raise error from None

@@ -9,7 +9,7 @@ from pidcfg.output.explanation.book import Direction
 from pidcfg.output.explanation.parameters import Group, ParameterBook
 
 
-def split(name: str, settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
+def split_name(name: str, settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
     """``TIC_1.Kp`` to its loop, the type of its block and the parameter."""
     loop, _, parameter = name.partition(".")
     kind = next((s.get("type") for s in settings if loop in {s.get("loop"), s.get("block")}), None)
@@ -26,11 +26,11 @@ EXPLAINER = ParameterBook(
         ("a result of the auto-tuning", "AutoTuneResult.PEAK_TOO_LOW"),
         ("a parameter of a block", "PIDA_REAL.Kp"),
     ),
-    split=split,
+    split_name=split_name,
     direction=Direction("Direct", "the controller's", {"direct": "Direct TRUE", "reverse": "Direct FALSE"}),
     groups=tuple(Group(name, meaning, lambda row: row.type.kind == "bool") for name, meaning in GROUPS.items()),
     bits=BITS,
     block_bits=BLOCK_BITS,
     states=STATES,
-    counted=str(D325),
+    bit_count_basis=str(D325),
 )

@@ -80,9 +80,9 @@ def limits_text(limits: Limits) -> str:
 
 def first_sentence(text: str) -> str:
     """A text up to where it goes into details."""
-    for at in range(1, len(text) - 1):
-        if text[at : at + 2] in {"; ", ". ", ": "} and text.count("(", 0, at) == text.count(")", 0, at):
-            return text[:at]
+    for end in range(1, len(text) - 1):
+        if text[end : end + 2] in {"; ", ". ", ": "} and text.count("(", 0, end) == text.count(")", 0, end):
+            return text[:end]
     return text.removesuffix(".")
 
 
@@ -104,7 +104,7 @@ class Scaling(NamedTuple):
     """Readings of the registers that somebody has chosen, where the manual leaves a choice."""
 
 
-UNKNOWN = Scaling({}, {})
+UNKNOWN_SCALING = Scaling({}, {})
 
 
 class Placement(NamedTuple):
@@ -150,7 +150,7 @@ def text_of(word: Word, raw: int, scaling: Scaling) -> str:
         return ""
     value = word.decode(raw, scaling.scales)
     if scale is not None:
-        return _quantity(word, value, raw, scaling)
+        return _quantity_text(word, value, raw, scaling)
     if isinstance(word.codec, Choice):
         return "on" if value is True else "off" if value is False else str(value)
     code = special_code(word.codec, raw)
@@ -165,27 +165,27 @@ def special_code(codec: Any, raw: int) -> str:
     return {"off": "switched off", "not allowed": ""}.get(codec.special, str(codec.special))
 
 
-def _quantity(word: Word, value: Any, raw: int, scaling: Scaling) -> str:
+def _quantity_text(word: Word, value: Any, raw: int, scaling: Scaling) -> str:
     scale = scaling.scales[str(word.scale)]
     if is_before_root(word, scaling.scales):
-        return _before_root(word, raw, scaling)
+        return _before_root_text(word, raw, scaling)
     bcd = getattr(word.codec, "bcd", None)
     if bcd is not None and (code := special_code(bcd, raw)):
         return f"0 {unit_of(word, scaling.units)}: {code}"
     if not isinstance(value, Quantity) or value.counts or scale.range is None:
         number = value.value if isinstance(value, Quantity) else value
-        return f"{decimal_text(number)} counts{_share(word, raw, scale)}"
+        return f"{decimal_text(number)} counts{_share_text(word, raw, scale)}"
     return f"{decimal_text(value.value)} {unit_of(word, scaling.units)}"
 
 
-def _before_root(word: Word, raw: int, scaling: Scaling) -> str:
+def _before_root_text(word: Word, raw: int, scaling: Scaling) -> str:
     """Percent of the signal, and for a position on it the value that the signal means: its root."""
     share, value = share_before_root(word, raw, scaling.scales)
-    reached = "" if value is None else f" ({float(value):.4g} {unit_of(word, scaling.units)})"
-    return f"{float(share):.4g} % of the signal before the root{reached}"
+    pv_text = "" if value is None else f" ({float(value):.4g} {unit_of(word, scaling.units)})"
+    return f"{float(share):.4g} % of the signal before the root{pv_text}"
 
 
-def _share(word: Word, raw: int, scale: Scale) -> str:
+def _share_text(word: Word, raw: int, scale: Scale) -> str:
     """How far along its data format a raw position is, in percent."""
     if not isinstance(word.codec, Position) or scale.root:
         return ""
@@ -221,7 +221,7 @@ def bits_text(rows: Iterable[Bits], raw: int) -> str:
             chosen.append(str(error))
             continue
         if state == "on" or (state == "off" and active):
-            on.append(f"{row.title} ({label(row)})")
+            on.append(f"{row.title} ({bits_label(row)})")
         elif state != "off" and (active or row.access == "setting"):
             chosen.append(f"{row.path or row.title} {state}")
     parts = [", ".join(chosen)] if chosen else []
@@ -229,7 +229,7 @@ def bits_text(rows: Iterable[Bits], raw: int) -> str:
     return "; ".join(part for part in parts if part)
 
 
-def label(row: Bits) -> str:
+def bits_label(row: Bits) -> str:
     """The bits of a row as people say them."""
     bits = row.bits
     if len(bits) == 1:
@@ -243,9 +243,9 @@ def label(row: Bits) -> str:
 
 ADDRESS = re.compile(r"([A-Za-z]{1,2})([0-9]{1,9})(?:\.([0-9]{1,3}))?")
 OFFSET = re.compile(r"([A-Za-z/ ()]*)\+ ?([0-9]{1,3})\)?(?:\.([0-9]{1,3}))?")
-LONGEST = 2000
+LONGEST_QUESTION = 2000
 """Of a question: a message of pidcfg fits in."""
-SHOWN = 80
+MOST_QUOTED = 80
 MOST_DIGITS = 5
 """Of a number that a PLC shows."""
 
@@ -276,8 +276,8 @@ class Question:
     ) -> Question:
         """``V7642=0008`` in its two parts; raises `QuestionError` where it has no name, or an empty content."""
         name, equals, value = text.partition("=")
-        if not name.strip() or len(text) > LONGEST or not text.isprintable():
-            raise QuestionError(f"{text[:SHOWN]!r} is not a name, NAME.BIT or NAME=VALUE")
+        if not name.strip() or len(text) > LONGEST_QUESTION or not text.isprintable():
+            raise QuestionError(f"{text[:MOST_QUOTED]!r} is not a name, NAME.BIT or NAME=VALUE")
         if equals and not value.strip():
             raise QuestionError(f"{text!r} has no value behind its '='")
         return cls(text.strip(), name.strip(), value.strip() if equals else None, loop, starts, config)
@@ -299,11 +299,11 @@ STATES = {"on": True, "true": True, "off": False, "false": False}
 SWITCH_STATES = {**STATES, "1": True, "0": False}
 
 
-def whole(text: str, highest: int) -> int | None:
+def whole_number(text: str, highest: int) -> int | None:
     """A whole number in decimal, or in hexadecimal when it is marked (0x0005, 16#0005)."""
-    marked = MARKED_HEX.fullmatch(text)
+    match = MARKED_HEX.fullmatch(text)
     decimal = int(text) if text.isdecimal() and len(text) <= MOST_CONTENT_DIGITS else None
-    number = int(marked.group(1), 16) if marked else decimal
+    number = int(match.group(1), 16) if match else decimal
     return number if number is not None and number <= highest else None
 
 
@@ -312,9 +312,9 @@ def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
 
     ``0x`` marks hexadecimal for every vendor.
     """
-    marked = (HEX if hexadecimal else MARKED_HEX).fullmatch(text)
-    if marked:
-        raw = int(marked.group(1), 16)
+    match = (HEX if hexadecimal else MARKED_HEX).fullmatch(text)
+    if match:
+        raw = int(match.group(1), 16)
         if raw > kind.highest:
             raise QuestionError(f"{name}={text}: {kind.name} content has up to {kind.digits} hexadecimal digits")
         return raw
@@ -329,8 +329,8 @@ def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
     content = None if value is None else kind.read(value)
     if content is None:
         digits = HEX.fullmatch(text)
-        hint = f"; hexadecimal digits are written 0x{digits.group(1)}" if digits and not text.isdecimal() else ""
-        raise QuestionError(f"{name}={text}: the value is not {kind.holds}{hint}")
+        cure = f"; hexadecimal digits are written 0x{digits.group(1)}" if digits and not text.isdecimal() else ""
+        raise QuestionError(f"{name}={text}: the value is not {kind.holds}{cure}")
     return content
 
 
@@ -343,7 +343,7 @@ def content_of(row: Parameter, text: str) -> Content:
         value = next((w for w in row.type.words if text.upper() in {w.upper(), w.upper().rpartition("_")[2]}), None)
     elif row.type.kind == "whole":
         signed = text.lstrip("+-").isdecimal() and len(text) <= MOST_CONTENT_DIGITS
-        value = int(text) if signed else whole(text, row.type.high)
+        value = int(text) if signed else whole_number(text, row.type.high)
     elif NUMBER.fullmatch(text):
         value = float(text)
     content = read_content(row.type, value)
@@ -396,12 +396,12 @@ class Configured:
         """The units of a loop's PV and output."""
         return units_of(next((entry for entry in self.settings if entry.get("loop") == loop), {}))
 
-    def at(self, number: int) -> Placement | None:
+    def placement_at(self, number: int) -> Placement | None:
         """The register at an address; where blocks overlap, the later wins."""
         block = next((b for b in reversed(self.blocks) if 0 <= number - b.start < b.table.size), None)
         return None if block is None else self._placement(block, number - block.start)
 
-    def named(self, table: RegisterMap, word: Word, loop: str | None) -> Iterator[tuple[Placement, int]]:
+    def placements_of(self, table: RegisterMap, word: Word, loop: str | None) -> Iterator[tuple[Placement, int]]:
         """A register in every block of its kind, or in that of one loop, with its addresses.
 
         Raises `NoRegisterError` for a block that leaves the PLC's memory, where it has none.

@@ -11,7 +11,7 @@ from pidcfg.encoders.parameters import content_text, read_content
 from pidcfg.encoders.regmap import Bits
 from pidcfg.output.explanation import Page, QuestionError, Value
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record
-from pidcfg.output.explanation.page import Question, content_of, first_sentence, key_text, limits_text, whole
+from pidcfg.output.explanation.page import Question, content_of, first_sentence, key_text, limits_text, whole_number
 from pidcfg.schemas.base import SIDES, limits_at, unit_text, units_of
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import decimal_text
@@ -82,10 +82,10 @@ class Parameters(Book):
     """By the name that stands before a parameter's."""
     schemas: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """The schema of a table whose rows have no titles, by the same name."""
-    split: Callable[[str, Sequence[Mapping[str, object]]], tuple[str, str | None, str]]
+    split_name: Callable[[str, Sequence[Mapping[str, object]]], tuple[str, str | None, str]]
     """A listing's name to loop, table and parameter."""
     groups: tuple[Group, ...] = ()
-    counted: str = ""
+    bit_count_basis: str = ""
     """What the numbers of a structure's bits rest on."""
     bits: Mapping[str, Meaning] = field(default_factory=dict)
     block_bits: Mapping[tuple[str, str], Meaning] = field(default_factory=dict)
@@ -102,7 +102,7 @@ class Parameters(Book):
         rows = (row.name for table in self.tables.values() for row in table.rows)
         return {name.lower(): name for name in (*rows, *(group.name for group in self.groups), *self.tables)}
 
-    def text(self, table: str, row: Parameter) -> str:
+    def parameter_text(self, table: str, row: Parameter) -> str:
         """What a parameter is, by its table or else its schema."""
         return row.title or (key_text(self.schemas[table], row.name) if table in self.schemas else "")
 
@@ -113,7 +113,7 @@ class Parameters(Book):
 
     def record(self, tables: Sequence[str], row: Parameter) -> ParameterRecord:
         """A parameter of tables in which it is the same."""
-        text = self.text(tables[0], row)
+        text = self.parameter_text(tables[0], row)
         title = title_of(row, text)
         return ParameterRecord(
             kind="parameter",
@@ -124,7 +124,7 @@ class Parameters(Book):
             unit=row.unit,
             notation=row.type.name + (f": {', '.join(row.type.words)}" if row.type.words else ""),
             access=ACCESS[row.access],
-            by=self.writers.get(row.name, WRITERS[row.access]),
+            writer=self.writers.get(row.name, WRITERS[row.access]),
             basis=row.basis,
             meaning=self.bit_meaning(tables, row),
             parts=tuple(self._choices(row)),
@@ -139,13 +139,13 @@ class Parameters(Book):
                 yield Part(content_text(row.type, state), text)
         yield from (Part(str(code.number), code.title, code.meaning) for code in self.codes(row.name))
 
-    def block(self, key: str) -> Record:
+    def block_record(self, key: str) -> Record:
         """A block with the names of its parameters."""
         rows = self.tables[key].rows
         title, names = f"a block of {len(rows)} parameters", ", ".join(row.name for row in rows)
         return Record(kind="structure", name=key, title=title, detail=names, basis=rows[0].basis)
 
-    def group(self, group: Group, rows: Sequence[Parameter], tables: Sequence[str]) -> Record:
+    def group_record(self, group: Group, rows: Sequence[Parameter], tables: Sequence[str]) -> Record:
         """A structure of bits, in tables whose bits are the same."""
         titles = [f"{row.name.partition('.')[2]}: {row.title}" for row in rows]
         bits = [Bits(0, (i,), None, {0: False, 1: True}, title) for i, title in enumerate(titles)]
@@ -156,7 +156,7 @@ class Parameters(Book):
             title=f"{len(rows)} bits of {', '.join(tables)}",
             notation="a structure of bits, counted in the order of its members",
             access="status",
-            by="the block: outputs, only to be read",
+            writer="the block: outputs, only to be read",
             meaning=group.meaning,
             parts=tuple(Part.of(row, meaning) for row, meaning in zip(bits, meanings, strict=True)),
         )
@@ -165,9 +165,9 @@ class Parameters(Book):
         """A content as the programming language writes it, and what it says."""
         if isinstance(raw, Wire):
             return Value(raw.text, f":= {raw.text}", "wired: it follows this expression")
-        return Value(raw, content_text(row.type, raw), self.saying(row, raw, units, table))
+        return Value(raw, content_text(row.type, raw), self.content_meaning(row, raw, units, table))
 
-    def saying(self, row: Parameter, raw: Content, units: Mapping[str, str], table: str) -> str:
+    def content_meaning(self, row: Parameter, raw: Content, units: Mapping[str, str], table: str) -> str:
         """What a content says in a table: a state, a mode, or a number with its unit."""
         choice = self.choice(row, raw)
         if choice:
@@ -176,11 +176,11 @@ class Parameters(Book):
             return "true" if raw else "false"
         if isinstance(raw, str):
             return raw
-        remark = (self.remark(row, raw) if self.remark else "") or self._beyond(row, raw, table)
+        remark = (self.remark(row, raw) if self.remark else "") or self._limits_passed(row, raw, table)
         text = f"{decimal_text(Decimal(repr(raw)))} {known_unit(row.unit, units)}".rstrip()
         return f"{text} ({remark})" if remark else text
 
-    def _beyond(self, row: Parameter, raw: float, table: str) -> str:
+    def _limits_passed(self, row: Parameter, raw: float, table: str) -> str:
         """The limits that a number passes, and what the block reports then; empty: none."""
         limits = limits_at(self.schemas[table], row.name) if table in self.schemas and row.access == "input" else None
         if limits is None or limits.holds(Decimal(repr(raw))):
@@ -196,7 +196,7 @@ class Parameters(Book):
 
     def row_of(self, name: str, settings: Sequence[Mapping[str, object]]) -> tuple[str, str, Parameter] | None:
         """The loop, the table and the row of a listing's name."""
-        loop, kind, parameter = self.split(name, settings)
+        loop, kind, parameter = self.split_name(name, settings)
         table = self.tables.get(kind) if kind is not None else None
         row = next((row for row in table.rows if row.name == parameter), None) if table else None
         return None if row is None or kind is None else (loop, kind, row)
@@ -213,18 +213,18 @@ class Parameters(Book):
                 yield Line(name, "", content, "", "", text)
                 continue
             loop, kind, row = entry
-            title = title_of(row, self.text(kind, row))
+            title = title_of(row, self.parameter_text(kind, row))
             if isinstance(raw, Wire):
                 text = f"{title}; wired"
             elif read_content(row.type, raw) is None:
                 text = f"{title}: no value of {row.type.name}"
             else:
                 content = content_text(row.type, raw)
-                text = self.choice(row, raw) or f"{title}: {self.saying(row, raw, units.get(loop, {}), kind)}"
+                text = self.choice(row, raw) or f"{title}: {self.content_meaning(row, raw, units.get(loop, {}), kind)}"
             yield Line(name, "", content, "", row.type.name, text)
 
 
-def members(group: Group, table: ParameterTable) -> tuple[Parameter, ...]:
+def group_members(group: Group, table: ParameterTable) -> tuple[Parameter, ...]:
     """The bits of a structure in a table."""
     return tuple(row for row in table.rows if row.name.startswith(f"{group.name}.") and group.members(row))
 
@@ -254,26 +254,30 @@ class ParameterBook(Parameters):
 
     def find(self, question: Question) -> list[Page]:
         """What the question is about with this vendor; empty when it is nothing."""
-        in_file = [*self._in_file(question, question.config)] if question.config else []
+        in_file = [*self._configured_pages(question, question.config)] if question.config else []
         if in_file:
             return in_file
-        tables, name = self._tables(question.name)
-        pages = self._word(name) or self._group(tables, name, question) or self._named(tables, name, question)
-        return pages or self._block(question)
+        tables, name = self._split_block(question.name)
+        pages = (
+            self._word_pages(name)
+            or self._group_pages(tables, name, question)
+            or self._named_pages(tables, name, question)
+        )
+        return pages or self._block_pages(question)
 
-    def _block(self, question: Question) -> list[Page]:
+    def _block_pages(self, question: Question) -> list[Page]:
         """``PIDA_REAL``: the parameters of a block."""
         key = next((key for key in self.tables if key.lower() == question.name.lower()), None)
-        return [] if key is None or question.value is not None else [self.page(self.block(key))]
+        return [] if key is None or question.value is not None else [self.page(self.block_record(key))]
 
-    def _tables(self, name: str) -> tuple[Mapping[str, ParameterTable], str]:
+    def _split_block(self, name: str) -> tuple[Mapping[str, ParameterTable], str]:
         """The tables that are meant, and the name without its block's."""
         for key, table in self.tables.items():
             if name.lower().startswith(f"{key.lower()}."):
                 return {key: table}, name[len(key) + 1 :]
         return self.tables, name
 
-    def _page(
+    def _record_page(
         self,
         record: ParameterRecord,
         question: Question,
@@ -288,26 +292,26 @@ class ParameterBook(Parameters):
         value = None if content is None else self.value(row, content, units or {}, record.table)
         return self.page(record, value, points, code)
 
-    def _in_file(self, question: Question, config: Configured) -> Iterator[Page]:
+    def _configured_pages(self, question: Question, config: Configured) -> Iterator[Page]:
         """A parameter by its full name, its device, or its own name in each loop of the configuration."""
-        pages = [page for entry in config.entries for page in self._entry(entry, question, config)]
-        return iter(pages) if pages else self._devices(question, config)
+        pages = [page for entry in config.entries for page in self._entry_pages(entry, question, config)]
+        return iter(pages) if pages else self._device_pages(question, config)
 
-    def _entry(self, entry: Entry, question: Question, config: Configured) -> Iterator[Page]:
+    def _entry_pages(self, entry: Entry, question: Question, config: Configured) -> Iterator[Page]:
         """One parameter of the configuration, if the question is about it or a later register of its device."""
-        yield from self._word_at(question, entry)
+        yield from self._later_word_pages(question, entry)
         row = self.row_of(entry.address, config.settings)
         names = {entry.address.lower(), (entry.device or "").lower(), entry.field.lower()}
         if question.name.lower() in names and row is not None:
-            page = self._page(self.record([row[1]], row[2]), question, entry.raw, config.units(entry.loop))
+            page = self._record_page(self.record([row[1]], row[2]), question, entry.raw, config.units(entry.loop))
             yield config.with_origin(replace(page, name=entry.address), entry)
 
-    def _devices(self, question: Question, config: Configured) -> Iterator[Page]:
+    def _device_pages(self, question: Question, config: Configured) -> Iterator[Page]:
         """An operand that the configuration gives no content, by a register of its device or by its name."""
         for i, settings in enumerate(config.settings):
             loop = str(settings.get("loop"))
             for operand, device in (settings.get("devices") or {}).items():
-                register = _register(device, question.name.upper())
+                register = _register_index(device, question.name.upper())
                 if f"{loop}.{operand}".lower() == question.name.lower():
                     register = 0
                 if register is None:
@@ -317,14 +321,14 @@ class ParameterBook(Parameters):
                 origin = config.origin(("loops", i, "devices", operand), loop)
                 second = f"; {question.name.upper()} is its second register" if register else ""
                 yield replace(
-                    self._page(self.record([key], row), content, None, config.units(loop)),
+                    self._record_page(self.record([key], row), content, None, config.units(loop)),
                     name=f"{loop}.{operand}",
                     loop=loop,
                     place=f"{device} of {loop}{second}",
                     origins=(origin,) if origin else (),
                 )
 
-    def _word_at(self, question: Question, entry: Entry) -> Iterator[Page]:
+    def _later_word_pages(self, question: Question, entry: Entry) -> Iterator[Page]:
         """A later register of a parameter that takes several words."""
         if self.words is None or entry.field != self.words.name or entry.device is None:
             return
@@ -336,7 +340,7 @@ class ParameterBook(Parameters):
             page = self.page(self.words.record(number))
             yield replace(page, name=question.name.upper(), loop=entry.loop, place=f"{page.name} of {entry.loop}")
 
-    def _word(self, name: str) -> list[Page]:
+    def _word_pages(self, name: str) -> list[Page]:
         """``I_MV+6``."""
         head, plus, digits = name.replace(" ", "").partition("+")
         if self.words is None or not plus or head.upper() != self.words.name or not digits.isdecimal():
@@ -346,18 +350,18 @@ class ParameterBook(Parameters):
             raise QuestionError(f"{name}: {self.words.name} takes {last + 1} double words, +0 to +{last}")
         return [self.page(self.words.record(int(digits)))]
 
-    def _group(self, tables: Mapping[str, ParameterTable], name: str, question: Question) -> list[Page]:
+    def _group_pages(self, tables: Mapping[str, ParameterTable], name: str, question: Question) -> list[Page]:
         """``ErrBits`` and ``ErrBits=0x0005``, for each kind of block whose bits differ."""
         group = next((group for group in self.groups if group.name.lower() == name.lower()), None)
         if group is None:
             return []
         blocks: dict[tuple[str, ...], list[str]] = {}
         for key, table in tables.items():
-            rows = members(group, table)
+            rows = group_members(group, table)
             if rows:
                 blocks.setdefault(tuple(row.name for row in rows), []).append(key)
         most = max(map(len, blocks), default=0)
-        raw = None if question.value is None else whole(question.value, (1 << most) - 1)
+        raw = None if question.value is None else whole_number(question.value, (1 << most) - 1)
         if blocks and question.value is not None and raw is None:
             raise QuestionError(f"{question.text}: the value is a whole number of {most} bits, like 5 or 0x0005")
         return [
@@ -365,31 +369,31 @@ class ParameterBook(Parameters):
         ]
 
     def _group_page(self, group: Group, keys: list[str], raw: int | None) -> Page:
-        record = self.group(group, members(group, self.tables[keys[0]]), keys)
+        record = self.group_record(group, group_members(group, self.tables[keys[0]]), keys)
         value = None if raw is None else Value(raw, f"0x{raw:04X}", "no bit is on" if raw == 0 else "")
         page = self.page(record, value, tuple(part.point(raw) for part in record.parts))
-        return page if raw is None else replace(page, reference=f"{page.reference}; {self.counted}")
+        return page if raw is None else replace(page, reference=f"{page.reference}; {self.bit_count_basis}")
 
-    def _named(self, tables: Mapping[str, ParameterTable], name: str, question: Question) -> list[Page]:
+    def _named_pages(self, tables: Mapping[str, ParameterTable], name: str, question: Question) -> list[Page]:
         """A parameter, once for each meaning that it has in different blocks."""
-        wanted = name.lower()
+        name_lower = name.lower()
         rows = [(key, row) for key, table in tables.items() for row in table.rows]
-        matches = [(key, row) for key, row in rows if row.name.lower() == wanted]
-        matches = matches or [(key, row) for key, row in rows if row.name.lower().rpartition(".")[2] == wanted]
-        same: dict[tuple[Parameter, str, Meaning | None], list[tuple[str, Parameter]]] = {}
+        matches = [(key, row) for key, row in rows if row.name.lower() == name_lower]
+        matches = matches or [(key, row) for key, row in rows if row.name.lower().rpartition(".")[2] == name_lower]
+        groups: dict[tuple[Parameter, str, Meaning | None], list[tuple[str, Parameter]]] = {}
         for key, row in matches:
-            what = row._replace(basis=None), self.text(key, row), self.bit_meaning([key], row)
-            same.setdefault(what, []).append((key, row))
+            meaning = row._replace(basis=None), self.parameter_text(key, row), self.bit_meaning([key], row)
+            groups.setdefault(meaning, []).append((key, row))
         pages = []
-        for group in same.values():
+        for group in groups.values():
             keys, row = [key for key, _ in group], group[0][1]
-            page = self._page(self.record(keys, row), question)
+            page = self._record_page(self.record(keys, row), question)
             blocks = f" [{', '.join(keys)}]" if len(self.tables) > 1 else ""
             pages.append(replace(page, title=f"{page.title}{blocks}"))
         return pages
 
 
-def _register(device: str, name: str) -> int | None:
+def _register_index(device: str, name: str) -> int | None:
     """Which register of a device a name is: 0, or 1 for the second of a word; None for neither."""
     first, match = DOUBLE_WORD.fullmatch(device), DOUBLE_WORD.fullmatch(name)
     if first is None or match is None:

@@ -14,7 +14,7 @@ from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, un
 from pidcfg.output.explanation.page import (
     ADDRESS,
     OFFSET,
-    UNKNOWN,
+    UNKNOWN_SCALING,
     Placement,
     Question,
     Scaling,
@@ -48,8 +48,8 @@ if TYPE_CHECKING:
 # --- The records of a vendor whose memory has addresses, and what the content of a register says ----------------------
 
 NO_REGISTER = "stands in no register: "
-DIALOG = f"{NO_REGISTER}set it in the PID dialog"
-FILE = f"{NO_REGISTER}only the configuration file holds it"
+IN_DIALOG = f"{NO_REGISTER}set it in the PID dialog"
+IN_FILE = f"{NO_REGISTER}only the configuration file holds it"
 NO_MEANING = "Bit without a meaning"
 
 
@@ -63,11 +63,11 @@ class Block:
     prefix: str
     table: RegisterMap
     start: str
-    heads: tuple[str, ...]
+    offset_heads: tuple[str, ...]
     repeat: int = 1
-    fixed: bool = False
+    is_fixed: bool = False
     """It always begins there."""
-    in_loop: bool = True
+    is_in_loop: bool = True
     """``--loop`` looks in it."""
 
     @property
@@ -104,19 +104,19 @@ class Registers(Book):
     """Meanings of bits, by the register and the lowest bit of the row."""
     scaling: Callable[[Any, Any], Scaling]
     """Scales and units of a loop of a configuration."""
-    claims: Callable[[Listing, Mapping[str, object]], Iterator[tuple[int, Placement]]]
+    placements: Callable[[Listing, Mapping[str, object]], Iterator[tuple[int, Placement]]]
     """What each address of a listing is."""
-    special: Callable[[Word, int, Scaling], str] | None = None
+    word_text: Callable[[Word, int, Scaling], str] | None = None
     """A content in words, for registers of no common kind; empty for the others."""
     remark: Callable[[Word, int, Scaling], str] | None = None
     """What is doubtful about a content."""
-    unscaled: Callable[[Word, int], str] | None = None
+    unscaled_text: Callable[[Word, int], str] | None = None
     """What a content is whose scale is not known; counts where there is no more to say."""
     unstored: Mapping[str, str] = field(default_factory=dict)
     """Keys that no register holds, and where they are set."""
     starts: tuple[Start, ...] = ()
     """Options that say where the loops of a listing begin."""
-    root: Basis | None = None
+    root_basis: Basis | None = None
     """Why a loop that takes the root of its PV has words that are about the PV before."""
     read_late: Mapping[str, str] = field(default_factory=dict)
     """What the manual's column "Read on the Fly" means."""
@@ -156,7 +156,7 @@ class Registers(Book):
             unit=word.unit,
             notation=self._notation(word, bits=bool(rows)),
             access=owner.access,
-            by=self._writer(word, owner.access),
+            writer=self._writer(word, owner.access),
             basis=word.basis,
             meaning=None if row else self.words.get(word.name),
             parts=tuple(Part.of(row, self.bits.get((word.name, row.bits[0]))) for row in rows),
@@ -165,7 +165,7 @@ class Registers(Book):
             bit=bit,
         )
 
-    def number(self, series: Series, number: int) -> Record:
+    def number_record(self, series: Series, number: int) -> Record:
         """A number that the PLC shows."""
         code = next((c for c in series.codes if c.number == number), None)
         register = series.codes[0].register
@@ -178,7 +178,7 @@ class Registers(Book):
             name=name,
             title=code.title,
             access="status",
-            by=f"the PLC, into {table.at(word.offset)} ({word.title})",
+            writer=f"the PLC, into {table.at(word.offset)} ({word.title})",
             basis=word.basis,
             meaning=code.meaning,
         )
@@ -193,7 +193,7 @@ class Registers(Book):
             detail=text,
             key=path,
             access="setting",
-            by=self.unstored[path],
+            writer=self.unstored[path],
         )
 
     def _notation(self, word: Word, *, bits: bool) -> str:
@@ -208,26 +208,26 @@ class Registers(Book):
     def _writer(self, word: Word, access: str) -> str:
         if word.name in self.writers:
             return self.writers[word.name]
-        late = self.read_late.get(word.read, "")
-        return WRITERS[access] + (f"; a new value {late}" if late and access == "setting" else "")
+        read_when = self.read_late.get(word.read, "")
+        return WRITERS[access] + (f"; a new value {read_when}" if read_when and access == "setting" else "")
 
     def is_binary(self, word: Word) -> bool:
         """Whether a register that is shown in hexadecimal holds counts in binary, not in BCD."""
         return self.hexadecimal and word.scale is not None and "BCD" not in word.codec.notation
 
-    def kind(self, table: RegisterMap) -> Kind:
+    def kind_of(self, table: RegisterMap) -> Kind:
         """What the registers of a block hold."""
         prefix = next((b.prefix for b in self.blocks if b.table.title == table.title), self.space.banks[0].prefix)
         return next(bank.kind for bank in self.space.banks if bank.prefix == prefix)
 
-    def shown(self, kind: Kind, raw: int) -> str:
+    def raw_text(self, kind: Kind, raw: int) -> str:
         """A content as the vendor shows it."""
         return kind.hex(raw) if self.hexadecimal else kind.text(raw)
 
     def value(self, record: RegisterRecord, raw: int, scaling: Scaling, *, bits: bool) -> Value:
         """A content as it is shown, and what it says; ``bits``: they say it."""
-        word, kind = record.word, self.kind(record.table)
-        shown = self.shown(kind, raw)
+        word, kind = record.word, self.kind_of(record.table)
+        shown = self.raw_text(kind, raw)
         content = raw if self.hexadecimal else kind.show(raw)
         if bits:
             return Value(content, shown)
@@ -245,9 +245,9 @@ class Registers(Book):
 
     def content_text(self, word: Word, raw: int, scaling: Scaling) -> str:
         """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""
-        special = self.special(word, raw, scaling) if self.special else ""
+        special = self.word_text(word, raw, scaling) if self.word_text else ""
         text = special or text_of(word, raw, scaling)
-        text = text or (self.unscaled(word, raw) if self.unscaled else f"{raw} counts")
+        text = text or (self.unscaled_text(word, raw) if self.unscaled_text else f"{raw} counts")
         remark = self.remark(word, raw, scaling) if self.remark else ""
         remark = remark or ("" if special else self._limits_remark(word, raw))
         return f"{text} ({remark})" if remark else text
@@ -262,13 +262,13 @@ class Registers(Book):
     def lines(self, listing: Listing, options: Mapping[str, object]) -> Iterator[Line]:
         """Every word of a listing with its meaning, in the order of the addresses."""
         words: dict[int, int] = listing.words
-        claims: dict[int, Placement] = {}
-        for number, claim in self.claims(listing, options):
+        placed: dict[int, Placement] = {}
+        for number, placement in self.placements(listing, options):
             if self.space.holds(number):
-                claims.setdefault(number, claim)
-        placed = {self.space.place(number)[0].prefix for number, claim in claims.items() if claim.loop}
+                placed.setdefault(number, placement)
+        prefixes = {self.space.place(number)[0].prefix for number, placement in placed.items() if placement.loop}
         missing = [
-            s for s in self.starts if s.prefix not in placed and not options.get(s.option) and s.held not in words
+            s for s in self.starts if s.prefix not in prefixes and not options.get(s.option) and s.address not in words
         ]
         for number in sorted(words):
             if not self.space.holds(number):
@@ -276,10 +276,12 @@ class Registers(Book):
                 continue
             raw, kind = words[number], self.space.kind(number)
             content = (self.space.name(number), kind.hex(raw), kind.text(raw))
-            if number in claims:
-                claim = claims[number]
-                text = self._line_text(self.record(claim.table, claim.word), raw, claim.scaling or UNKNOWN)
-                yield Line(*content, claim.loop or "-", claim.prefix + claim.word.name, text)
+            if number in placed:
+                placement = placed[number]
+                text = self._line_text(
+                    self.record(placement.table, placement.word), raw, placement.scaling or UNKNOWN_SCALING
+                )
+                yield Line(*content, placement.loop or "-", placement.prefix + placement.word.name, text)
             else:
                 yield Line(*content, "-", "-", unclaimed_word(self.space.place(number)[0].prefix, missing))
 
@@ -306,14 +308,14 @@ def word_at(table: RegisterMap, offset: int) -> Word:
 # Finds what a question is about with a vendor whose memory has addresses: by address, offset, number, name or key.
 
 HIGHEST_BIT = 15
-BEFORE_ROOT = "the signal before the root"
+BEFORE_ROOT_UNIT = "the signal before the root"
 """The unit of what is compared with the PV of which the loop takes the root."""
 SEPARATORS = str.maketrans("", "", " -_")
 HEXADECIMAL_FROM = 10
 """Smaller numbers are the same in both notations."""
 MOST_LOOPS = 8
 """Of every PLC here with registers."""
-PLC = "plc."
+PLC_PREFIX = "plc."
 """What keys begin with that are about the file and no loop."""
 
 
@@ -323,8 +325,13 @@ class RegisterBook(Registers):
 
     def find(self, question: Question) -> list[Page]:
         """What the question is about with this vendor; empty when it is nothing."""
-        pages = self._address(question) or self._offset(question) or self._number(question) or self._name(question)
-        return [self._note_number_base(page, question) for page in pages] or self._unstored(question)
+        pages = (
+            self._address_pages(question)
+            or self._offset_pages(question)
+            or self._number_pages(question)
+            or self._name_pages(question)
+        )
+        return [self._note_number_base(page, question) for page in pages] or self._unstored_key_pages(question)
 
     @cached_property
     def index(self) -> dict[str, list[RegisterRecord]]:
@@ -342,7 +349,7 @@ class RegisterBook(Registers):
         """All names that can be asked for, in small letters, with their spelling."""
         return {name: name for name in (*self.index, *(path.rpartition(".")[2] for path in self.unstored))}
 
-    def _page(self, placement: Placement, name: str, raw: int | None, bit: int | None = None) -> Page:
+    def _placement_page(self, placement: Placement, name: str, raw: int | None, bit: int | None = None) -> Page:
         """A register, or one bit of it, in its place, with its content where there is one."""
         record = self.record(placement.table, placement.word, bit)
         choice = record.parts[0].bits if bit is not None and record.parts else None
@@ -352,31 +359,35 @@ class RegisterBook(Registers):
             for part in record.parts
             if part.bits and (part.bits.access != "reserved" or bit is not None or (content or 0) & part.bits.mask)
         )
-        scaling = placement.scaling or UNKNOWN
+        scaling = placement.scaling or UNKNOWN_SCALING
         code = None if content is None else self.code(record.word.name, content)
         value = None if content is None else self.value(record, content, scaling, bits=bool(points))
         return replace(
             self.page(record, value, points, code),
             name=name if bit is None else f"{name}.{bit}",
-            unit=BEFORE_ROOT if is_before_root(record.word, scaling.scales) else unit_of(record.word, scaling.units),
+            unit=BEFORE_ROOT_UNIT
+            if is_before_root(record.word, scaling.scales)
+            else unit_of(record.word, scaling.units),
             loop=placement.loop if placement.raw is not None else None,
             place=f"{record.table.at(record.word.offset)} of {placement.loop}" if placement.loop else "",
             origins=tuple(o for o in placement.origins if choice is None or o.key.endswith(choice.path or "-")),
-            notes=tuple(self._notes(placement, name, content)),
+            notes=tuple(self._placement_notes(placement, name, content)),
         )
 
-    def _notes(self, placement: Placement, name: str, content: int | None) -> Iterator[str]:
+    def _placement_notes(self, placement: Placement, name: str, content: int | None) -> Iterator[str]:
         """What would make the answer better, and what the file and the given content have to do with each other."""
         if placement.scaling is None and content is not None and placement.word.scale:
             yield "with --in FILE the value is shown in engineering units"
-        if self.root is not None and is_before_root(placement.word, (placement.scaling or UNKNOWN).scales):
-            before = "this word and its number in the file are about the PV before"
-            yield f"the loop takes the PV's root; {before}: {self.root}"
+        if self.root_basis is not None and is_before_root(
+            placement.word, (placement.scaling or UNKNOWN_SCALING).scales
+        ):
+            root_text = "this word and its number in the file are about the PV before"
+            yield f"the loop takes the PV's root; {root_text}: {self.root_basis}"
         if placement.raw is not None and content not in {None, placement.raw}:
             stored = f"{placement.raw:04X}" if self.hexadecimal else placement.raw
             yield f"the file sets {name} to {stored}"
 
-    def _raw(self, question: Question, kind: Kind, name: str) -> int | None:
+    def _raw_content(self, question: Question, kind: Kind, name: str) -> int | None:
         """The content that a question gives."""
         return None if question.value is None else raw_of(question.value, kind, name, hexadecimal=self.hexadecimal)
 
@@ -398,13 +409,13 @@ class RegisterBook(Registers):
         note = f"read as decimal; the listing's hex {text} is {other}: write 0x{text}"
         return replace(page, notes=(*page.notes, note))
 
-    def _bank(self, prefix: str) -> Bank | None:
+    def _bank_of(self, prefix: str) -> Bank | None:
         return next((bank for bank in self.space.banks if bank.prefix == prefix), None)
 
-    def _address(self, question: Question) -> list[Page]:
+    def _address_pages(self, question: Question) -> list[Page]:
         """``V7642``, ``DF106``, ``V7642.3``."""
         match = ADDRESS.fullmatch(question.name)
-        bank = self._bank(match.group(1).upper()) if match else None
+        bank = self._bank_of(match.group(1).upper()) if match else None
         if match is None or bank is None:
             return []
         name = f"{bank.prefix}{match.group(2)}"
@@ -414,40 +425,40 @@ class RegisterBook(Registers):
             last = self.space.name(self.space.number(bank.prefix, bank.last))
             digits = "octal digits, " if bank.octal else ""
             raise QuestionError(f"{question.name} is no address of the {self.title}: {digits}{first} to {last}")
-        placement, bit = self._at(number, question), self._bit(match.group(3), self.space.kind(number))
-        raw = self._raw(question, self.space.kind(number), name)
+        placement, bit = self._placement_at(number, question), self._bit_number(match.group(3), self.space.kind(number))
+        raw = self._raw_content(question, self.space.kind(number), name)
         if placement is None:
             return [self._unplaced_page(name, number, raw, question, bit)]
-        return [self._page(placement, self.space.name(number), raw, bit)]
+        return [self._placement_page(placement, self.space.name(number), raw, bit)]
 
-    def _at(self, number: int, question: Question) -> Placement | None:
+    def _placement_at(self, number: int, question: Question) -> Placement | None:
         """The register at an address: as the configuration says, of a block that always is there, or of one named."""
-        placement = question.config.at(number) if question.config is not None else None
+        placement = question.config.placement_at(number) if question.config is not None else None
         if placement is not None:
             return placement
-        for block, start in self._starts(question):
+        for block, start in self._block_starts(question):
             if start <= number < start + block.length:
                 index, offset = divmod(number - start, block.table.size)
                 loop = f"loop {index + 1} of a table at {self.space.name(start)}" if block.repeat > 1 else None
                 return Placement(block.table, word_at(block.table, offset), loop)
         return None
 
-    def _starts(self, question: Question) -> Iterator[tuple[Block, int]]:
+    def _block_starts(self, question: Question) -> Iterator[tuple[Block, int]]:
         """Blocks with the addresses at which they begin."""
-        named = [number for text in question.starts if (number := self.space.parse(text.upper())) is not None]
+        addresses = [number for text in question.starts if (number := self.space.parse(text.upper())) is not None]
         for block in self.blocks:
             example = self.space.parse(block.start)
-            if block.fixed and example is not None:
+            if block.is_fixed and example is not None:
                 yield block, example
-            if not block.in_loop or block.fixed or example is None:
+            if not block.is_in_loop or block.is_fixed or example is None:
                 continue
-            starts = [n for n in named if self.space.place(n)[0].prefix == block.prefix]
+            starts = [n for n in addresses if self.space.place(n)[0].prefix == block.prefix]
             yield from ((block, number) for number in starts or [example] * question.loop)
 
     def _unplaced_page(self, name: str, number: int, raw: int | None, question: Question, bit: int | None) -> Page:
         """An address that no known block has: the part of the memory, and what it is in loops that begin as usual."""
         bank, n = self.space.place(number)
-        blocks = [(b, start) for b, start in self._starts(question) if not b.fixed and b.prefix == bank.prefix]
+        blocks = [(b, start) for b, start in self._block_starts(question) if not b.is_fixed and b.prefix == bank.prefix]
         if blocks:
             spans = ", ".join(f"{self.space.name(s)} to {self.space.name(s + b.length - 1)}" for b, s in blocks)
             raise QuestionError(
@@ -455,20 +466,22 @@ class RegisterBook(Registers):
                 "name the start of the block with --block ADDRESS"
             )
         region = next((text for first, last, text in self.regions if first <= n <= last), "")
-        examples = ", ".join(b.start for b in self.blocks if b.prefix == bank.prefix and not b.fixed and b.in_loop)
-        hint = (
+        examples = ", ".join(
+            b.start for b in self.blocks if b.prefix == bank.prefix and not b.is_fixed and b.is_in_loop
+        )
+        note = (
             f"what it holds depends on where the loops begin: --loop takes {examples}, --block ADDRESS another start, "
             "--in FILE a configuration"
         )
         title = region or f"a register of bank {bank.prefix}"
         page = self.page(Record(kind="register", name=name, title=title, notation=bank.kind.holds))
         if raw is not None:
-            shown = self.shown(bank.kind, raw)
+            shown = self.raw_text(bank.kind, raw)
             value = Value(bank.kind.show(raw), shown, f"decimal {raw}" if self.hexadecimal else shown)
             page = replace(page, value=value)
         if "system" in region:
             return page
-        page = replace(page, notes=(*(() if question.config else self._meaning_by_default(number, bit)), hint))
+        page = replace(page, notes=(*(() if question.config else self._meaning_by_default(number, bit)), note))
         if bit is None:
             return page
         points = tuple(self._bits_of_blocks(bank.prefix, bit))
@@ -477,7 +490,7 @@ class RegisterBook(Registers):
     def _bits_of_blocks(self, prefix: str, bit: int) -> Iterator[Point]:
         """What a bit is in each register of bits in a loop's blocks."""
         for block in self.blocks:
-            if block.prefix == prefix and block.in_loop and not block.fixed:
+            if block.prefix == prefix and block.is_in_loop and not block.is_fixed:
                 for row in block.table.bits:
                     if bit in row.bits and row.access != "reserved":
                         yield Point(f"{block.table.at(row.offset)}.{bit}", row.title)
@@ -486,26 +499,28 @@ class RegisterBook(Registers):
         """What an address is where the loops begin as in the manual or the starter file, one behind the other."""
         for block in self.blocks:
             start = self.space.parse(block.start)
-            if start is None or block.fixed or not block.in_loop or not self.space.holds(number):
+            if start is None or block.is_fixed or not block.is_in_loop or not self.space.holds(number):
                 continue
             loop, offset = divmod(number - start, block.table.size)
             if self.space.place(number)[0].prefix == block.prefix and 0 <= loop < MOST_LOOPS:
                 record = self.record(block.table, word_at(block.table, offset), bit)
-                behind = "" if bit is None else f".{bit}"
-                where = f"{block.table.at(offset)}{behind} of loop {loop + 1}, {record.title}"
-                yield f"if the loops begin at {block.start}, one behind the other, it is {where}"
+                bit_text = "" if bit is None else f".{bit}"
+                place = f"{block.table.at(offset)}{bit_text} of loop {loop + 1}, {record.title}"
+                yield f"if the loops begin at {block.start}, one behind the other, it is {place}"
 
-    def _offset(self, question: Question) -> list[Page]:
+    def _offset_pages(self, question: Question) -> list[Page]:
         """``addr+06.10``, ``Cn+12``, ``Base+5``: in the notation of the vendor's manual."""
         match = OFFSET.fullmatch(question.name)
         if match is None:
             return []
         head = "".join(c for c in match.group(1).lower() if c.isalnum())
-        meant = [block for block in self.blocks if head in block.heads]
-        own = bool(meant or head)
+        named_blocks = [block for block in self.blocks if head in block.offset_heads]
+        is_named = bool(named_blocks or head)
         pages, problems = [], []
-        for block in meant if own else (block for block in self.blocks if block.in_loop and not block.fixed):
-            bank = self._bank(block.prefix)
+        for block in (
+            named_blocks if is_named else (block for block in self.blocks if block.is_in_loop and not block.is_fixed)
+        ):
+            bank = self._bank_of(block.prefix)
             if bank is None:
                 continue
             digits = match.group(2)
@@ -514,26 +529,26 @@ class RegisterBook(Registers):
                     f"{question.name}: offsets of the {self.title} are octal; {digits} has a digit above 7"
                 )
             offset = int(digits, 8 if bank.octal else 10)
-            length = block.length if block.repeat > 1 and not block.in_loop else block.table.size
+            length = block.length if block.repeat > 1 and not block.is_in_loop else block.table.size
             if offset >= length:
                 problems.append(f"{question.name}: the block ends at {block.table.at(length - 1)}")
                 continue
             placement = Placement(block.table, word_at(block.table, offset % block.table.size))
             name = block.table.at(offset)
             try:
-                raw, bit = self._raw(question, bank.kind, name), self._bit(match.group(3), bank.kind)
-                page = self._page(placement, name, raw, bit)
+                raw, bit = self._raw_content(question, bank.kind, name), self._bit_number(match.group(3), bank.kind)
+                page = self._placement_page(placement, name, raw, bit)
             except QuestionError as error:
                 problems.append(str(error))
                 continue
-            if own or page.title != NO_MEANING:
+            if is_named or page.title != NO_MEANING:
                 pages.append(page)
         if problems and not pages:
             raise QuestionError("; ".join(dict.fromkeys(problems)))
         return pages
 
     @staticmethod
-    def _bit(text: str | None, kind: Kind) -> int | None:
+    def _bit_number(text: str | None, kind: Kind) -> int | None:
         """The number of a bit, decimal as all the manuals write it."""
         if text is None:
             return None
@@ -543,7 +558,7 @@ class RegisterBook(Registers):
             raise QuestionError(f"bit {text}: {limit}")
         return int(text)
 
-    def _number(self, question: Question) -> list[Page]:
+    def _number_pages(self, question: Question) -> list[Page]:
         """``CK27``, or ``27`` alone: a number that the PLC shows."""
         text = question.name.lower().translate(SEPARATORS)
         for series in self.series:
@@ -557,40 +572,42 @@ class RegisterBook(Registers):
         return []
 
     def _number_page(self, series: Series, number: int) -> Page:
-        page = self.page(self.number(series, number))
+        page = self.page(self.number_record(series, number))
         numbers = [code.number for code in series.codes]
-        known = f"numbers that are known: {', '.join(map(str, numbers))}"
-        return page if number in numbers else replace(page, notes=(known,))
+        note = f"numbers that are known: {', '.join(map(str, numbers))}"
+        return page if number in numbers else replace(page, notes=(note,))
 
-    def _name(self, question: Question) -> list[Page]:
+    def _name_pages(self, question: Question) -> list[Page]:
         """A register's or choice's own name, with each loop of the configuration that has it."""
         name, loop = question.name_and_loop
         pages = []
-        for record in self.index.get(name.lower()) or self._nicknamed(name.lower()):
+        for record in self.index.get(name.lower()) or self._nickname_records(name.lower()):
             placements = [(Placement(record.table, record.word), record.word.name)]
             if question.config is not None:
-                placements = self._in_file(record, question.config, loop) or placements
-            for placement, shown in placements:
-                raw = self._raw(question, self.kind(record.table), shown)
-                pages.append(self._page(placement, shown, raw, record.bit))
+                placements = self._configured_placements(record, question.config, loop) or placements
+            for placement, address in placements:
+                raw = self._raw_content(question, self.kind_of(record.table), address)
+                pages.append(self._placement_page(placement, address, raw, record.bit))
         return pages
 
-    def _in_file(self, record: RegisterRecord, config: Configured, loop: str | None) -> list[tuple[Placement, str]]:
+    def _configured_placements(
+        self, record: RegisterRecord, config: Configured, loop: str | None
+    ) -> list[tuple[Placement, str]]:
         """A register in the loops of a configuration, with its addresses."""
         try:
-            return [(p, self.space.name(number)) for p, number in config.named(record.table, record.word, loop)]
+            return [(p, self.space.name(number)) for p, number in config.placements_of(record.table, record.word, loop)]
         except NoRegisterError as error:
             file = config.document.file
             raise QuestionError(f"{error}; 'pidcfg validate {file}' says where it may begin") from None
 
-    def _nicknamed(self, name: str) -> list[RegisterRecord]:
+    def _nickname_records(self, name: str) -> list[RegisterRecord]:
         """A nickname: the loop's name and a suffix, or the suffix without its first underscore; no sentence is one."""
         if "_" not in name or not name.replace("_", "").replace("-", "").isalnum():
             return []
         suffixes = [alias for alias in self.aliases if alias.startswith("_") and f"_{name}".endswith(alias.lower())]
         return self.index[max(suffixes, key=len).lower()] if suffixes else []
 
-    def _unstored(self, question: Question) -> list[Page]:
+    def _unstored_key_pages(self, question: Question) -> list[Page]:
         """A key that no register holds by its path, its last part or its section, once for each loop that gives it."""
         name, loop = question.name_and_loop
         key = name.lower()
@@ -603,9 +620,9 @@ class RegisterBook(Registers):
 
     def _unstored_pages(self, path: str, question: Question, loop: str | None) -> Iterator[Page]:
         page = self.page(self.unstored_record(path))
-        origins = question.config.origins(path, in_loops=not path.startswith(PLC)) if question.config else []
-        for at in [origin for origin in origins if loop in {None, origin.loop}]:
-            name = f"{at.loop}.{path}" if at.loop else path
-            yield replace(page, name=name, value=Value(at.text, at.text), loop=at.loop, origins=(at,))
+        origins = question.config.origins(path, in_loops=not path.startswith(PLC_PREFIX)) if question.config else []
+        for origin in [origin for origin in origins if loop in {None, origin.loop}]:
+            name = f"{origin.loop}.{path}" if origin.loop else path
+            yield replace(page, name=name, value=Value(origin.text, origin.text), loop=origin.loop, origins=(origin,))
         if not any(loop in {None, origin.loop} for origin in origins):
             yield page

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from pidcfg.encoders.listing import FIRST_REFERENCE
 from pidcfg.encoders.regmap import Meaning
-from pidcfg.output.explanation import SYMPTOM, Page, Point
+from pidcfg.output.explanation import SYMPTOM_KIND, Page, Point
 from pidcfg.output.explanation.book import Book, book_of
 from pidcfg.output.explanation.page import Question
 from pidcfg.output.explanation.registers import Registers
@@ -35,13 +35,13 @@ D940 = Decision(
     "The manuals have a page of causes for the DL06 only, and none has all five PLCs side by side. A person at a "
     "cabinet knows what he sees, not the register.",
 )
-SYMPTOMS = Path(__file__).with_name("symptoms.toml")
+SYMPTOMS_FILE = Path(__file__).with_name("symptoms.toml")
 WORD = re.compile(r"[^\W_]+")
-NONE_OF = re.compile(r"\b(?:no|kein(?:en?|er|es|em)?)\s+(?=[^\W_])")
+NEGATION = re.compile(r"\b(?:no|kein(?:en?|er|es|em)?)\s+(?=[^\W_])")
 """What makes one word with the next: ``no pv`` is not said of a text with ``no`` and ``pv`` in it."""
 SPELLINGS = (("ae", "a"), ("oe", "o"), ("ue", "u"), ("setpoint", "set point"))
 """Letters and words of two spellings."""
-BEGINNING, ENDING = 4, 4
+LEAST_BEGINNING, LONGEST_ENDING = 4, 4
 """Letters of a word from which on it is the beginning of others, and letters that are only their ending."""
 _FILLERS = """
     a an the of in on at is are be to it its my our this that when why how what does do did with for and or by has have
@@ -55,8 +55,8 @@ FILLERS = frozenset(_FILLERS.split())
 class Cause(NamedTuple):
     """What to look at with a vendor: registers as `pidcfg explain` knows them, what they have to do with it, rules."""
 
-    at: tuple[str, ...]
-    see: str
+    registers: tuple[str, ...]
+    advice: str
     rules: tuple[str, ...]
 
 
@@ -65,8 +65,8 @@ class Symptom:
     """A row: what it is, what is true of every PLC, its names, and the causes by vendor, the likeliest first."""
 
     title: str
-    says: str
-    words: tuple[str, ...]
+    meaning: str
+    names: tuple[str, ...]
     causes: Mapping[str, tuple[Cause, ...]]
 
 
@@ -75,7 +75,7 @@ def symptoms() -> tuple[Symptom, ...]:
     """All rows."""
     import tomllib
 
-    return rows_of(tomllib.loads(SYMPTOMS.read_text("utf-8"))["symptom"])
+    return rows_of(tomllib.loads(SYMPTOMS_FILE.read_text("utf-8"))["symptom"])
 
 
 def rows_of(rows: Iterable[Mapping[str, object]]) -> tuple[Symptom, ...]:
@@ -94,69 +94,71 @@ def _symptom(row: Mapping[str, Any]) -> Symptom:
 
 def words_of(text: str) -> list[str]:
     """The words of a text in one spelling: small letters, without dots and accents."""
-    plain = "".join(c for c in unicodedata.normalize("NFKD", text.casefold()) if not unicodedata.combining(c))
+    text = "".join(c for c in unicodedata.normalize("NFKD", text.casefold()) if not unicodedata.combining(c))
     for spelling, other in SPELLINGS:
-        plain = plain.replace(spelling, other)
-    return WORD.findall(NONE_OF.sub("no", plain))
+        text = text.replace(spelling, other)
+    return WORD.findall(NEGATION.sub("no", text))
 
 
 @cache
 def _phrases() -> tuple[tuple[tuple[str, ...], Symptom], ...]:
     """Every name with its words, and whose it is."""
-    return tuple((tuple(words_of(phrase)), row) for row in symptoms() for phrase in row.words)
+    return tuple((tuple(words_of(phrase)), row) for row in symptoms() for phrase in row.names)
 
 
-def _is(word: str, asked: str) -> bool:
-    return asked == word or (len(word) >= BEGINNING and asked.startswith(word))
+def _is_word(word: str, question_word: str) -> bool:
+    return question_word == word or (len(word) >= LEAST_BEGINNING and question_word.startswith(word))
 
 
-def _is_all(word: str, asked: str) -> bool:
-    return _is(word, asked) and len(asked) - len(word) <= ENDING
+def _is_whole_word(word: str, question_word: str) -> bool:
+    return _is_word(word, question_word) and len(question_word) - len(word) <= LONGEST_ENDING
 
 
-def has_words(asked: Sequence[str], words: Sequence[str]) -> bool:
+def has_words(question_words: Sequence[str], words: Sequence[str]) -> bool:
     """Whether each of some words, or one that begins with it, is among those that were asked."""
-    return all(any(_is(word, one) for one in asked) for word in words)
+    return all(any(_is_word(word, one) for one in question_words) for word in words)
 
 
-def named_by(text: str, *, whole: bool = False) -> list[Symptom]:
+def symptoms_in(text: str, *, whole: bool = False) -> list[Symptom]:
     """The symptoms that a text names, by the name of most words; ``whole``: by one that leaves no word over."""
-    asked = words_of(text)
-    telling = [word for word in asked if word not in FILLERS]
+    question_words = words_of(text)
+    telling_words = [word for word in question_words if word not in FILLERS]
     best: list[Symptom] = []
-    most = 0
+    most_words = 0
     for words, row in _phrases():
-        if len(words) < most or not has_words(asked, words):
+        if len(words) < most_words or not has_words(question_words, words):
             continue
-        if whole and not all(any(_is_all(word, one) for word in words) for one in telling):
+        if whole and not all(any(_is_whole_word(word, one) for word in words) for one in telling_words):
             continue
-        best = [row] if len(words) > most else [*best, *([] if row in best else [row])]
-        most = len(words)
+        best = [row] if len(words) > most_words else [*best, *([] if row in best else [row])]
+        most_words = len(words)
     return best
 
 
-def pages_of(rows: Iterable[Symptom], vendors: Sequence[str]) -> list[Page]:
+def symptom_pages(rows: Iterable[Symptom], vendors: Sequence[str]) -> list[Page]:
     """A page of each symptom for each vendor that it has causes with; for another one only what is always true."""
-    return [page for row in rows for page in _pages(row, vendors)]
+    return [page for row in rows for page in _pages_by_vendor(row, vendors)]
 
 
-def _pages(row: Symptom, vendors: Sequence[str]) -> list[Page]:
-    always = Page(SYMPTOM, row.words[0], row.title, meaning=Meaning(row.says))
+def _pages_by_vendor(row: Symptom, vendors: Sequence[str]) -> list[Page]:
+    general_page = Page(SYMPTOM_KIND, row.names[0], row.title, meaning=Meaning(row.meaning))
     pages = []
     for key in vendors:
         causes = row.causes.get(key, ())
-        points = tuple(_point(key, cause) for cause in causes)
+        points = tuple(_cause_point(key, cause) for cause in causes)
         title = VENDORS[key].title
-        pages += [Page(SYMPTOM, row.words[0], row.title, key, title, meaning=always.meaning, points=points)] * bool(
-            points
-        )
-    return pages or [always]
+        pages += [
+            Page(SYMPTOM_KIND, row.names[0], row.title, key, title, meaning=general_page.meaning, points=points)
+        ] * bool(points)
+    return pages or [general_page]
 
 
-def _point(vendor: str, cause: Cause) -> Point:
-    titles = "; ".join(title for title in dict.fromkeys(title_of(vendor, name) for name in cause.at) if title)
+def _cause_point(vendor: str, cause: Cause) -> Point:
+    titles = "; ".join(title for title in dict.fromkeys(title_of(vendor, name) for name in cause.registers) if title)
     return Point(
-        ", ".join(cause.at), titles or cause.see, meaning=Meaning(cause.see if titles else "", "", cause.rules)
+        ", ".join(cause.registers),
+        titles or cause.advice,
+        meaning=Meaning(cause.advice if titles else "", "", cause.rules),
     )
 
 
@@ -169,15 +171,15 @@ def title_of(vendor: str, name: str) -> str:
 
 # --- What pidcfg itself says, asked for as it stands: a message, a line of the checklist, a note of a run -------------
 
-MESSAGES = Path(__file__).with_name("messages.toml")
-LINES = "line"
+MESSAGES_FILE = Path(__file__).with_name("messages.toml")
+LINES_KEY = "line"
 HOLE = re.compile(r"\{[^{}]*\}")
 """Where a template has something else each time."""
-LEAST, LEAST_OF_HEAD = 6, 15
+LEAST_LETTERS, LEAST_HEAD_LETTERS = 6, 15
 """Letters that a template, and a beginning of one, must have of its own."""
-END = re.compile(r" \(|[:;] ")
+DETAIL_SIGN = re.compile(r" \(|[:;] ")
 """What a message goes into detail with."""
-PLACE = re.compile(
+PLACE_BEFORE = re.compile(
     r"^\s*(?:\S+:[0-9]+(?::[0-9]+)?:?\s+)?(?:(?:error|warning|info|note|Error|check after the download):?\s+)?"
 )
 """What stands before a message in a terminal."""
@@ -191,8 +193,8 @@ class Template(NamedTuple):
     """A text with holes, as a pattern; ``own``: how many of its letters are its own."""
 
     pattern: re.Pattern[str]
-    own: int
-    means: str | Symptom
+    letters: int
+    subject: str | Symptom
     """The code of a rule, or a line."""
 
     @classmethod
@@ -208,52 +210,54 @@ def templates() -> tuple[Template, ...]:
     """Those of all rules, then those of the table; a text that is nothing but a hole is none."""
     import tomllib
 
-    table = tomllib.loads(MESSAGES.read_text("utf-8"))
-    found = [Template.of(rule.message, code) for code, rule in texts().items()]
-    found += [Template.of(text, code) for code, texts in table["rules"].items() for text in texts]
-    found += [Template.of(text, row) for row in rows_of(table[LINES]) for text in row.words]
-    return tuple(template for template in found if template.own >= LEAST)
+    table = tomllib.loads(MESSAGES_FILE.read_text("utf-8"))
+    templates = [Template.of(rule.message, code) for code, rule in texts().items()]
+    templates += [Template.of(text, code) for code, texts in table["rules"].items() for text in texts]
+    templates += [Template.of(text, row) for row in rows_of(table[LINES_KEY]) for text in row.names]
+    return tuple(template for template in templates if template.letters >= LEAST_LETTERS)
 
 
 @cache
-def beginnings() -> tuple[Template, ...]:
+def template_heads() -> tuple[Template, ...]:
     """Messages up to where they go into detail: people ask for as much as a line on their screen has."""
-    heads = [(END.split(rule.message, maxsplit=1), code) for code, rule in texts().items()]
-    found = [Template.of(parts[0], code) for parts, code in heads if len(parts) > 1]
-    return tuple(template for template in found if template.own >= LEAST_OF_HEAD)
+    heads = [(DETAIL_SIGN.split(rule.message, maxsplit=1), code) for code, rule in texts().items()]
+    templates = [Template.of(parts[0], code) for parts, code in heads if len(parts) > 1]
+    return tuple(template for template in templates if template.letters >= LEAST_HEAD_LETTERS)
 
 
-def said(text: str, vendors: Sequence[str]) -> list[str | Symptom]:
+def message_subjects(text: str, vendors: Sequence[str]) -> list[str | Symptom]:
     """The rules, by their codes, and lines that a text is of: by a code in it, and by its wording."""
-    means: list[str | Symptom] = [code for code in dict.fromkeys(WRITTEN_CODE.findall(text)) if code in texts()]
-    found = [template for template in _matching(text) if _is_of(template, vendors)]
+    subjects: list[str | Symptom] = [code for code in dict.fromkeys(WRITTEN_CODE.findall(text)) if code in texts()]
+    templates = [template for template in _matching_templates(text) if _is_of_vendors(template, vendors)]
     banks = set(WRITTEN_ADDRESS.findall(text))
-    addressed = [key for key in vendors if banks & {*VENDORS[key].banks}]
-    found = [template for template in found if _is_of(template, addressed, shared=False)] or found
-    most = max((template.own for template in found), default=0)
-    for template in found:
-        if template.own == most and template.means not in means:
-            means.append(template.means)
-    return means
+    vendors_addressed = [key for key in vendors if banks & {*VENDORS[key].banks}]
+    templates = [
+        template for template in templates if _is_of_vendors(template, vendors_addressed, shared=False)
+    ] or templates
+    most_letters = max((template.letters for template in templates), default=0)
+    for template in templates:
+        if template.letters == most_letters and template.subject not in subjects:
+            subjects.append(template.subject)
+    return subjects
 
 
-def _is_of(template: Template, vendors: Sequence[str], *, shared: bool = True) -> bool:
+def _is_of_vendors(template: Template, vendors: Sequence[str], *, shared: bool = True) -> bool:
     """Whether a template is of one of some vendors; ``shared``: or of all."""
     prefixes = tuple(VENDORS[key].prefix for key in vendors)
-    if not isinstance(template.means, str) or template.means.startswith(PREFIX):
+    if not isinstance(template.subject, str) or template.subject.startswith(PREFIX):
         return shared
-    return template.means.startswith(prefixes)
+    return template.subject.startswith(prefixes)
 
 
-def _matching(text: str) -> Iterator[Template]:
+def _matching_templates(text: str) -> Iterator[Template]:
     """The templates that a text is of: as it stands, without its place, without the loop behind or before it."""
     whole = SPACES.sub(" ", text).strip()
-    plain = PLACE.sub("", whole)
+    plain = PLACE_BEFORE.sub("", whole)
     texts = {whole, plain, LOOP_BEHIND.sub("", plain), plain.partition(": ")[2] or plain}
-    whole_ones = [template for template in templates() if any(map(template.pattern.fullmatch, texts))]
-    most = max((template.own for template in whole_ones), default=None)
-    heads = (t for t in beginnings() if most in {None, t.own} and any(map(t.pattern.fullmatch, texts)))
-    return iter((*whole_ones, *heads))
+    matches = [template for template in templates() if any(map(template.pattern.fullmatch, texts))]
+    letters = max((template.letters for template in matches), default=None)
+    heads = (t for t in template_heads() if letters in {None, t.letters} and any(map(t.pattern.fullmatch, texts)))
+    return iter((*matches, *heads))
 
 
 # --- How people write what they ask: a bit in words, a bit by its own letter, a Modbus reference ----------------------
@@ -265,15 +269,17 @@ D941 = Decision(
     "with each vendor whose numbering is known; of the others the project's map says it.",
     "Both lengths are in use, and a number alone does not say whose it is.",
 )
-ASKING, WITHIN = "(?:what|was|is|ist|means|the|das)", "(?:of|in|von|vom|im|der|des)"
-BIT_FIRST = re.compile(rf"(?:{ASKING}\s+)*bit\s*([0-9]{{1,2}})\s+{WITHIN}\s+(?:word\s+|wort\s+)?(\S.*)", re.IGNORECASE)
+ASKING_WORD, WITHIN_WORD = "(?:what|was|is|ist|means|the|das)", "(?:of|in|von|vom|im|der|des)"
+BIT_FIRST = re.compile(
+    rf"(?:{ASKING_WORD}\s+)*bit\s*([0-9]{{1,2}})\s+{WITHIN_WORD}\s+(?:word\s+|wort\s+)?(\S.*)", re.IGNORECASE
+)
 BIT_LAST = re.compile(r"(\S.*?)[\s,]+bit\s*([0-9]{1,2})", re.IGNORECASE)
 BIT_BEHIND = re.compile(r"([A-Za-z]{0,4} ?\+ ?[0-9]+|[A-Za-z]{1,2}[0-9]+)\s*[:/]\s*([0-9]{1,2})")
-SPACED = re.compile(r"([A-Za-z]{1,2}) ([0-9]+(?:\.[0-9]{1,2})?)")
-NO_PLUS = re.compile(r"(Cn|DSn|DFn|Base|addr) ?([0-9]{1,2}(?:\.[0-9]{1,2})?)", re.IGNORECASE)
+SPACED_ADDRESS = re.compile(r"([A-Za-z]{1,2}) ([0-9]+(?:\.[0-9]{1,2})?)")
+OFFSET_WITHOUT_PLUS = re.compile(r"(Cn|DSn|DFn|Base|addr) ?([0-9]{1,2}(?:\.[0-9]{1,2})?)", re.IGNORECASE)
 BIT_OF_WORD = re.compile(r"[Bb]([0-7]+\.[0-9]{1,2})")
 """How the DirectLOGIC family writes a bit of a V-memory word: ``B7642.3``."""
-TERM = re.compile(r"([PID])[ -](gain|time)", re.IGNORECASE)
+TERM_NAME = re.compile(r"([PID])[ -](gain|time)", re.IGNORECASE)
 """How people call the three numbers: ``P gain``, ``I time``."""
 TERMS = {"p": "proportional", "i": "integral", "d": "derivative"}
 _BIT = r"(?:\.[0-9]{1,2})?"
@@ -283,7 +289,7 @@ _NAMES = (
     r"error [0-9]{1,3}",
     r"[04][0-9]{4,5}",
 )
-WITHIN_TEXT = re.compile(
+NAME_IN_TEXT = re.compile(
     rf"(?<![\w.+])(?:bit\s*(?P<first>[0-9]{{1,2}})\s+\w+\s+)?(?P<name>{'|'.join(_NAMES)})(?!\w)"
     r"(?:,?\s+bit\s*(?P<last>[0-9]{1,2}))?",
     re.IGNORECASE,
@@ -294,85 +300,85 @@ CONTENT_BEHIND = re.compile(r"([A-Za-z]\w*) ((?:0x)?[0-9A-Fa-f]+)", re.ASCII)
 REFERENCE = re.compile(r"[0134][0-9]{4,5}")
 
 
-def spelled(name: str) -> str:
+def usual_spelling(name: str) -> str:
     """A name with its bit as the tables have it: ``bit 10 of V2006``, ``V2006 bit 10``, ``V2006:10``, ``B2006.10``."""
     name = name.strip(" '\"`?!")
     if match := BIT_FIRST.fullmatch(name):
         name = f"{match[2]}.{match[1]}"
     elif match := BIT_LAST.fullmatch(name) or BIT_BEHIND.fullmatch(name):
         name = f"{match[1].rstrip(' ,')}.{match[2]}"
-    if match := SPACED.fullmatch(name):
+    if match := SPACED_ADDRESS.fullmatch(name):
         name = f"{match[1]}{match[2]}"
-    if match := NO_PLUS.fullmatch(name):
+    if match := OFFSET_WITHOUT_PLUS.fullmatch(name):
         name = f"{match[1]}+{match[2]}"
     if match := BIT_OF_WORD.fullmatch(name):
         name = f"V{match[1]}"
-    if match := TERM.fullmatch(name):
+    if match := TERM_NAME.fullmatch(name):
         name = f"{TERMS[match[1].lower()]} {match[2]}"
     return name
 
 
-def within(text: str) -> list[str]:
+def names_in_text(text: str) -> list[str]:
     """What a sentence is about that has an address or a number of its own."""
-    found = WITHIN_TEXT.finditer(text)
-    return list(dict.fromkeys(f"{m['name']}.{m['first'] or m['last']}".removesuffix(".None") for m in found))
+    matches = NAME_IN_TEXT.finditer(text)
+    return list(dict.fromkeys(f"{m['name']}.{m['first'] or m['last']}".removesuffix(".None") for m in matches))
 
 
-def referenced(question: Question, vendors: Sequence[str]) -> Iterator[Page]:
+def reference_pages(question: Question, vendors: Sequence[str]) -> Iterator[Page]:
     """What a Modbus reference is with the vendors whose numbering is known: ``40001``, ``41025``, ``428673``."""
     if not REFERENCE.fullmatch(question.name):
         return
     number = int(question.name)
-    long = len(question.name) - len("40001")
+    is_long = len(question.name) - len("40001")
     table, first = max(
-        ((table, firsts[long]) for table, firsts in FIRST_REFERENCE.items() if firsts[long] <= number),
+        ((table, firsts[is_long]) for table, firsts in FIRST_REFERENCE.items() if firsts[is_long] <= number),
         key=lambda row: row[1],
         default=("coil", 1),
     )
     for key in vendors:
         try:
-            found = VENDORS[key].load("numbering").find(table, number - first)
+            entry = VENDORS[key].load("numbering").find(table, number - first)
         except LookupError:
             continue
         book = book_of(key)
-        if found is None or not isinstance(book, Registers):
+        if entry is None or not isinstance(book, Registers):
             continue
-        name = book.space.name(found[0])
-        part = f", its register {found[1] + 1}" if found[1] else ""
+        name = book.space.name(entry[0])
+        part = f", its register {entry[1] + 1}" if entry[1] else ""
         note = f"Modbus reference {question.name} is {table} {number - first}, counted from 0: {name}{part}"
         for page in book.find(replace(question, name=name)):
             yield replace(page, notes=(note, *page.notes))
 
 
-SHORT = 2
+LONGEST_FILLER = 2
 """Letters of a word that says nothing of what it is about."""
 
 
-def titled(name: str, book: Book) -> list[str]:
+def names_with_words(name: str, book: Book) -> list[str]:
     """The names and titles of a vendor that have all words of a name; the name itself where there is one."""
-    asked = [word for word in words_of(name) if word not in FILLERS]
-    if "_" in name or not any(word.isalpha() and len(word) > SHORT for word in asked):
+    words = [word for word in words_of(name) if word not in FILLERS]
+    if "_" in name or not any(word.isalpha() and len(word) > LONGEST_FILLER for word in words):
         return []
-    found = [other for other in book.spellings if has_words(words_of(other), asked)]
-    return [other for other in found if words_of(other) == asked] or found
+    names = [other for other in book.spellings if has_words(words_of(other), words)]
+    return [other for other in names if words_of(other) == words] or names
 
 
-ALIKE = 0.75
+LEAST_LIKENESS = 0.75
 """How alike two words are of which one is the other's misspelling."""
 
 
-def mistyped(name: str, names: Iterable[str]) -> str | None:
+def nearest_name(name: str, names: Iterable[str]) -> str | None:
     """The name that was probably meant: it has all words, each begun alike and almost spelled alike, and few others."""
-    asked = words_of(name)
-    if not all(map(str.isalpha, asked)):
+    name_words = words_of(name)
+    if not all(map(str.isalpha, name_words)):
         return None
     best, nearest = (0.0, 0), None
     for other in names:
         words = words_of(other)
-        if not asked or len(words) < len(asked) or (len(asked) == 1 < len(words)):
+        if not name_words or len(words) < len(name_words) or (len(name_words) == 1 < len(words)):
             continue
-        rank = min(max((_likeness(word, one) for one in words), default=0.0) for word in asked), -len(words)
-        if rank[0] >= ALIKE and rank > best:
+        rank = min(max((_likeness(word, one) for one in words), default=0.0) for word in name_words), -len(words)
+        if rank[0] >= LEAST_LIKENESS and rank > best:
             best, nearest = rank, other
     return nearest
 

@@ -12,7 +12,7 @@ from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.regmap import Word
 from pidcfg.output.explanation.page import is_before_root, share_before_root
 from pidcfg.pictures import Chart
-from pidcfg.pictures.page import figures
+from pidcfg.pictures.page import render_figures
 from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import decimal_text
@@ -582,7 +582,7 @@ def run_sheet(run: Run) -> RunSheet:
         standing=tuple(StandingRow(v.loop, v.kind, v.word, v.at, v.why) for v in report.standing),
         in_control={name: loop.time_in_control for name, loop in report.loops.items()},
         duration=report.duration,
-        pictures=figures(run.charts),
+        pictures=render_figures(run.charts),
         worst=worst_trend(run, report),
         before_root=tuple(run.before_root.items()),
     )
@@ -596,7 +596,7 @@ def worst_trend(run: Run, report: Report) -> Trend | None:
         return (0, 0.0) if loop is None else (GRAVE.index(loop.verdict), loop.metrics.get("overshoot") or 0.0)
 
     worst = max(run.charts, key=grade, default=None)
-    return None if worst is None else Trend(grade(worst), figures([worst]))
+    return None if worst is None else Trend(grade(worst), render_figures([worst]))
 
 
 def verdict_of(run: Run, report: Report) -> str:

@@ -54,13 +54,13 @@ MANY = 4
 
 def page(content: Content, *, full: bool = False) -> str:
     """The page, with the charts of its runs; ``full``: with what is at its default, and all words and signals."""
-    from pidcfg.pictures.page import POLICY, SCRIPT, STYLE
+    from pidcfg.pictures.page import CONTENT_POLICY, SCRIPT, STYLE
 
     return _rendered(
         "page.html",
         content,
         full=full,
-        policy=POLICY,
+        policy=CONTENT_POLICY,
         figure_style=STYLE,
         script=SCRIPT,
         groups=group_findings(content.findings),

@@ -399,7 +399,7 @@ def _parameter(
     entry: Entry, program: Program, book: ParameterBook, units: Mapping[str, str] | None
 ) -> report.Parameter:
     place = book.row_of(entry.address, program.settings)
-    meaning, unit = (book.text(place[1], place[2]), place[2].unit) if place else ("", "")
+    meaning, unit = (book.parameter_text(place[1], place[2]), place[2].unit) if place else ("", "")
     if isinstance(entry.raw, Wire):
         text, unit = f":= {entry.raw.text}", ""
     else:
