@@ -214,11 +214,13 @@ def words_of(vendor: Vendor, r: Row) -> list[str]:
         return sorted({p.type.name for p in parameters_of(vendor, r.block) if p.name.partition(".")[0] in top_names(r)})
     found = []
     for table in tables:
-        places = {table.at(w.offset): None for w in table.words if any(holds(w.path, key) for key in r.keys)}
+        places = {table.offset_text(w.offset): None for w in table.words if any(holds(w.path, key) for key in r.keys)}
         for b in table.bits:
             if any(holds(b.path, key) for key in r.keys):
                 places[
-                    f"{table.at(b.offset)} bit {', '.join(map(str, b.bits))}" if b.mask > 1 else table.at(b.offset)
+                    f"{table.offset_text(b.offset)} bit {', '.join(map(str, b.bits))}"
+                    if b.mask > 1
+                    else table.offset_text(b.offset)
                 ] = None
         alone = sum(other.label == table.label for other in tables) == 1
         found += [place if alone else f"{table.title.partition(' (')[0].lower()} {place}" for place in places]

@@ -239,7 +239,7 @@ def runs(words: Sequence[Word]) -> Iterator[Sequence[Word]]:
 def word_row(table: RegisterMap, run: Sequence[Word], *, read: bool) -> str:
     """A register, or a run of reserved ones, as a row."""
     w = run[0]
-    offset = table.at(w.offset) + (f" to {table.at(run[-1].offset)}" if len(run) > 1 else "")
+    offset = table.offset_text(w.offset) + (f" to {table.offset_text(run[-1].offset)}" if len(run) > 1 else "")
     key = f"`{w.path}`" if w.path else w.access if w.access != "setting" else "bits"
     notation = NEVER if w.access == "reserved" else w.codec.notation
     cells = [offset, w.title, key, notation, w.unit, *([w.read] if read else []), str(w.basis)]
@@ -256,7 +256,9 @@ def bits_row(table: RegisterMap, b: Bits) -> str:
         if len(b.choices) < 17
         else "number"
     )
-    return f"| {table.at(b.offset)} | {bits} | {b.title} | {f'`{b.path}`' if b.path else b.access} | {values} |"
+    return (
+        f"| {table.offset_text(b.offset)} | {bits} | {b.title} | {f'`{b.path}`' if b.path else b.access} | {values} |"
+    )
 
 
 def bits_of(value: Any, b: Bits) -> str:

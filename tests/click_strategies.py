@@ -114,8 +114,8 @@ def registers(draw) -> dict[int, int]:
     found = {}
     for prefix, table in BLOCKS.values():
         for row in table.words:
-            address = SPACE.number(prefix, 1 + row.offset)
-            kind = SPACE.kind(address)
+            address = SPACE.number_of(prefix, 1 + row.offset)
+            kind = SPACE.kind_of(address)
             if kind.digits == 8:
                 value = draw(st.floats(width=32, allow_nan=False, allow_infinity=False))
                 found[address] = single_bits(0.0 if value == 0 else value)

@@ -147,7 +147,7 @@ def own(score, checked):
 def written_in_part(score, before, after, name, olds, news):
     """What `encode` writes with ``changed_from``, over the old listing, is the new one."""
     kind = before.vendor.load("formats")[name]
-    if not kind.partial:
+    if not kind.may_be_partial:
         return
     score.compared[f"own part {name}"] += 1
     part = pidcfg.encode(after.document, name, changed_from=olds[name], live=True, allow_errors=True)
@@ -164,7 +164,7 @@ def differing_keys(before, after):
 
 def is_whole(checked, name):
     """Whether a format holds every word, also those that the PLC writes."""
-    return checked.vendor.load("formats")[name].whole
+    return checked.vendor.load("formats")[name].is_complete
 
 
 def judge(score, path, before, after, result, rng):

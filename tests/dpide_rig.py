@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.parameters import Entry, Program, store
+from pidcfg.encoders.parameters import Entry, Program, store_content
 from pidcfg.sim.controllers.dpide.scan import load, scan
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.controllers.plc import ScanOptions as Options
@@ -45,7 +45,7 @@ def program_of(*loops, plc=None, settings=None, devices=None):
         for name, value in {**PLAIN, **given}.items():
             if value is not None:
                 kind = ROWS[name].type
-                cells.append(Entry(f"{loop}.{name}", kind, store(kind, value), name, loop))
+                cells.append(Entry(f"{loop}.{name}", kind, store_content(kind, value), name, loop))
     return Program("dpide", tuple(cells), tuple(entries), plc or {})
 
 

@@ -36,7 +36,7 @@ def ranges(draw):
 def positions(draw, scale: Scale):
     """A value on a scale: raw counts, or an engineering value inside the range."""
     if scale.range is None or draw(st.booleans()):
-        return Quantity(Decimal(draw(st.integers(scale.zero, scale.top))), counts=True)
+        return Quantity(Decimal(draw(st.integers(scale.zero_counts, scale.top_counts))), counts=True)
     return Quantity(scale.range[0] + draw(st.decimals(0, 1, places=4)) * scale.width)
 
 
@@ -44,7 +44,7 @@ def positions(draw, scale: Scale):
 def distances(draw, scale: Scale):
     """A difference on a scale."""
     if scale.range is None or draw(st.booleans()):
-        return Quantity(Decimal(draw(st.integers(0, scale.top - scale.zero))), counts=True)
+        return Quantity(Decimal(draw(st.integers(0, scale.top_counts - scale.zero_counts))), counts=True)
     return Quantity(draw(st.decimals(0, "0.5", places=4)) * scale.width)
 
 
@@ -113,8 +113,8 @@ def registers(draw) -> dict[int, int]:
     found = {}
     for prefix, table in BLOCKS.values():
         for row in table.words:
-            address = SPACE.number(prefix, 1 + row.offset)
-            found[address] = draw(st.integers(0, 1 if SPACE.kind(address) is BIT else 0xFFFF))
+            address = SPACE.number_of(prefix, 1 + row.offset)
+            found[address] = draw(st.integers(0, 1 if SPACE.kind_of(address) is BIT else 0xFFFF))
     return found
 
 

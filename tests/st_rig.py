@@ -21,7 +21,7 @@ from dpide_rig import program_of
 from iec.machine import Block, Machine, Parameter, RunError, Surroundings
 from iec.syntax import KEYWORDS, NAME, NUMBER, SIGN, StError, tokens_of
 from pidcfg.api import encode
-from pidcfg.encoders.dpide.files import instructions
+from pidcfg.encoders.dpide.files import make_instructions
 from pidcfg.encoders.dpide.image import encode as encode_dpide
 from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
@@ -221,7 +221,7 @@ class Watched(dpide.Dpide):
 def _record_dpide(vendor, name, samples):
     path = EXAMPLES / vendor / f"{name}.yaml"
     image = encode_dpide(DpideFile.model_validate(_read(path))).image
-    loops = [*instructions(image)]
+    loops = [*make_instructions(image)]
     interrupt = image.plc.get("interrupt_task")
     plcs, steps, last = [], [], {}
 

@@ -156,14 +156,14 @@ def test_the_table_of_errors_is_in_the_order_of_its_numbers_and_names_registers(
 )
 def test_the_mode_bits_are_told_as_unconfirmed_and_no_mode_is_taken_from_them(bits, told, mode):
     image = encode(configuration(mode="auto")).image
-    words = image.words | {SPACE.number("C", 126 + k): bit for k, bit in enumerate(bits)}
+    words = image.words | {SPACE.number_of("C", 126 + k): bit for k, bit in enumerate(bits)}
     found = decode(words, image.settings)
     start = f"L1: {told}, unconfirmed (D952): if these bits mean something else"
     assert [note[: len(start)] for note in found.notes] == ([start] if told else [])
     assert found.data == decode(image.words, image.settings).data
     assert found.data["loops"][0]["mode"] == "auto"
     assert mode_of(*bits) == mode
-    assert not any(image.words[SPACE.number("C", 126 + k)] for k in (0, 1))
+    assert not any(image.words[SPACE.number_of("C", 126 + k)] for k in (0, 1))
 
 
 @SLOW
@@ -199,7 +199,7 @@ def test_registers_come_back_but_for_what_is_not_the_engineer_s(image):
     assert not lost
     for prefix, table in BLOCKS.values():
         for row in table.words:
-            address = SPACE.number(prefix, 1 + row.offset)
+            address = SPACE.number_of(prefix, 1 + row.offset)
             if row.path is not None:
                 assert again[address] == image[address], row.name
 
@@ -208,7 +208,7 @@ def test_registers_come_back_but_for_what_is_not_the_engineer_s(image):
 @given(st.integers(0, 0xFFFFFFFF))
 def test_every_float_register_is_read_exactly_or_refused(raw):
     settings_beside = encode(configuration()).image.settings
-    image = encode(configuration()).image.words | {SPACE.number("DF", 306): raw}
+    image = encode(configuration()).image.words | {SPACE.number_of("DF", 306): raw}
     exact = struct.unpack(">f", raw.to_bytes(4, "big"))[0]
     if raw >> 23 & 0xFF == 0xFF:
         with pytest.raises(DecodeError, match=r"L1, DF306: .* is not a finite number"):
@@ -260,7 +260,7 @@ def test_options_complete_a_bare_listing_for_every_loop_in_turn():
 
 def test_decode_says_what_it_cannot_carry():
     image = encode(configuration()).image
-    words = {**image.words, SPACE.number("C", 117): 1, SPACE.number("DS", 201): 27, SPACE.number("C", 119): 1}
+    words = {**image.words, SPACE.number_of("C", 117): 1, SPACE.number_of("DS", 201): 27, SPACE.number_of("C", 119): 1}
     assert decode(words, image.settings).notes == (
         "L1: C117 = 1 (Auto mode start request) is not carried over",
         "L1: C119 = 1 (Reserved) is not carried over",
@@ -270,9 +270,11 @@ def test_decode_says_what_it_cannot_carry():
 
 def test_a_missing_setting_is_named_and_what_the_controller_writes_may_be_missing():
     image = encode(configuration()).image
-    words = {a: raw for a, raw in image.words.items() if a not in {SPACE.number("C", 132), SPACE.number("DF", 309)}}
+    words = {
+        a: raw for a, raw in image.words.items() if a not in {SPACE.number_of("C", 132), SPACE.number_of("DF", 309)}
+    }
     assert decode(words, image.settings).data == decode(image.words, image.settings).data
-    del words[SPACE.number("DF", 306)]
+    del words[SPACE.number_of("DF", 306)]
     with pytest.raises(DecodeError, match=r"does not hold DF306 \(Proportional gain \(P\)\) of L1"):
         decode(words, image.settings)
 
@@ -281,10 +283,10 @@ def test_the_numbering_finds_what_it_places():
     from pidcfg.encoders.click.files import Numbering
 
     for prefix, n in (("C", 1), ("C", 2000), ("DS", 1), ("DS", 4500), ("DF", 1), ("DF", 500)):
-        place = Numbering.place(SPACE.number(prefix, n))
+        place = Numbering.place(SPACE.number_of(prefix, n))
         for part in range(place.width):
-            assert Numbering.find(place.table, place.register + part) == (SPACE.number(prefix, n), part)
-    assert Numbering.place(SPACE.number("DF", 1)) == Place("holding", 28672, 2)
+            assert Numbering.find(place.table, place.register + part) == (SPACE.number_of(prefix, n), part)
+    assert Numbering.place(SPACE.number_of("DF", 1)) == Place("holding", 28672, 2)
     assert Numbering.find("coil", 0) is None, "X001"
     assert Numbering.find("holding", 0xFFFF) is None
     assert Numbering.find("else", 0) is None
@@ -302,7 +304,7 @@ def test_the_starter_comes_back(name):
 def test_a_register_that_is_taken_or_outside_its_block_is_refused(offset):
     words = (*(word for word in DF_BLOCK.words if word.access != "reserved"), replace(DF_BLOCK.words[0], offset=offset))
     with pytest.raises(ValueError, match=r"DFn\+2[35] is taken, or outside the 25 registers"):
-        replace(DF_BLOCK, words=words).filled(DF_BLOCK.words[0].basis)
+        replace(DF_BLOCK, words=words).fill_reserved(DF_BLOCK.words[0].basis)
 
 
 def test_every_setting_of_the_map_has_a_place_in_the_file():

@@ -32,10 +32,10 @@ from pyclickplc.validation import validate_comment, validate_nickname
 from click_exports import export
 from click_strategies import configurations
 from command import run
-from pidcfg.encoders.click.files import CODES, FORMATS, ROWS, Numbering, _view_row, checklist, write_dataviews
+from pidcfg.encoders.click.files import CODES, DATAVIEW_ROWS, FORMATS, Numbering, _view_row, checklist, write_dataviews
 from pidcfg.encoders.click.image import encode
-from pidcfg.encoders.click.nicknames import HEADER, LONGEST_LOOP, NAMED, nicknames
-from pidcfg.encoders.listing import Listing, ListingError, UnwritableError, kind_of
+from pidcfg.encoders.click.nicknames import HEADER, MAX_LOOP_NAME, NAMED_REGISTERS, nicknames
+from pidcfg.encoders.listing import Listing, ListingError, UnwritableError, detect_kind
 from pidcfg.encoders.maps.click import ALL_BANKS, SPACE, address_of
 from pidcfg.schemas.click import ClickFile
 from pidcfg.text.source import read_document
@@ -133,7 +133,7 @@ def test_every_setting_has_its_value_and_nothing_else_has_one(image, tmp_path):
     for cell in image.cells:
         if cell.access == "setting":
             assert (
-                SPACE.kind(cell.number).read(
+                SPACE.kind_of(cell.number).read(
                     float(records[cell.address].initial_value)
                     if cell.address.startswith("DF")
                     else int(records[cell.address].initial_value)
@@ -163,13 +163,13 @@ def test_nicknames_are_legal_and_no_suffix_is_the_end_of_another():
     for row in nicknames(image_of(LOOP)):
         assert validate_nickname(row.nickname) == (True, "")
         assert validate_comment(row.comment) == (True, "")
-    for row in NAMED:
-        for other in NAMED:
+    for row in NAMED_REGISTERS:
+        for other in NAMED_REGISTERS:
             assert row == other or row.bank != other.bank or not row.suffix.endswith(other.suffix)
 
 
 def test_the_longest_loop_name_fits_and_one_more_character_is_refused():
-    name = "A" * LONGEST_LOOP
+    name = "A" * MAX_LOOP_NAME
     assert max(len(row.nickname) for row in nicknames(image_of({**LOOP, "name": name}))) == 24
     with pytest.raises(UnwritableError, match=r"loop AAAAAAA: the nickname 'AAAAAAA_SEL_AutotunePIDPI' has 25 char"):
         nicknames(image_of({**LOOP, "name": name + "A"}))
@@ -626,7 +626,7 @@ def test_a_dataview_is_utf_16_with_a_mark_and_crlf(image):
     content = DATAVIEW.write(image, ())["VAT_2"].encode(DATAVIEW.encoding)
     assert content.startswith(b"\xff\xfe-\0001\000,\0000\000,\0000\000\r\000\n\000C\000")
     text = content.decode("utf-16")
-    assert text.count("\n") == text.count("\r\n") == ROWS + 1
+    assert text.count("\n") == text.count("\r\n") == DATAVIEW_ROWS + 1
     assert "\r\nDF206,257,1075419546\r\n" in text  # 2.4 is 0x4019999A
 
 
@@ -717,11 +717,11 @@ def test_rows_beyond_the_hundredth_are_refused_not_dropped(tmp_path):
     lines = ["-1,0,0", *(f"DF{n},257,0" for n in range(1, 102))]
     path = tmp_path / "long.cdv"
     path.write_bytes(("\ufeff" + "\r\n".join(lines)).encode("utf-16-le"))
-    assert len([row for row in DataViewFile.load(path).rows if row.address]) == ROWS
+    assert len([row for row in DataViewFile.load(path).rows if row.address]) == DATAVIEW_ROWS
     with pytest.raises(ListingError, match="at most 100 rows; the address DF101 is beyond") as refused:
         DATAVIEW.read("\r\n".join(lines))
     assert refused.value.line == 102
-    assert len(DATAVIEW.read("\r\n".join(lines[:-1])).words) == ROWS
+    assert len(DATAVIEW.read("\r\n".join(lines[:-1])).words) == DATAVIEW_ROWS
 
 
 def test_a_header_that_denies_its_new_values_is_refused():
@@ -849,9 +849,9 @@ def test_a_dump_has_at_most_a_hundred_columns():
 
 
 def test_a_file_about_more_than_loops_is_that_beside_another_one_too():
-    one = Listing(words={1: 5}, lines={1: 3}, shown={1: "DS1"})
-    one.join(Listing(mixed=True))
-    assert one.mixed
+    one = Listing(words={1: 5}, lines={1: 3}, shown_addresses={1: "DS1"})
+    one.join(Listing(is_mixed=True))
+    assert one.is_mixed
 
 
 def test_a_dump_that_is_cut_off_is_refused(dump):
@@ -904,15 +904,15 @@ def test_halves_that_there_are_not_and_other_letters_are_no_address(text):
 def test_modbus_numbers_are_those_of_pyclickplc():
     for bank in SPACE.banks:
         for n in range(bank.first, bank.last + 1):
-            place = NUMBERING.place(SPACE.number(bank.prefix, n))
+            place = NUMBERING.place(SPACE.number_of(bank.prefix, n))
             assert (place.register, place.width) == plc_to_modbus(bank.prefix, n)
             assert (place.table == "coil") == (bank.prefix == "C")
     banks = {bank.prefix for bank in SPACE.banks}
     for register in range(0x10000):
         coil, holding = modbus_to_plc(register, is_coil=True), modbus_to_plc_register(register)
-        wanted = (SPACE.number(*coil), 0) if coil and coil[0] in banks else None
+        wanted = (SPACE.number_of(*coil), 0) if coil and coil[0] in banks else None
         assert NUMBERING.find("coil", register) == wanted
-        wanted = (SPACE.number(*holding[:2]), holding[2]) if holding and holding[0] in banks else None
+        wanted = (SPACE.number_of(*holding[:2]), holding[2]) if holding and holding[0] in banks else None
         assert NUMBERING.find("holding", register) == wanted
         assert NUMBERING.find("input", register) is None
 
@@ -962,7 +962,7 @@ def test_pyclickplc_reads_the_same_values(tmp_path_factory, config):
 
 def raw_of(values) -> dict[int, int]:
     """Values of pyclickplc as raw contents."""
-    return {(number := SPACE.parse(address)): SPACE.kind(number).read(value) for address, value in values.items()}
+    return {(number := SPACE.parse(address)): SPACE.kind_of(number).read(value) for address, value in values.items()}
 
 
 # --- all of them ------------------------------------------------------------------------------------------------------
@@ -983,13 +983,13 @@ def test_formats_are_told_from_their_first_line(image, dump):
     view = DATAVIEW.write(image, ())["TANK1"].removeprefix("\ufeff")
     texts = {"nickname-csv": NICKNAMES.write(image, ()), "cdv": view, "data-dump": dump}
     texts |= {name: FORMATS[name].write(image, ()) for name in ("text", "csv", "json", "modbus")}
-    assert {name: kind_of(text, FORMATS).name for name, text in texts.items()} == {name: name for name in texts}
+    assert {name: detect_kind(text, FORMATS).name for name, text in texts.items()} == {name: name for name in texts}
 
 
 def test_a_header_in_quotes_is_told_too(image):
     quoted = ",".join(f'"{name}"' for name in HEADER)
     text = NICKNAMES.write(image, ()).replace(HEAD, quoted, 1)
-    assert kind_of(text, FORMATS) is NICKNAMES
+    assert detect_kind(text, FORMATS) is NICKNAMES
     assert NICKNAMES.read(text).words == NICKNAMES.read(NICKNAMES.write(image, ())).words
 
 

@@ -121,9 +121,9 @@ def test_rules_and_virtual_controller_agree_on_the_error_that_is_shown(values):
     result = checked(changed(**values))
     (view,) = ClickContext(result.config, result.encoding).loops
     words = result.encoding.image.words
-    starts = (SPACE.number("C", 1), SPACE.number("DS", 1), SPACE.number("DF", 1))
+    starts = (SPACE.number_of("C", 1), SPACE.number_of("DS", 1), SPACE.number_of("DF", 1))
     held = {
-        word.name: float(SPACE.kind(start).show(words[start + word.offset]))
+        word.name: float(SPACE.kind_of(start).show(words[start + word.offset]))
         for start, table in zip(starts, TABLES, strict=True)
         for word in table.words
     }
@@ -229,7 +229,7 @@ def test_the_warning_about_the_action_states_the_bit_that_the_image_holds(action
     assert found.severity is Severity.WARNING
     assert f"{action} is written as {bit} to C110" in found.message
     assert f"it must show {shown} " in found.message
-    assert result.encoding.image.words[SPACE.number("C", 110)] == bit
+    assert result.encoding.image.words[SPACE.number_of("C", 110)] == bit
     assert not result.failed
 
 

@@ -143,7 +143,10 @@ def test_every_setting_of_the_memory_is_shown_where_its_key_is(key):
             if word.path is not None and not word.path.startswith("state."):
                 assert any(pages.holds(word.path, name) for name in keys), word.path
     assert all(
-        any(table.at(word.offset) in place for place in shown) for table in tables for word in table.words if word.path
+        any(table.offset_text(word.offset) in place for place in shown)
+        for table in tables
+        for word in table.words
+        if word.path
     )
 
 

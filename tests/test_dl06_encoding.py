@@ -14,7 +14,7 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.dl06 import DATA_FORMATS
 from pidcfg.encoders.dl06.files import FORMATS, checklist
 from pidcfg.encoders.dl06.image import decode, encode, mode_of
-from pidcfg.encoders.listing import ListingError, kind_of
+from pidcfg.encoders.listing import ListingError, detect_kind
 from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
 from pidcfg.schemas.dl06 import Dl06File
@@ -259,7 +259,7 @@ def test_encode_decode_encode_is_identical(config):
 @given(loop_words())
 def test_every_loop_table_that_means_something_comes_back(table):
     """Decode is lossless: any 32 valid words give a configuration that encodes to them."""
-    assume(table[LOOP_TABLE.offset("ramp_soak_table")] != 0o2000)  # a profile on top of the loop table: DL276
+    assume(table[LOOP_TABLE.offset_of("ramp_soak_table")] != 0o2000)  # a profile on top of the loop table: DL276
     image = {0o2000 + i: word for i, word in enumerate(table)} | {0o7640: 0o2000, 0o7641: 1}
     again = encode(Dl06File.model_validate(decode(image).data))
     assert all(m.error.stored is not None for _, m in again.misfits), "beyond full scale of a square-root loop only"
@@ -353,8 +353,8 @@ def test_a_listing_without_set_up_words_demands_them():
 def test_formats_are_told_apart_by_their_first_characters():
     image = encode(configuration({})).image
     for kind in FORMATS.values():
-        assert kind_of(kind.write(image, ("compare",)), FORMATS) is kind
-    assert kind_of("hello", FORMATS) is None
+        assert detect_kind(kind.write(image, ("compare",)), FORMATS) is kind
+    assert detect_kind("hello", FORMATS) is None
 
 
 def test_a_band_beyond_the_bits_of_its_format_is_stored_nowhere():

@@ -846,7 +846,7 @@ def test_a_loop_that_is_not_calculated_misses_no_scan():
 
 @pytest.mark.parametrize(("raw", "wanted"), [(1, "manual"), (2, "auto"), (4, "cascade")])
 def test_a_mode_whose_bit_is_written_is_requested_and_its_bit_reads_as_0(raw, wanted):
-    registers, word = Dl06Registers(machine := plc({})), 0o2000 + LOOP_TABLE.offset("mode_setting_1")
+    registers, word = Dl06Registers(machine := plc({})), 0o2000 + LOOP_TABLE.offset_of("mode_setting_1")
     done = registers.write(word, raw, list(machine.signal_values))
 
     assert (done.text, done.mode) == (f"request mode {wanted}", wanted)
@@ -861,7 +861,7 @@ def test_a_client_reads_what_the_controller_has_written():
     held = registers.contents(1, machine.signal_values)
     table = 0o2000 + LOOP_TABLE.size
     names = ("setpoint", "pv", "bias", "output", "mode_and_alarm_status", "ramp_soak_flags", "ramp_soak_errors")
-    found = {name: held[table + LOOP_TABLE.offset(name)] for name in names}
+    found = {name: held[table + LOOP_TABLE.offset_of(name)] for name in names}
 
     assert found == {
         "setpoint": 1200,

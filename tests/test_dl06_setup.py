@@ -13,7 +13,7 @@ import golden
 import pidcfg
 from command import run_text
 from pidcfg.encoders.codecs import Bcd, DecodeError, bcd_word
-from pidcfg.encoders.dl06.image import Setup, alarm_order_broken, areas, check_ramp_soak, check_setup
+from pidcfg.encoders.dl06.image import Setup, areas, check_ramp_soak, check_setup, is_alarm_order_broken
 from pidcfg.encoders.image import Area, AreaError
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, SETUP_WORDS, TABLE_POINTER
 from pidcfg.sim.controllers import dl06 as dl06_decisions
@@ -138,7 +138,7 @@ def test_a_ramp_soak_table_outside_user_memory_sets_one_bit_of_35(start, expecte
     ],
 )
 def test_alarms_must_be_in_order_when_their_group_is_on(pv, deviation, broken):
-    assert alarm_order_broken(pv, deviation) is broken
+    assert is_alarm_order_broken(pv, deviation) is broken
 
 
 # --- The blocks of a DL06 that a client reads, from the words that say where they are ---------------------------------
@@ -146,7 +146,7 @@ def test_alarms_must_be_in_order_when_their_group_is_on(pv, deviation, broken):
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SETUP = Area(TABLE_POINTER, SETUP_WORDS)
 WORDS = {TABLE_POINTER: 0o2000, LOOP_COUNT: 2}
-PROFILE = 0o2000 + LOOP_TABLE.offset("ramp_soak_table")
+PROFILE = 0o2000 + LOOP_TABLE.offset_of("ramp_soak_table")
 
 
 def test_the_set_up_words_come_first_and_the_loops_from_them():

@@ -20,9 +20,9 @@ from pidcfg.encoders.decoding import decode_listing
 from pidcfg.encoders.dpide import DECODE_OPTIONS
 from pidcfg.encoders.dpide import symbols as symbol_table
 from pidcfg.encoders.dpide.files import FORMATS, checklist
-from pidcfg.encoders.dpide.image import LONGEST_LOOP, decode, encode
+from pidcfg.encoders.dpide.image import MAX_LOOP_NAME, decode, encode
 from pidcfg.encoders.dpide.symbols import OPERAND_COLUMNS as COLUMNS
-from pidcfg.encoders.listing import ListingError, UnwritableError, kind_of
+from pidcfg.encoders.listing import ListingError, UnwritableError, detect_kind
 from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.vendors import VENDORS
@@ -56,7 +56,7 @@ def rows(text: str) -> list[dict[str, str]]:
 def test_every_format_comes_back_with_the_same_text(kind, config):
     text = written(kind, config, ("one, two",))
 
-    assert kind_of(text, FORMATS) is FORMATS[kind]
+    assert detect_kind(text, FORMATS) is FORMATS[kind]
     again = read_back(kind, text)
     assert encode(again).image == encode(config).image
     assert written(kind, again, ("one, two",)) == text
@@ -64,12 +64,14 @@ def test_every_format_comes_back_with_the_same_text(kind, config):
 
 def test_a_value_takes_a_register_for_each_16_bits():
     bits = {16: {"WORD", "INT", "UINT"}, 32: {"DWORD", "DINT", "UDINT", "REAL"}, 64: {"LWORD", "LREAL"}}
-    assert {"BOOL": 0} | {name: size // 16 for size, names in bits.items() for name in names} == symbol_table.WORDS
+    assert {"BOOL": 0} | {
+        name: size // 16 for size, names in bits.items() for name in names
+    } == symbol_table.TYPE_REGISTERS
 
 
 def test_a_table_without_values_is_known_for_what_it_is():
     text = "name,type\nA,REAL\n"
-    assert kind_of(text, FORMATS) is FORMATS["csv"]
+    assert detect_kind(text, FORMATS) is FORMATS["csv"]
     with pytest.raises(ListingError, match="the header has no column value or expression"):
         FORMATS["csv"].read(text)
 
@@ -375,7 +377,7 @@ def test_the_longest_name_gives_symbols_of_34_characters():
     name = "FIC-101-" + "X" * 20
     found = [row["Identifiers"] for row in rows(written("symbols", configuration(name=name)))]
 
-    assert len(name) == LONGEST_LOOP
+    assert len(name) == MAX_LOOP_NAME
     assert max(map(len, found)) == 34
     assert f"FIC_101_{'X' * 20}_CYCLE" in found
 

@@ -15,7 +15,7 @@ from pidcfg.encoders.decoding import decode_listing
 from pidcfg.encoders.dpide.files import FORMATS, write_st
 from pidcfg.encoders.dpide.image import encode
 from pidcfg.encoders.dpide.st_read import read_st
-from pidcfg.encoders.listing import ListingError, UnwritableError, kind_of
+from pidcfg.encoders.listing import ListingError, UnwritableError, detect_kind
 from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.schemas.iec import BOOL, DINT, REAL
@@ -69,7 +69,7 @@ def test_any_configuration_comes_back(config):
     image = encode(one_timer_a_loop(config)).image
     text = write_st(image, ("one *) (* two",))
 
-    assert kind_of(text, FORMATS) is FORMATS["st"]
+    assert detect_kind(text, FORMATS) is FORMATS["st"]
     assert read_st(text).notes == ()
     assert encode(again(text)).image == image
     assert write_st(encode(again(text)).image, ("one *) (* two",)) == text
@@ -253,7 +253,7 @@ def test_a_call_by_hand():
 )
 def test_the_same_call_written_otherwise(text):
     assert again(text) == PLAIN
-    assert kind_of(text, FORMATS) is FORMATS["st"]
+    assert detect_kind(text, FORMATS) is FORMATS["st"]
 
 
 def test_a_condition_that_is_one_bit_enables():
@@ -559,4 +559,4 @@ def test_what_is_left_out_is_named_as_what_it_does(statements, note):
 
 
 def test_a_program_may_begin_with_a_pragma():
-    assert kind_of("{attribute 'x'}\n" + program(""), FORMATS).name == "st"
+    assert detect_kind("{attribute 'x'}\n" + program(""), FORMATS).name == "st"

@@ -14,7 +14,7 @@ from dpide_strategies import configurations
 from pidcfg.api import decode
 from pidcfg.encoders.dpide.files import FORMATS
 from pidcfg.encoders.dpide.image import encode
-from pidcfg.encoders.listing import kind_of
+from pidcfg.encoders.listing import detect_kind
 from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
 from pidcfg.schemas.dpide import DpideFile
 from test_dpide_encoding import configuration
@@ -40,7 +40,7 @@ def words(config: DpideFile) -> dict:
 @given(config=configurations(NAMES))
 def test_every_operand_and_device_comes_back(config):
     text = table(config)
-    assert kind_of(text, FORMATS) is FORMATS["symbols"]
+    assert detect_kind(text, FORMATS) is FORMATS["symbols"]
     result = decode(text.encode("gbk"), "dpide")
     assert result.ok
     found = DpideFile.model_validate(result.data)

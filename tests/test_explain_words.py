@@ -286,7 +286,7 @@ def test_an_address_says_what_it_is_where_loops_usually_begin():
 def test_a_modbus_reference_leads_back_to_its_address(vendor, data):
     space, numbering = book_of(vendor).space, VENDORS[vendor].load("numbering")
     bank = data.draw(st.sampled_from(space.banks))
-    number = space.number(bank.prefix, data.draw(st.integers(bank.first, bank.last)))
+    number = space.number_of(bank.prefix, data.draw(st.integers(bank.first, bank.last)))
     place = numbering.place(number)
     text = reference(place.table, place.register)
     if place.table == "coil":

@@ -197,7 +197,7 @@ def test_no_text_brings_anything_but_a_value_or_an_expression_error(text):
     ],
 )
 def test_an_expression_that_can_never_have_a_value_is_known_before_it_runs(text, fault):
-    from pidcfg.encoders.nextopid.wiring import never_a_value
+    from pidcfg.encoders.nextopid.wiring import no_value_reason
 
-    found = never_a_value(parse(text, {"A": 0}))
+    found = no_value_reason(parse(text, {"A": 0}))
     assert found is None if fault is None else fault in found

@@ -50,8 +50,8 @@ def value(address: str, **changes):
 def test_a_block_that_leaves_its_bank_has_no_image(base, fits, discretes):
     encoding = encode(configuration(registers=base, discretes=discretes))
 
-    assert encoding.whole == (fits and discretes != "S65529")
-    if encoding.whole:
+    assert encoding.is_complete == (fits and discretes != "S65529")
+    if encoding.is_complete:
         assert encoding.image.cells[31].address == "R65535"
     else:
         where = discretes if fits else base
@@ -60,7 +60,7 @@ def test_a_block_that_leaves_its_bank_has_no_image(base, fits, discretes):
 
 
 def test_an_address_behind_the_last_bank_is_none():
-    last = SPACE.number("S", 65535)
+    last = SPACE.number_of("S", 65535)
     assert SPACE.name(last) == "S65535"
     for ask in (SPACE.name, SPACE.kind, SPACE.place):
         with pytest.raises(NoRegisterError, match="no register lies behind S65535"):
@@ -225,7 +225,7 @@ def test_registers_come_back_but_for_what_is_not_the_engineer_s(image):
     assert all(m.error.stored is not None for _, m in again.misfits), "only what lies outside its scale"
     for prefix, table in BLOCKS.values():
         for row in table.words:
-            address = SPACE.number(prefix, 1 + row.offset)
+            address = SPACE.number_of(prefix, 1 + row.offset)
             if row.path is not None:
                 assert again.image.words[address] == image[address], row.name
 
@@ -269,7 +269,7 @@ def test_a_cycle_time_without_a_word_on_the_control_output_is_asked_for():
 
 def test_decode_says_what_it_cannot_carry_or_takes_for_granted():
     image = encode(configuration()).image
-    words = {**image.words, SPACE.number("S", 205): 1, SPACE.number("R", 113): 3, SPACE.number("R", 120): 7}
+    words = {**image.words, SPACE.number_of("S", 205): 1, SPACE.number_of("R", 113): 3, SPACE.number_of("R", 120): 7}
     assert decode(words, options=BARE).notes == (
         "LOOP-1: R113 = 3 (Autotune Status) is not carried over",
         "LOOP-1: R120 = 7 (Reserved) is not carried over",
@@ -318,9 +318,9 @@ def test_registers_beyond_4095_get_the_counts_of_a_whole_register_and_say_so(nam
     pv = {"tag": "R1", **({} if counts is None else {"counts": counts})}
     encoding = encode(configuration(pv=pv, setpoint={"value": 5}))
     words = dict(encoding.image.words)
-    words[SPACE.number("R", 101 + TABLES[0].offset(name))] = word
-    words[SPACE.number("S", 201 + TABLES[1].offset("square_root"))] = root
-    limit = SPACE.number("R", 101 + TABLES[0].offset("setpoint_high"))
+    words[SPACE.number_of("R", 101 + TABLES[0].offset_of(name))] = word
+    words[SPACE.number_of("S", 201 + TABLES[1].offset_of("square_root"))] = root
+    limit = SPACE.number_of("R", 101 + TABLES[0].offset_of("setpoint_high"))
     words[limit] = min(words[limit], 64) if root else words[limit]
     found = decode(words, encoding.image.settings)
 
@@ -334,7 +334,7 @@ def test_registers_beyond_4095_get_the_counts_of_a_whole_register_and_say_so(nam
 
 def test_a_range_without_counts_is_not_stretched_and_the_note_names_the_key():
     encoding = encode(configuration(pv={"tag": "R1", "range": [0, 100]}, setpoint={"value": 50}))
-    words = dict(encoding.image.words) | {SPACE.number("R", 102): 5500}
+    words = dict(encoding.image.words) | {SPACE.number_of("R", 102): 5500}
     found = decode(words, encoding.image.settings)
 
     assert "counts" not in found.data["loops"][0]["pv"]

@@ -113,9 +113,9 @@ def test_a_missing_word_counts_as_zero():
 
 def test_a_block_at_the_end_of_its_bank_does_not_run_into_the_next():
     made = image({})
-    sample_rate = replace(made.cells[0], address="R65535", number=SPACE.number("R", 65535))
+    sample_rate = replace(made.cells[0], address="R65535", number=SPACE.number_of("R", 65535))
     cells = (sample_rate, *(cell for cell in made.cells if cell.address.startswith("S")))
-    cells = (*cells, Cell("S0", SPACE.number("S", 0), 1, ""), Cell("S1", SPACE.number("S", 1), 1, ""))
+    cells = (*cells, Cell("S0", SPACE.number_of("S", 0), 1, ""), Cell("S1", SPACE.number_of("S", 1), 1, ""))
     machine = load(replace(made, cells=cells, settings=({**made.settings[0], "registers": "R65535"},)))
 
     assert machine.periods == [100_000], "the first register is the last of the bank"
@@ -216,7 +216,7 @@ def test_any_memory_can_be_run():
                 }
             )
             words |= {first + k: rng.choice([0, 7, rng.getrandbits(16)]) for k in range(R_BLOCK.size)}
-            words |= {SPACE.number("S", bit) + k: rng.getrandbits(1) for k in range(S_BLOCK.size)}
+            words |= {SPACE.number_of("S", bit) + k: rng.getrandbits(1) for k in range(S_BLOCK.size)}
         cells = tuple(Cell("", a, w, "") for a, w in sorted(words.items()))
         machine = load(Image("ezlogix", cells, tuple(settings), {"process_when_stopped": rng.random() < 0.5}))
         for phase in range(3):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from pidcfg.encoders.ezlogix.files import tags
+from pidcfg.encoders.ezlogix.files import make_tags
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, VARIABLES
 from pidcfg.schemas.base import NAME
@@ -207,7 +207,7 @@ def test_a_tag_in_any_block_is_found_unless_it_is_the_set_point_of_another_loop(
     assume(base > 32)
     loops = changed(1, **{key: f"R{number}"}), changed(2, registers=f"R{base}")
     inside = number <= 32 or base <= number < base + 32
-    cascade = key == "output.tag" and number == base + R_BLOCK.offset("setpoint")
+    cascade = key == "output.tag" and number == base + R_BLOCK.offset_of("setpoint")
     found = codes(*loops, process_when_stopped=False)
 
     assert ("EZ404" in found) == (inside and not cascade)
@@ -303,9 +303,9 @@ def test_a_tag_list_can_be_written_exactly_when_no_rule_of_names_finds_anything(
 
     if found:
         with pytest.raises(UnwritableError):
-            tags(result.encoding.image)
+            make_tags(result.encoding.image)
     else:
-        assert len(tags(result.encoding.image)) == len(names) * (len(VARIABLES) - 3)
+        assert len(make_tags(result.encoding.image)) == len(names) * (len(VARIABLES) - 3)
 
 
 def test_loops_are_numbered_from_1_in_the_tags_that_collide():
@@ -607,7 +607,7 @@ def test_a_cycle_is_not_held_against_the_times_of_the_dialog():
 
 
 def test_a_cv_that_is_written_over_the_loops_own_set_point_is_no_cascade():
-    own = f"R{1 + R_BLOCK.offset('setpoint')}"
+    own = f"R{1 + R_BLOCK.offset_of('setpoint')}"
 
     assert [d.code for d in findings(changed(**{"output.tag": own})) if d.code in {"EZ404", "EZ405"}] == ["EZ404"]
     assert "EZ439" in codes(changed(mode="auto", **{"output.tag": own}))

@@ -13,9 +13,9 @@ from pydantic import ValidationError
 
 from command import run
 from ezlogix_strategies import configurations
-from pidcfg.encoders.ezlogix.files import COLUMNS, FORMATS, tags
+from pidcfg.encoders.ezlogix.files import COLUMNS, FORMATS, make_tags
 from pidcfg.encoders.ezlogix.image import decode, encode
-from pidcfg.encoders.listing import ListingError, UnwritableError, kind_of
+from pidcfg.encoders.listing import ListingError, UnwritableError, detect_kind
 from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, SPACE, TABLES, VARIABLES
 from pidcfg.schemas.ezlogix import EzlogixFile
 
@@ -151,13 +151,13 @@ def test_a_template_of_anything_else_is_refused(template):
 
 def test_a_name_that_is_no_tag_is_refused():
     with pytest.raises(UnwritableError, match="loop TIC-1: 'TIC-1_SampleRate' is not usable as a tag"):
-        tags(image_of({**LOOP, "name": "TIC-1"}, tag_names="{name}_{variable}"))
-    assert tags(image_of({**LOOP, "name": "TIC-1"}))[0].tag == "PID1_SampleRate"
+        make_tags(image_of({**LOOP, "name": "TIC-1"}, tag_names="{name}_{variable}"))
+    assert make_tags(image_of({**LOOP, "name": "TIC-1"}))[0].tag == "PID1_SampleRate"
 
 
 def test_two_tags_of_one_name_are_refused():
     with pytest.raises(UnwritableError, match="R100 and R200 would both have the tag oven1_SampleRate"):
-        tags(image_of(LOOP, {**SECOND, "name": "oven1"}, tag_names="{name}_{variable}"))
+        make_tags(image_of(LOOP, {**SECOND, "name": "oven1"}, tag_names="{name}_{variable}"))
 
 
 # --- into a list of the user's ----------------------------------------------------------------------------------------
@@ -171,7 +171,7 @@ def test_new_tags_follow_the_users_in_their_columns(image):
     added = merged.removeprefix(USERS).split("\r\n")
     assert [line[:7] for line in added[:3]] == ["# plc: ", "# loop:", "# loop:"]
     assert added[3] == '"Sample Rate, 0.01 s",PID1_SampleRate,R100'
-    count = len(tags(image))
+    count = len(make_tags(image))
     assert len(added) == count + 4
     assert report == (
         f"created {count}, already there: none",
@@ -191,7 +191,7 @@ def test_the_second_time_nothing_is_created(image):
     twice, report = TAGS.merge(image, once)
     assert twice == once
     assert report[0].startswith("created 0, already there: PID1_SampleRate, PID1_Setpoint")
-    assert report[0].endswith(f"and {len(tags(image)) - 12} more")
+    assert report[0].endswith(f"and {len(make_tags(image)) - 12} more")
 
 
 def test_what_is_there_is_left_and_told():
@@ -244,7 +244,7 @@ def test_a_list_that_cannot_be_read_is_not_added_to(image, users, message):
 def test_encode_decode_encode_is_identical(config):
     image = encode(config).image
     text = TAGS.write(image, ("check it",))
-    assert kind_of(text, FORMATS) is TAGS
+    assert detect_kind(text, FORMATS) is TAGS
     back = again(TAGS.read(text))
     assert back.words == image.words
     assert back.settings == image.settings
@@ -335,7 +335,7 @@ def test_the_command_writes_merges_and_reads(tmp_path, image):
     (tmp_path / "mine.csv").write_bytes(f"{HEAD}\r\nSTART,I1,bit,,,,\r\n".encode())
     result = run("encode", "ovens.yaml", "--format", "tags", "--into", "mine.csv", "-o", "all.csv", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    assert f"created {len(tags(image))}, already there: none" in result.stderr.decode()
+    assert f"created {len(make_tags(image))}, already there: none" in result.stderr.decode()
     result = run("decode", "all.csv", "--vendor", "ezlogix", "-o", "back.yaml", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     listings = [run("encode", name, "-q", cwd=tmp_path).stdout for name in ("ovens.yaml", "back.yaml")]

@@ -17,7 +17,7 @@ from pidcfg.encoders.generic import DECODE_OPTIONS
 from pidcfg.encoders.generic.files import FORMATS, checklist
 from pidcfg.encoders.generic.image import decode, encode
 from pidcfg.encoders.maps.generic import LOOPS, NEEDED, ROWS, TUNED
-from pidcfg.encoders.parameters import TYPES, store
+from pidcfg.encoders.parameters import TYPES, store_content
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import LREAL, Wire
 
@@ -167,7 +167,7 @@ def test_loops_that_the_settings_do_not_name_are_told():
 
 def test_words_and_doubles_are_types_of_listings():
     assert {"LREAL", "LOOP_MODE", "DERIVATIVE_OF"} <= set(TYPES)
-    assert store(LREAL, Decimal("0.1")) == 0.1
+    assert store_content(LREAL, Decimal("0.1")) == 0.1
     assert DECODE_OPTIONS == ()
 
 

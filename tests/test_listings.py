@@ -17,7 +17,7 @@ from command import run
 from pidcfg import api
 from pidcfg.cli.commands.decode import command
 from pidcfg.encoders.decoding import read_listing
-from pidcfg.encoders.dl06.files import read_bytes, write
+from pidcfg.encoders.dl06.files import read_bytes, write_records
 from pidcfg.encoders.listing import ListingError
 from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
@@ -341,7 +341,7 @@ def other(memory):
 
 @given(MEMORIES)
 def test_bytes_are_those_of_intelhex_both_ways(memory):
-    text = write(memory)
+    text = write_records(memory)
     assert text == other(memory)
     assert read_bytes(text) == memory
     assert pytest.importorskip("intelhex").IntelHex(io.StringIO(text)).todict() == memory
@@ -349,7 +349,7 @@ def test_bytes_are_those_of_intelhex_both_ways(memory):
 
 @given(MEMORIES.filter(bool), st.data())
 def test_a_digit_that_is_changed_is_refused(memory, data):
-    text = write(memory)
+    text = write_records(memory)
     at = data.draw(st.sampled_from([i for i, c in enumerate(text) if c.isalnum()]))
     digit = data.draw(st.sampled_from([c for c in "0123456789ABCDEF" if c != text[at]]))
     with pytest.raises(ListingError):

@@ -476,7 +476,7 @@ async def by_address(image) -> dict[int, int]:
                 first = SPACE.parse(entry[key])
                 last = SPACE.name(first + table.size - 1)
                 for address, value in (await plc.addr.read(f"{entry[key]}-{last}")).items():
-                    found[SPACE.parse(address)] = SPACE.kind(first).read(value)
+                    found[SPACE.parse(address)] = SPACE.kind_of(first).read(value)
         return found
 
 
@@ -495,7 +495,7 @@ async def by_register(text: str) -> dict[int, int]:
             assert not answer.isError(), row
             addresses.add(row["address"])
         client.close()
-        return {SPACE.parse(a): SPACE.kind(SPACE.parse(a)).read(memory.read(a)) for a in addresses}
+        return {SPACE.parse(a): SPACE.kind_of(SPACE.parse(a)).read(memory.read(a)) for a in addresses}
 
 
 @pytest.mark.parametrize("path", [STARTER, *FILES], ids=lambda path: path.name)
@@ -547,7 +547,7 @@ def test_extreme_floats_survive_the_way():
         async with simulated() as (_, port), ClickClient(HOST, port) as plc:
             found = []
             for raw in raws:
-                await plc.df.write(500, SPACE.kind(SPACE.parse("DF500")).show(raw))
+                await plc.df.write(500, SPACE.kind_of(SPACE.parse("DF500")).show(raw))
                 found.append(single_bits(await plc.df[500]))
             return found
 

@@ -16,7 +16,7 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.listing import named_modbus_kind
 from pidcfg.encoders.maps.click import SPACE as CLICK_SPACE
 from pidcfg.encoders.maps.ezlogix import MAP_SPACE
-from pidcfg.encoders.modbus_map import MapError, UnusableMapError, read_map, read_rows
+from pidcfg.encoders.modbus_map import MapError, UnusableMapError, read_map, read_map_rows
 from pidcfg.encoders.parameters import raw_of, types_of
 from pidcfg.encoders.parameters import register_content as content_of
 from pidcfg.live.link import PlcError
@@ -257,7 +257,7 @@ def test_a_map_and_its_way_back():
 
 
 def test_a_hexadecimal_number_is_no_reference():
-    first = MAP_SPACE.number("R", 1)
+    first = MAP_SPACE.number_of("R", 1)
     assert read_map("R1,holding,0x0A,uint16", MAP_SPACE).place(first).register == 10
 
 
@@ -354,11 +354,11 @@ def test_an_example_of_a_map_has_room_for_a_float_in_two_registers():
 
 
 def test_how_a_map_may_be_written():
-    plain = read_rows("DF1,holding,40001,float32\n".replace("40001", "0x9C41"))
+    plain = read_map_rows("DF1,holding,40001,float32\n".replace("40001", "0x9C41"))
     (row,) = plain
     assert (row.register, row.high_first) == (40001, False)
     spread = ("\ufeff# map", '"# a, comment",,', "Type;Symbol;Order;Register;Table;Comment", ";;;", "")
-    (other,) = read_rows("\r\n".join((*spread[:3], 'Float32;DF1;;0x9c41;Holding;"a;b"', *spread[3:])))
+    (other,) = read_map_rows("\r\n".join((*spread[:3], 'Float32;DF1;;0x9c41;Holding;"a;b"', *spread[3:])))
     assert other._replace(line=1, columns={}) == row._replace(columns={})
 
 

@@ -33,7 +33,7 @@ from pidcfg.vendors import VENDORS
 # --- The walk of a register map, on a loop with one field of each kind: what follows, and what is left out ------------
 
 BASIS = CLICK.cite("PV Alarm")
-WHOLE = Implied(least=-1000, most=1000)
+WHOLE = Implied(low_count=-1000, high_count=1000)
 
 
 class Setpoint(Model):
@@ -131,7 +131,7 @@ def back(loop, always=frozenset()):
     values = settings_values(settings) | TABLE.decode(words, {})
     if loop.output.pulse is None:
         values["output.pulse"] = None
-    return file_data(Loop, values, TABLE.held(defaults_of(Loop, [TABLE], UNSET), {}), always)
+    return file_data(Loop, values, TABLE.read_back(defaults_of(Loop, [TABLE], UNSET), {}), always)
 
 
 NUMBERS = st.integers(-9, 9)
@@ -201,7 +201,7 @@ def test_a_value_that_is_not_given_is_its_default_then_what_the_map_says():
     assert values["output.pulse.period"] == 10
     assert values["alarms.low"] == 7
     assert values["alarms.high"] is None
-    assert TABLE.held(values, {})["alarms.high"] == 0
+    assert TABLE.read_back(values, {})["alarms.high"] == 0
 
 
 @pytest.mark.parametrize(

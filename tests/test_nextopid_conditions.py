@@ -12,7 +12,7 @@ from pidcfg.encoders.nextopid.files import FORMATS
 from pidcfg.encoders.nextopid.image import decode, encode
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.encoders.nextopid.st_scope import Wiring
-from pidcfg.encoders.nextopid.st_write import PLAIN, print_expression, write_st
+from pidcfg.encoders.nextopid.st_write import PLAIN_DIALECT, print_expression, write_st
 from pidcfg.encoders.structured_text import tokens_of
 from pidcfg.schemas.expressions import ExpressionError, TypedParser, lengths_of
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
@@ -192,7 +192,7 @@ def test_the_engine_finds_what_python_finds(condition, man, fault, level, count)
 def test_what_is_printed_reads_back_to_the_same_code(condition):
     code = parsed(condition[0])
     names = list(TYPES)
-    text = print_expression(code.code, code.constants, names.__getitem__, PLAIN)
+    text = print_expression(code.code, code.constants, names.__getitem__, PLAIN_DIALECT)
     again = parsed(text)
     assert (again.code, again.constants) == (code.code, code.constants)
 
@@ -236,10 +236,10 @@ def test_conditions_of_a_program_written_by_hand(program, wire):
     tokens = tokens_of(program)[0][:-1]
     if not wire:
         with pytest.raises(ValueError, match="write TIME_TO_REAL"):
-            Wiring.read(tokens, BOOL, lambda parts: (parts[0].text, names[parts[0].text]))
+            Wiring.parse(tokens, BOOL, lambda parts: (parts[0].text, names[parts[0].text]))
         return
-    found = Wiring.read(tokens, BOOL, lambda parts: (parts[0].text, names[parts[0].text]))
-    assert print_expression(found.code, found.constants, found.names.__getitem__, PLAIN) == wire
+    found = Wiring.parse(tokens, BOOL, lambda parts: (parts[0].text, names[parts[0].text]))
+    assert print_expression(found.code, found.constants, found.names.__getitem__, PLAIN_DIALECT) == wire
 
 
 # --- signals ---------------------------------------------------------------------------------------------------------

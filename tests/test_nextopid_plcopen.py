@@ -21,7 +21,7 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid import DECODE_OPTIONS
 from pidcfg.encoders.nextopid.files import FORMATS, checklist, parse_xml, read_plcopen
 from pidcfg.encoders.nextopid.image import decode, encode
-from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
+from pidcfg.encoders.nextopid.st_read import add_zeros, read_st
 from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import NextopidFile
@@ -311,7 +311,7 @@ def project(body: str = CALL, interval: str = "PT0.02S") -> str:
 
 @pytest.mark.parametrize("interval", ["PT0.02S", "pt0.020s", "T#20ms", "TIME#0.02s"])
 def test_a_project_of_codesys_has_programs_and_instances_in_its_resource(interval):
-    listing = with_zeros(read_plcopen(project(interval=interval)))
+    listing = add_zeros(read_plcopen(project(interval=interval)))
     data = decode(listing.words, listing.settings, listing.plc).data
     assert data["plc"] == {"sample_time": 0.02, "program": "PLC_PRG"}
     assert data["signals"] == {"Man": False, "PT": 0}

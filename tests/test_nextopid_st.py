@@ -18,9 +18,16 @@ from pidcfg.encoders.listing import ListingError, UnwritableError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.files import checklist, looks_like_st
 from pidcfg.encoders.nextopid.image import decode, encode
-from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
+from pidcfg.encoders.nextopid.st_read import add_zeros, read_st
 from pidcfg.encoders.nextopid.st_scope import Scope, Wiring
-from pidcfg.encoders.nextopid.st_write import ST, cycles_of, depth, print_expression, wire_text, write_st
+from pidcfg.encoders.nextopid.st_write import (
+    ST_DIALECT,
+    cycles_of,
+    parenthesis_depth,
+    print_expression,
+    wire_text,
+    write_st,
+)
 from pidcfg.encoders.structured_text import Token, number_of, tokens_of
 from pidcfg.schemas.expressions import parse
 from pidcfg.schemas.iec import REAL, Wire, real_text
@@ -68,13 +75,13 @@ def calculated(expression, signals: list[float]) -> float:
 
 
 def in_st(expression) -> str:
-    return print_expression(expression.code, expression.constants, list(NAMES).__getitem__, ST)
+    return print_expression(expression.code, expression.constants, list(NAMES).__getitem__, ST_DIALECT)
 
 
 def from_st(text: str):
     """Structured Text back to an expression."""
     tokens = tokens_of(text)[0][:-1]
-    wiring = Wiring.read(tokens, REAL, lambda parts: (parts[0].text, REAL))
+    wiring = Wiring.parse(tokens, REAL, lambda parts: (parts[0].text, REAL))
     return parse(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__), NAMES)
 
 
@@ -131,7 +138,7 @@ def test_long_expressions_are_written_without_blanks():
     text = "+".join("a" * 500)
     back = from_st(in_st(parse(text, NAMES)))
     assert back.text == text
-    assert depth("(a(b)c)(d)") == 2
+    assert parenthesis_depth("(a(b)c)(d)") == 2
 
 
 # --- writing ---------------------------------------------------------------------------------------------------------
@@ -286,7 +293,7 @@ def test_every_nth_cycle():
     gate = "IF Y = 0 THEN A(PV := X); END_IF Y := (Y + 1) MOD 5;"
     found = read_st('(* plc: {"sample_time": 0.1} *)' + body(gate))
     assert found.settings[0] == {"loop": "A", "type": "PIDA_REAL", "sample_time": 0.5}
-    bare = with_zeros(read_st(body(gate)))
+    bare = add_zeros(read_st(body(gate)))
     assert bare.settings[0] == {"loop": "A", "type": "PIDA_REAL", "cycles": 5}
     decoded = decode(bare.words, bare.settings, bare.plc, {"sample_time": Decimal("0.2")}).data
     assert decoded["loops"][0]["sample_time"] == 1
@@ -504,7 +511,7 @@ def test_a_large_program_is_read_in_time():
 
 def test_what_a_program_does_not_mention_is_zero_and_said():
     declared = "TIC : PIDA_REAL := (SP := 50.0, Kp := 2.0, MaxMV := 100.0, MaxPV := 80.0);"
-    found = with_zeros(read_st(f"PROGRAM P\nVAR\n  {declared}\nEND_VAR\nTIC();\nEND_PROGRAM\n"))
+    found = add_zeros(read_st(f"PROGRAM P\nVAR\n  {declared}\nEND_VAR\nTIC();\nEND_PROGRAM\n"))
     assert (found.words["TIC.Ti_Ki"], found.words["TIC.MinMV"]) == (0.0, 0.0)
     assert found.notes == ("TIC: Td_Kd, Ti_Ki, MinMV, MinPV are not given in the program, and so are 0",)
 

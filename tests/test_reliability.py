@@ -381,12 +381,12 @@ def test_words_of_every_field_come_back_and_numbers_go_to_the_nearest(every_fiel
     ("field", "place", "broken"),
     [
         ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.codecs.bcd_word", lambda digits: digits),
-        ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.codecs.nearest", int),
-        ("dl06 Loop table (32 words a loop) setpoint", "pidcfg.encoders.codecs.nearest", int),
-        ("click Floats (25 consecutive DF) pv_high", "pidcfg.encoders.codecs._to_odd", float),
+        ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.codecs.round_to_integer", int),
+        ("dl06 Loop table (32 words a loop) setpoint", "pidcfg.encoders.codecs.round_to_integer", int),
+        ("click Floats (25 consecutive DF) pv_high", "pidcfg.encoders.codecs._round_to_odd", float),
         ("dl06 V address", "pidcfg.encoders.regmap.Bank.name", lambda bank, n: f"{bank.prefix}{n}"),
         ("literal of REAL", "pidcfg.encoders.structured_text.real_text", "{:.6f}".format),
-        ("literal of INT", "pidcfg.encoders.parameters.store", lambda _, value: abs(int(value))),
+        ("literal of INT", "pidcfg.encoders.parameters.store_content", lambda _, value: abs(int(value))),
     ],
 )
 def test_a_codec_that_is_wrong_is_seen(every_field, field, place, broken, monkeypatch):

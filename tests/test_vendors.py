@@ -74,7 +74,7 @@ def run(*words, code=0):
 # --- the starter, there and back -------------------------------------------------------------------------------------
 
 LISTINGS = [
-    (vendor, name) for vendor in VENDORS.values() for name, kind in vendor.load("formats").items() if kind.whole
+    (vendor, name) for vendor in VENDORS.values() for name, kind in vendor.load("formats").items() if kind.is_complete
 ]
 
 

@@ -19,12 +19,12 @@ from pidcfg.encoders.codecs import (
     Scale,
     SignMagnitude,
     Single,
-    nearest,
+    round_to_integer,
     single_bits,
 )
 from pidcfg.encoders.listing import ListingError, read_csv
 from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, SPACE, Source
-from pidcfg.encoders.regmap import BIT, INT16, SINGLE, WORD, Written, writer_of
+from pidcfg.encoders.regmap import BIT, INT16, SINGLE, WORD, Writer, writer_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.text.references import DL06
 
@@ -142,7 +142,7 @@ def test_bcd_range_is_checked_after_rounding_and_before(value):
 def test_every_count_has_an_engineering_value_that_encodes_back(name, limits):
     """Exhaustive: each position of each format, on ranges that divide badly."""
     scale = Scale(FORMATS[name], (Decimal(limits[0]), Decimal(limits[1])))
-    codec = LOOP_TABLE.word("pv").codec
+    codec = LOOP_TABLE.find_word("pv").codec
     step = 1 if scale.format.span < 10_000 else 7
     for count in range(scale.format.minimum, scale.format.maximum + 1, step):
         word = scale.format.codec.encode(count)
@@ -159,8 +159,8 @@ def test_counts_are_the_nearest_exactly(low, width, share, name):
     """Against exact fractions: Decimal arithmetic with 100 digits never misses a tie."""
     scale = Scale(FORMATS[name], (low, low + width))
     value = low + share * width
-    exact = scale.zero + Fraction(value - low) / Fraction(width) * scale.format.span
-    assert nearest(scale.position(Quantity(value))) == round(exact)
+    exact = scale.zero_counts + Fraction(value - low) / Fraction(width) * scale.format.span
+    assert round_to_integer(scale.position(Quantity(value))) == round(exact)
 
 
 SPANS = {
@@ -179,20 +179,20 @@ def test_spans_of_the_formats(name):
 
 def test_bipolar_range_has_its_middle_at_zero():
     scale = Scale(FORMATS["12-bit bipolar"], (Decimal(-100), Decimal(100)))
-    assert [nearest(scale.position(Quantity(Decimal(v)))) for v in (-100, 0, 100)] == [-4095, 0, 4095]
+    assert [round_to_integer(scale.position(Quantity(Decimal(v)))) for v in (-100, 0, 100)] == [-4095, 0, 4095]
 
 
 def test_square_root_scale_runs_to_the_root_of_the_span():
     """Manual: divide the desired SP by the square root of the span: half of 4095 counts over 63.99 is 32."""
     scale = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(100)), root=True)
-    assert [nearest(scale.position(Quantity(Decimal(v)))) for v in (0, 50, 100)] == [0, 32, 64]
+    assert [round_to_integer(scale.position(Quantity(Decimal(v)))) for v in (0, 50, 100)] == [0, 32, 64]
 
 
 def test_every_scaled_word_has_a_codec_that_names_a_scale():
     assert {w.scale for w in LOOP_TABLE.words} - {None} == {"pv", "sp", "output"}
 
 
-@pytest.mark.parametrize("codec", [Implied(), Implied(1), Implied(2), Implied(3, least=-0x8000, most=0x7FFF)])
+@pytest.mark.parametrize("codec", [Implied(), Implied(1), Implied(2), Implied(3, low_count=-0x8000, high_count=0x7FFF)])
 def test_integers_with_an_implied_point_take_every_word(codec):
     assert accepted(codec) == 0x10000
 
@@ -202,7 +202,7 @@ def test_implied_points_are_those_of_the_manuals():
     assert Implied(2).decode(125) == Decimal("1.25")
     assert Implied(1).decode(125) == Decimal("12.5")
     assert Implied(1).encode(Decimal("6000.0")) == 60000, "an unsigned word"
-    assert Implied(3, least=-0x8000, most=0x7FFF).encode(Decimal("0.5")) == 500
+    assert Implied(3, low_count=-0x8000, high_count=0x7FFF).encode(Decimal("0.5")) == 500
 
 
 @pytest.mark.parametrize(
@@ -212,7 +212,7 @@ def test_implied_points_are_those_of_the_manuals():
         (Implied(), "-1"),
         (Implied(1), "6553.55"),
         (Implied(2), "-0.001"),
-        (Implied(0, least=-0x8000, most=0x7FFF), "32768"),
+        (Implied(0, low_count=-0x8000, high_count=0x7FFF), "32768"),
     ],
 )
 def test_integers_outside_their_word_are_refused(codec, value):
@@ -278,7 +278,7 @@ def test_single_precision_rounds_to_the_nearest_ties_to_even(text, raw):
     ("codec", "text"),
     [
         (Implied(), "integer"),
-        (Implied(least=-1), "signed integer"),
+        (Implied(low_count=-1), "signed integer"),
         (Implied(2, off=(0, 9999)), "integer of 0.01, 0 and 9999 off"),
     ],
 )
@@ -289,9 +289,9 @@ def test_a_number_with_an_implied_point_says_how_it_is_written(codec, text):
 @pytest.mark.parametrize(("name", "auto", "by"), [("mode", True, "a"), ("mode", False, "b"), ("other", True, None)])
 def test_the_first_writer_of_a_register_that_holds_for_the_loop_is_named(name, auto, by):
     rows = [
-        Written("mode", "live", "a", BASIS, lambda values: values["auto"]),
-        Written("mode", "live", "b", BASIS),
-        Written("gain", "live", "c", BASIS),
+        Writer("mode", "live", "a", BASIS, lambda values: values["auto"]),
+        Writer("mode", "live", "b", BASIS),
+        Writer("gain", "live", "c", BASIS),
     ]
     found = writer_of(rows, name, {"auto": auto})
     assert (found and found.by) == by

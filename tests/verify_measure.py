@@ -379,7 +379,7 @@ def spoils(conversion: Conversion, j: int, loop):
             else:
                 here[path[-1]] = other
             result = checked(copy)
-            if result.config is None or result.encoding is None or not result.encoding.whole:
+            if result.config is None or result.encoding is None or not result.encoding.is_complete:
                 continue
             if result.encoding.image.words == conversion.result.encoding.image.words and (
                 result.encoding.image.settings == conversion.result.encoding.image.settings

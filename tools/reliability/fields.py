@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders import parameters
 from pidcfg.encoders import parameters as iec_registers
 from pidcfg.encoders.codecs import SINGLE_MINUS_ZERO, WORD_MAX, DecodeError, EncodeError, Scale, Single
-from pidcfg.encoders.dl06.image import scales as dl06_scales
+from pidcfg.encoders.dl06.image import make_scales as dl06_scales
 from pidcfg.encoders.maps import click, dl06, dpide, ezlogix, generic, nextopid
-from pidcfg.encoders.regmap import BANK, Bits, RegisterMap, Word
-from pidcfg.encoders.structured_text import content_of, literal, tokens_of
+from pidcfg.encoders.regmap import BANK_NUMBERS, Bits, RegisterMap, Word
+from pidcfg.encoders.structured_text import content_of, literal_text, tokens_of
 from reliability import rounding
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def _parameter(kind: IecType, _: random.Random) -> Pair:
         return parameters.value_of(_double(raw) if kind.double else iec_registers.register_content(kind, raw))
 
     def encode(value: Any) -> int:
-        content = parameters.read_content(kind, value) if kind.kind == "time" else parameters.store(kind, value)
+        content = parameters.read_content(kind, value) if kind.kind == "time" else parameters.store_content(kind, value)
         assert content is not None
         return int.from_bytes(struct.pack(">d", content)) if kind.double else iec_registers.raw_of(kind, content)
 
@@ -186,13 +186,13 @@ def _address(space: Space, at: int, _: random.Random) -> Pair:
     def encode(text: str) -> int:
         number = space.parse(text)
         assert number is not None
-        return number % BANK
+        return number % BANK_NUMBERS
 
     def decode(word: int) -> str:
         if not bank.first <= word <= bank.last:
-            assert space.parse(bank.name(word)) is None, "an address that there is not is read"
+            assert space.parse(bank.address_name(word)) is None, "an address that there is not is read"
             raise DecodeError("does not exist")
-        return space.name(at * BANK + word)
+        return space.name(at * BANK_NUMBERS + word)
 
     return Pair(decode, encode)
 
@@ -211,6 +211,6 @@ def _literal(kind: IecType, _: random.Random) -> Pair:
         return iec_registers.raw_of(kind, content)
 
     def decode(raw: int) -> str:
-        return literal(kind, iec_registers.register_content(kind, raw))
+        return literal_text(kind, iec_registers.register_content(kind, raw))
 
     return Pair(decode, encode, _same_single if kind.kind == "real" else _same)

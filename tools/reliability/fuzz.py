@@ -187,7 +187,7 @@ class Fuzz:
         assert second.ok, f"what was decoded does not encode: {faults[:2]}"
         noted = any("these words differ" in note for note in back.notes)
         assert noted or words_of(first.image) == words_of(second.image), "other words come back, and no note says so"
-        if name != "json" and VENDORS[vendor].load("formats")[name].whole:
+        if name != "json" and VENDORS[vendor].load("formats")[name].is_complete:
             self._format(text, vendor, name, first.image)
 
     def _format(self, text: str, vendor: str, name: str, image: Any) -> None:

@@ -66,7 +66,7 @@ def words(vendor: str, rng: random.Random) -> tuple[dict[str, str], list[str]]:
         length = rng.choice((0, 1, 2, size, size, size * count, size * count, size * count, size * count + 3))
         share = rng.choice((0.1, 0.95, 1, 1, 1, 1))
         held |= {
-            bank.name(n): bank.kind.hex(content(4 * bank.kind.digits if bank.kind.digits > 1 else 1))
+            bank.address_name(n): bank.kind.hex(content(4 * bank.kind.digits if bank.kind.digits > 1 else 1))
             for n in range(start, start + length)
             if bank.first <= n <= bank.last and rng.random() < share
         }
@@ -74,9 +74,9 @@ def words(vendor: str, rng: random.Random) -> tuple[dict[str, str], list[str]]:
             pointer = rng.choice((start, start, start, content(16)))
             number = rng.choice((count, *COUNTS, content(16)))
             setup = [pointer, number, *(content(16) for _ in range(4))][: rng.choice((0, 1, 2, 2, 2, 6))]
-            held |= {bank.name(POINTER + n): bank.kind.hex(raw) for n, raw in enumerate(setup)}
+            held |= {bank.address_name(POINTER + n): bank.kind.hex(raw) for n, raw in enumerate(setup)}
         if rng.random() < (0.5 if vendor == "dl06" else 0.9):
-            options += [f"--{option.replace('_', '-')}", bank.name(max(start, bank.first))]
+            options += [f"--{option.replace('_', '-')}", bank.address_name(max(start, bank.first))]
     if rng.random() < 0.6:
         options += REST[vendor]
     if vendor == "dl06" and rng.random() < 0.3:

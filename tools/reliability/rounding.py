@@ -55,7 +55,7 @@ class Digits:
     @property
     def ends(self) -> tuple[int, int]:
         """The least and the largest digits."""
-        return (0, 9999) if isinstance(self.codec, Bcd) else (self.codec.least, self.codec.most)
+        return (0, 9999) if isinstance(self.codec, Bcd) else (self.codec.low_count, self.codec.high_count)
 
     def drawn(self, rng: random.Random) -> Decimal:
         low, high = self.ends

@@ -20,7 +20,7 @@ from pidcfg.conversion import (
     Terms,
 )
 from pidcfg.encoders.codecs import Distance, Position
-from pidcfg.encoders.image import present
+from pidcfg.encoders.image import without_none
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import EXACT_CONTEXT, plain_number
 from pidcfg.text.frozen import frozen
@@ -209,7 +209,7 @@ class TargetBuilder:
 
 def target_file(vendor: str, file: GenericFile, builders: Sequence[TargetBuilder], **sections: object) -> TargetFile:
     """The target's file of its loops; empty ``sections`` are left out."""
-    data = {"pidcfg": 1, "vendor": vendor} | present({"name": file.name, "description": file.description})
+    data = {"pidcfg": 1, "vendor": vendor} | without_none({"name": file.name, "description": file.description})
     data |= {key: section for key, section in sections.items() if section}
     return TargetFile({**data, "loops": [b.data for b in builders]}, [b.fields for b in builders])
 
@@ -521,7 +521,9 @@ def rests_of(config: ConfigurationFile, encoding: AnyEncoding) -> dict[Path, Res
     for path, word, scale, held in scaled_words(encoding):
         value = value_at(config, path)
         if isinstance(value, Quantity) and isinstance(word.codec, SCALED):
-            rests[path] = Rest(quotient(word.codec.rest(value, held, scale), scale.full), scale.full)
+            rests[path] = Rest(
+                quotient(word.codec.rounding_excess(value, held, scale), scale.full_counts), scale.full_counts
+            )
     return rests
 
 

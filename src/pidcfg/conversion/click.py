@@ -39,8 +39,8 @@ from pidcfg.conversion.operation import (
     Zero,
 )
 from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on
-from pidcfg.encoders.codecs import nearest
-from pidcfg.encoders.image import switched_on
+from pidcfg.encoders.codecs import round_to_integer
+from pidcfg.encoders.image import is_switched_on
 from pidcfg.encoders.maps.click import BLOCKS
 from pidcfg.schemas.click import BITS, DERIVATIVE, FLOATS, GAIN, INTEGERS, RESET, SAMPLE_RATE
 from pidcfg.schemas.numbers import decimal_text
@@ -124,7 +124,7 @@ def _value_if_on(b: NeutralBuilder, model: BaseModel, path: str, unused: Decimal
     """A value that has a switch, while it is on; ``unused`` is what its register holds when it is not given."""
     key = path.rpartition(".")[2]
     value, bit = getattr(model, key), getattr(model, f"{key}_enabled")
-    if switched_on(bit, value):
+    if is_switched_on(bit, value):
         return unused if value is None else Decimal(value)
     if value is not None:
         b.drop(path, value, SWITCHED_OFF)
@@ -297,7 +297,7 @@ def _deviation_alarms(b: NeutralBuilder, loop: SourceLoop) -> None:
 
 def _rate_of_change(b: NeutralBuilder, loop: SourceLoop) -> None:
     rate = loop.alarms.rate_of_change
-    if switched_on(loop.alarms.rate_of_change_enabled, rate):
+    if is_switched_on(loop.alarms.rate_of_change_enabled, rate):
         change = ZERO if rate is None else rate.per_sample(loop.sample_rate).value
         second = round_computed(quotient(change, loop.sample_rate))
         b.put("alarms.rate_of_change", ZERO if rate is None else str(rate), "alarms.rate_of_change", second)
@@ -482,7 +482,7 @@ def from_neutral(
         apply_table(b, loop, loop, CLICK_HEAD)
         for key, (prefix, _) in BLOCKS.items():
             b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
-        rate = nearest(min(max(loop.sample_time, LEAST_SAMPLE), MOST_SAMPLE).scaleb(3))
+        rate = round_to_integer(min(max(loop.sample_time, LEAST_SAMPLE), MOST_SAMPLE).scaleb(3))
         apply_table(
             b, loop, ClickLoop(loop, pulses[i], rate, f"DF{blocks['floats'][i] + SETPOINT}", outputs), CLICK_FIELDS
         )
@@ -590,11 +590,11 @@ def _pv_filter(b: TargetBuilder, c: ClickLoop) -> None:
     if not c.neutral.pv.filter:
         return
     share = product(filter_share(c.neutral.pv.filter, c.sample), HUNDRED)
-    if nearest(share) >= NO_FILTER:
+    if round_to_integer(share) >= NO_FILTER:
         b.drop("pv.filter", f"with a sample rate of {decimal_text(c.sample)} s such a filter passes everything")
     else:
         note = "% of the raw PV that each sample passes"
-        b.put("pv.filter", max(nearest(share), 1), "pv.filter", note, exact=share, clamped=share < ONE)
+        b.put("pv.filter", max(round_to_integer(share), 1), "pv.filter", note, exact=share, clamped=share < ONE)
 
 
 def _output(b: TargetBuilder, c: ClickLoop) -> None:

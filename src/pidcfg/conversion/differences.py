@@ -11,7 +11,7 @@ from pidcfg.conversion import json_value, number_of
 from pidcfg.conversion.terms import CALCULATED, Subject
 from pidcfg.conversion.vendor_terms import outputs_of
 from pidcfg.encoders.contract import tables_of
-from pidcfg.encoders.decoding import name_in
+from pidcfg.encoders.decoding import owner_name
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -365,7 +365,7 @@ def _contents(subject: Subject) -> Iterator[tuple[str, str, Any, Any, Mapping[in
     words = {} if subject.reading is None else subject.reading.listing.words
     if subject.encoding.space is None:
         titles = outputs_of(subject.vendor)
-        names = [name_in(entry) for entry in subject.encoding.image.settings]
+        names = [owner_name(entry) for entry in subject.encoding.image.settings]
         for number, content in words.items():
             owner = max((name for name in names if str(number).startswith(f"{name}.")), key=len, default="")
             if owner and not isinstance(content, Wire):

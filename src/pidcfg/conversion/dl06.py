@@ -32,9 +32,9 @@ from pidcfg.conversion.from_dl06 import (
     square_of_flow,
     to_neutral,
 )
-from pidcfg.encoders.codecs import nearest
-from pidcfg.encoders.dl06.image import scales
-from pidcfg.encoders.image import quantity
+from pidcfg.encoders.codecs import round_to_integer
+from pidcfg.encoders.dl06.image import make_scales
+from pidcfg.encoders.image import file_quantity
 from pidcfg.encoders.maps.dl06 import CPU, RESET
 from pidcfg.schemas.base import SECONDS, Quantity, v_name
 from pidcfg.schemas.numbers import decimal_text
@@ -110,7 +110,7 @@ def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
         return False
     values = {key: square_of_flow(scale, v) if t.neutral.pv.square_root else v for key, v in wanted.items()}
     bottom, top = scale.format.minimum, scale.format.maximum
-    counts = {key: min(max(nearest(scale.position(Quantity(v))), bottom), top) for key, v in values.items()}
+    counts = {key: min(max(round_to_integer(scale.position(Quantity(v))), bottom), top) for key, v in values.items()}
     for key, end in (("low", bottom), ("high", top)):
         if counts.get(key) == end:
             b.drop(f"alarms.pv.{key}", POINT_AT_SCALE_END)
@@ -148,7 +148,7 @@ def _deviations(b: TargetBuilder, t: Dl06Target) -> int | None:
     neutral = {"yellow": "alarms.deviation.high", "red": "alarms.deviation.high_high"}
     values = {key: value for key, value in wanted.items() if value is not None}
     top = scale.format.maximum
-    counts = {key: min(nearest(scale.distance(Quantity(v))), top) for key, v in values.items()}
+    counts = {key: min(round_to_integer(scale.distance(Quantity(v))), top) for key, v in values.items()}
     if t.neutral.pv.square_root or ("red" not in counts and counts.get("yellow") == top):
         for key in values:
             b.drop(neutral[key], POINT_BEFORE_ROOT if t.neutral.pv.square_root else POINT_AT_SCALE_END)
@@ -175,7 +175,7 @@ def _rate_of_change(b: TargetBuilder, t: Dl06Target) -> None:
     change = product(rate, t.sample)
     if t.neutral.pv.square_root:
         b.drop(of, POINT_BEFORE_ROOT)
-    elif (counts := nearest(t.scales["pv"].distance(Quantity(change)))) == 0:
+    elif (counts := round_to_integer(t.scales["pv"].distance(Quantity(change)))) == 0:
         b.drop(of, "less than half a count a sample: sample more slowly, or compare over more samples in the program")
     else:
         held = distance(t.scales["pv"], Quantity(Decimal(counts), counts=True))
@@ -193,13 +193,13 @@ def _hysteresis(b: TargetBuilder, t: Dl06Target, yellow: int | None, *, on: bool
         if wanted:
             b.put(field, wanted, field)
         return
-    most = nearest(MAX_HYSTERESIS * scale.format.span)
+    most = round_to_integer(MAX_HYSTERESIS * scale.format.span)
     most = most if yellow is None else max(min(most, yellow - 1), 1)
-    counts = nearest(scale.distance(Quantity(wanted)))
+    counts = round_to_integer(scale.distance(Quantity(wanted)))
     if counts < 1:
         b.put(field, "1 counts", field, "a DL06 wants at least one count", assumed=True)
     elif counts > most:
-        held = quantity(scale.span_value(most))
+        held = file_quantity(scale.span_value(most))
         b.put(field, held, field, "at most 12.5 % of the span and less than the yellow deviation", clamped=True)
     else:
         b.put(field, wanted, field)
@@ -258,7 +258,7 @@ def from_neutral(
 
 def _loop(file: GenericFile, index: int, plc: Settings, form: str) -> TargetBuilder:
     loop = file.loops[index]
-    table = scales(form, None, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
+    table = make_scales(form, None, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
     fastest = Decimal(CPU.fast_rate if len(file.loops) <= CPU.fast_loops else CPU.slow_rate)
     sample = min(max(loop.sample_time, fastest), LONGEST_SAMPLE).quantize(SAMPLE_STEP)
     b = TargetBuilder(index)

@@ -19,8 +19,8 @@ from pidcfg.conversion.builder import (
     target_file,
 )
 from pidcfg.conversion.operation import Deadband, Manual, Operation, VendorSettings, Windup
-from pidcfg.encoders.codecs import nearest
-from pidcfg.encoders.image import present
+from pidcfg.encoders.codecs import round_to_integer
+from pidcfg.encoders.image import without_none
 from pidcfg.schemas.dpide import LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.schemas.dpide import Loop as SourceLoop
 from pidcfg.schemas.numbers import plain_number
@@ -312,7 +312,7 @@ def from_neutral(file: GenericFile, options: Settings, operations: Sequence[Oper
     devices = options.get("device") or []
     builders = []
     for i, loop in enumerate(file.loops):
-        b = TargetBuilder(i, {"name": loop.name} | present({"description": loop.description}))
+        b = TargetBuilder(i, {"name": loop.name} | without_none({"description": loop.description}))
         apply_table(b, loop, loop, DPIDE_FIELDS)
         _to_manual(b, operations[i].manual if operations else Manual.STAYS)
         if operations and operations[i].windup is Windup.HELD_BEYOND:  # a DPIDE in mode 0, or one that tunes
@@ -373,7 +373,7 @@ def _equation(b: TargetBuilder, loop: Loop) -> None:
 def _cycle(b: TargetBuilder, loop: Loop) -> None:
     """CYCLE in whole ms."""
     wanted = loop.sample_time * MS
-    cycle = min(max(nearest(wanted), SHORTEST_CYCLE), LONGEST_CYCLE)
+    cycle = min(max(round_to_integer(wanted), SHORTEST_CYCLE), LONGEST_CYCLE)
     note = "CYCLE is whole milliseconds" if wanted != cycle else ""
     clamped = not SHORTEST_CYCLE <= wanted <= LONGEST_CYCLE
     b.put("CYCLE", cycle, "sample_time", note, exact=wanted, clamped=clamped)

@@ -38,7 +38,7 @@ from pidcfg.conversion.operation import (
     Windup,
     Zero,
 )
-from pidcfg.encoders.codecs import is_raw, nearest
+from pidcfg.encoders.codecs import is_raw, round_to_integer
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL, R_BLOCK
 from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, WORD_MAX, parse_counts
@@ -83,7 +83,7 @@ ACTS_ON = {"position": "error", "velocity": "pv"}
 PER_CENT: Span = (ZERO, HUNDRED)
 """The output's range when the file gives none."""
 FULL_COUNTS = Decimal(CV_FULL)
-SETPOINT = R_BLOCK.offset("setpoint")
+SETPOINT = R_BLOCK.offset_of("setpoint")
 PLACE_REASON = "a place in this PLC, which means nothing elsewhere"
 NOTHING_LOST = {
     **dict.fromkeys(("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"), PLACE_REASON),
@@ -128,7 +128,7 @@ def position(value: Quantity, scale: Scale, span: Span) -> Decimal:
     """A value on a scale, in engineering units of ``span``."""
     if not is_raw(value, scale):
         return value.value
-    share = quotient(product(value.value - scale.zero, width(span)), scale.full)
+    share = quotient(product(value.value - scale.zero_counts, width(span)), scale.full_counts)
     return round_computed(EXACT_CONTEXT.add(span[0], share))
 
 
@@ -136,7 +136,7 @@ def distance(value: Quantity, scale: Scale, span: Span) -> Decimal:
     """A difference on a scale, in engineering units of ``span``."""
     if not is_raw(value, scale):
         return value.value
-    return round_computed(quotient(product(value.value, width(span)), scale.full))
+    return round_computed(quotient(product(value.value, width(span)), scale.full_counts))
 
 
 def to_neutral(config: EzlogixFile) -> list[NeutralLoop]:
@@ -339,7 +339,7 @@ BY_PROGRAM = {
     "alarms.hysteresis": "switch alarms off in the program when the PV is back by {back}",
 }
 """Neutral fields that a loop does not have, with what to program instead."""
-ERROR = R_BLOCK.offset("error")
+ERROR = R_BLOCK.offset_of("error")
 NO_BIAS_NOTE = "without an integral the output is gain x error + offset, and an offset of 0 counts is the low end"
 ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}
 
@@ -466,7 +466,7 @@ def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
     elif not integral and output.bias != output.range[0]:
         b.put("output.offset", output.bias, "output.bias", NO_BIAS_NOTE, assumed=True)
     if output.manual is not None:
-        counts = nearest(rescale(output.manual, output.range, (ZERO, FULL_COUNTS)))
+        counts = round_to_integer(rescale(output.manual, output.range, (ZERO, FULL_COUNTS)))
         if counts:
             b.drop("output.manual", f"write {counts} counts into {e.cv_tag} while the loop is in Manual")
         else:
@@ -534,15 +534,15 @@ def _in_units(e: EzlogixLoop, amount: Decimal) -> str:
 
 def _difference(e: EzlogixLoop, amount: Decimal) -> int:
     """An amount of the PV in counts."""
-    return nearest(product(quotient(amount, width(e.neutral.pv.range)), Decimal(e.counts[1] - e.counts[0])))
+    return round_to_integer(product(quotient(amount, width(e.neutral.pv.range)), Decimal(e.counts[1] - e.counts[0])))
 
 
 def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
     """A PV in counts of its register, which with the square root holds the square."""
     share = quotient(point - loop.pv.range[0], width(loop.pv.range))
     if loop.pv.square_root:
-        return nearest(product(share, share, Decimal(counts[1] - counts[0])))
-    return nearest(rescale(point, loop.pv.range, (Decimal(counts[0]), Decimal(counts[1]))))
+        return round_to_integer(product(share, share, Decimal(counts[1] - counts[0])))
+    return round_to_integer(rescale(point, loop.pv.range, (Decimal(counts[0]), Decimal(counts[1]))))
 
 
 def _anti_windup(b: TargetBuilder, loop: Loop, operation: Operation | None) -> None:

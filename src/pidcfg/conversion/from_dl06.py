@@ -37,8 +37,15 @@ from pidcfg.conversion.operation import (
     Zero,
 )
 from pidcfg.encoders.codecs import Scale, is_raw
-from pidcfg.encoders.dl06.image import OUTPUT_OFFSET, deviation_alarms_on, loop_start, pv_alarms_on, reset_value, scales
-from pidcfg.encoders.image import switched_on
+from pidcfg.encoders.dl06.image import (
+    OUTPUT_OFFSET,
+    deviation_alarms_on,
+    loop_start,
+    make_scales,
+    pv_alarms_on,
+    reset_value,
+)
+from pidcfg.encoders.image import is_switched_on
 from pidcfg.encoders.maps.dl06 import RESET
 from pidcfg.schemas.base import SECONDS, Quantity, v_name
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoak
@@ -72,7 +79,7 @@ def position(scale: Scale, value: Quantity) -> Decimal:
     """A value on a scale that has a range."""
     if not is_raw(value, scale) or scale.range is None:
         return value.value
-    share = quotient(product(value.value - scale.zero, scale.width), scale.full)
+    share = quotient(product(value.value - scale.zero_counts, scale.width), scale.full_counts)
     return round_computed(EXACT_CONTEXT.add(scale.range[0], share))
 
 
@@ -80,7 +87,7 @@ def distance(scale: Scale, value: Quantity) -> Decimal:
     """A difference on a scale that has a range."""
     if not is_raw(value, scale):
         return value.value
-    return round_computed(quotient(product(value.value, scale.width), scale.full))
+    return round_computed(quotient(product(value.value, scale.width), scale.full_counts))
 
 
 def flow(scale: Scale, value: Quantity) -> Decimal:
@@ -114,9 +121,9 @@ class Dl06Loop:
     scales: dict[str, Scale]
 
 
-def is_switched_on(b: NeutralBuilder, path: str, value: object, bit: bool | None) -> bool:  # noqa: FBT001 - an enable bit
+def keep_if_on(b: NeutralBuilder, path: str, value: object, bit: bool | None) -> bool:  # noqa: FBT001 - an enable bit
     """Whether a value with an enable bit is switched on; a value that is not is dropped."""
-    on = switched_on(bit, value)
+    on = is_switched_on(bit, value)
     if not on and value is not None:
         b.drop(path, quantity_text(value), SWITCHED_OFF)
     return on
@@ -153,7 +160,7 @@ def error_fields(b: NeutralBuilder, s: Dl06Loop) -> None:
     is_squared = error.curve == "squared"
     if is_squared:
         b.drop("error.curve", error.curve, "square the error, keeping its sign, before the loop, or retune it")
-    if not is_switched_on(b, "error.deadband", error.deadband, error.deadband_enabled):
+    if not keep_if_on(b, "error.deadband", error.deadband, error.deadband_enabled):
         return
     if error.deadband is None:
         b.drop("error.deadband_enabled", error.deadband_enabled, "on without a value: it ignores nothing")
@@ -207,7 +214,7 @@ def _span(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity, to: str, 
 def _rate_of_change(b: NeutralBuilder, s: Dl06Loop) -> None:
     alarms, field = s.loop.alarms, "alarms.rate_of_change"
     rate = alarms.rate_of_change
-    if not is_switched_on(b, field, rate, alarms.rate_of_change_enabled):
+    if not keep_if_on(b, field, rate, alarms.rate_of_change_enabled):
         return
     change = ZERO_COUNTS if rate is None else rate.per_sample(s.loop.sample_rate)
     if s.loop.pv.square_root:
@@ -280,7 +287,7 @@ def _loop(config: Dl06File, index: int, loop: Loop) -> NeutralLoop:
         b.require("sample_rate", "correct sample_rate: a loop with 0 s is not calculated")
     if not b.loop.missing:
         out_range = loop.output.range or (ZERO, HUNDRED)
-        table = scales(loop.pv.format, loop.output.format, (loop.pv.range, out_range), root=loop.pv.square_root)
+        table = make_scales(loop.pv.format, loop.output.format, (loop.pv.range, out_range), root=loop.pv.square_root)
         apply_table(b, loop, Dl06Loop(config, loop, table), FIELDS)
     return b.loop
 
@@ -347,7 +354,7 @@ def _shown_reset(loop: Loop) -> str:
 def _derivative(b: NeutralBuilder, s: Dl06Loop) -> None:
     """The rate and its gain limit N: a filter of Td/N; a limit of 0 is no derivative."""
     rate, limit = s.loop.tuning.rate, s.loop.derivative_gain_limit
-    limited = is_switched_on(b, "derivative_gain_limit", limit, s.loop.derivative_gain_limit_enabled)
+    limited = keep_if_on(b, "derivative_gain_limit", limit, s.loop.derivative_gain_limit_enabled)
     if limited and not limit:
         _no_derivative(b, s)
         return
@@ -376,7 +383,7 @@ def _no_derivative(b: NeutralBuilder, s: Dl06Loop) -> None:
 
 def _pv_filter(b: NeutralBuilder, s: Dl06Loop) -> None:
     pv = s.loop.pv
-    if is_switched_on(b, "pv.filter", pv.filter, pv.filter_enabled):
+    if keep_if_on(b, "pv.filter", pv.filter, pv.filter_enabled):
         k = pv.filter or ZERO
         time = filter_time(k, s.loop.sample_rate) if k else ZERO
         b.put("pv.filter", k, "pv.filter", time, "" if ZERO < k <= ONE else "outside 0.1 to 1.0 it does nothing")
@@ -397,7 +404,7 @@ def _setpoint(b: NeutralBuilder, s: Dl06Loop) -> None:
     setpoint, scale = s.loop.setpoint, s.scales["sp"]
     if setpoint.value is not None:
         b.put("setpoint.value", quantity_text(setpoint.value), "setpoint.value", position(scale, setpoint.value))
-    if not is_switched_on(b, "setpoint.limits", setpoint.limits, setpoint.limits_enabled):
+    if not keep_if_on(b, "setpoint.limits", setpoint.limits, setpoint.limits_enabled):
         return
     if setpoint.limits is not None:
         limits(b, "setpoint.limits", setpoint.limits, scale)

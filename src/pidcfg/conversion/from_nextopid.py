@@ -23,7 +23,7 @@ from pidcfg.conversion.builder import (
     round_computed,
     same_fields,
 )
-from pidcfg.encoders.nextopid.image import Placed, bumpless_moves, encode
+from pidcfg.encoders.nextopid.image import PlacedBlock, bumpless_moves, encode
 from pidcfg.schemas import expressions as ops
 from pidcfg.schemas.expressions import CONDITION_OPERATORS, Expression
 from pidcfg.schemas.iec import Wire
@@ -139,7 +139,7 @@ class Network:
     def __init__(self, config: NextopidFile) -> None:
         self.config = config
         self.encoding = encode(config)
-        self.items: tuple[Placed, ...] = self.encoding.items
+        self.items: tuple[PlacedBlock, ...] = self.encoding.items
         self.layout, self.wires = self.encoding.layout, self.encoding.wires
         self.first_loop = len(config.blocks)
         self.names = {number: name for name, number in self.layout.numbers.items()}
@@ -169,7 +169,7 @@ class Network:
         return value if value is None or isinstance(value, bool) else round_computed(value)
 
     def _first_value(self, number: int, seen: frozenset[tuple[int, str]]) -> Any:
-        owner = self.layout.owner(number)
+        owner = self.layout.owner_of(number)
         name = self.names.get(number, "")
         if owner is None:
             return self.config.signals[name]
@@ -266,7 +266,7 @@ class Network:
     @cached_property
     def _read_by(self) -> list[set[int]]:
         """What each block and loop reads, however indirectly, up to the loops."""
-        waits, loops = self.layout.waits(self.wires), set(self.loops)
+        waits, loops = self.layout.read_blocks(self.wires), set(self.loops)
         return [blocks_read_by(i, waits, loops) for i in range(len(self.items))]
 
     def expressions(self, j: int) -> Iterator[tuple[str, str]]:

@@ -36,7 +36,7 @@ from pidcfg.conversion.operation import (
     VendorSettings,
     Windup,
 )
-from pidcfg.encoders.codecs import nearest
+from pidcfg.encoders.codecs import round_to_integer
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.image import bumpless_moves, encode
 from pidcfg.schemas.iec import IDENTIFIER_LENGTH, KEYWORDS, Wire
@@ -170,7 +170,7 @@ class Task:
     def cycles(self, time: Decimal) -> int:
         """How many cycles are nearest to a sample time."""
         most = int(LONGEST / self.interval)
-        return max(1, min(nearest(quotient(time, self.interval)), most))
+        return max(1, min(round_to_integer(quotient(time, self.interval)), most))
 
     @staticmethod
     def holds(time: Decimal) -> bool:
@@ -185,7 +185,7 @@ def task_of(times: Sequence[Decimal], interval: Decimal | None) -> Task:
     steps = [min(max(time, SHORTEST), LONGEST) for time in times]
     common = common_step(steps)
     if common < SHORTEST:
-        common = common_step([max(Decimal(nearest(step / SHORTEST)), Decimal(1)) * SHORTEST for step in steps])
+        common = common_step([max(Decimal(round_to_integer(step / SHORTEST)), Decimal(1)) * SHORTEST for step in steps])
     return Task(common)
 
 
@@ -455,7 +455,7 @@ def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
     if pulse is None:
         return
     wanted = quotient(pulse.period, interval)
-    period = min(max(nearest(wanted), PERIODS[0]), PERIODS[1])
+    period = min(max(round_to_integer(wanted), PERIODS[0]), PERIODS[1])
     name = n.program.names.new(n.name, "_PWM")
     low, high = (number(end) for end in n.neutral.output.range)
     block = {"name": name, "type": "ControlPWM", "MV": f"{n.name}.MV", "MaxMV": high, "MinMV": low, "Period": period}
@@ -463,7 +463,7 @@ def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
     note = f"{name}, in cycles of the task of {decimal_text(interval)} s"
     if period < SHORT_PERIOD:
         note += f": the output has {period} steps; a shorter interval (--sample-time) gives more"
-    clamped = not PERIODS[0] <= nearest(wanted) <= PERIODS[1]
+    clamped = not PERIODS[0] <= round_to_integer(wanted) <= PERIODS[1]
     b.mark(f"{path}.Period", "output.pulse.period", note, exact=wanted, clamped=clamped)
 
 

@@ -13,9 +13,9 @@ from pydantic import BaseModel
 
 from pidcfg.conversion import json_value
 from pidcfg.encoders.contract import tables_of, units_by_path
-from pidcfg.encoders.decoding import Reading, name_in
+from pidcfg.encoders.decoding import Reading, owner_name
 from pidcfg.encoders.image import Settings
-from pidcfg.encoders.regmap import Access, Tuned, Written
+from pidcfg.encoders.regmap import Access, TuningNumbers, Writer
 from pidcfg.schemas.base import (
     UNIT_WORDS,
     ConfigurationFile,
@@ -131,7 +131,7 @@ def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
 
 
 @cache
-def _terms_at(vendor: Vendor) -> tuple[Tuned, Mapping[Path, int]]:
+def _terms_at(vendor: Vendor) -> tuple[TuningNumbers, Mapping[Path, int]]:
     """How a vendor's gains are stored, and where the three terms stand, in their order."""
     tuned = tables_of(vendor).TUNED
     return tuned, {parse_path(tuned.key(name)): i for i, name in enumerate(tuned.names)}
@@ -314,8 +314,8 @@ class Subject(NamedTuple):
         """What this side itself says beside its words, an entry a loop or block; nothing that a listing was given."""
         if self.reading is None:
             return list(self.encoding.image.settings)
-        by_name = {name_in(entry): entry for entry in self.reading.listing.settings}
-        return [by_name.get(name_in(entry), {}) for entry in self.encoding.image.settings]
+        by_name = {owner_name(entry): entry for entry in self.reading.listing.settings}
+        return [by_name.get(owner_name(entry), {}) for entry in self.encoding.image.settings]
 
     def faults(self, name: str) -> dict[str, str]:
         """What is refused of the settings of a loop, by key, and why; of no loop: of the whole file."""
@@ -325,7 +325,7 @@ class Subject(NamedTuple):
     @property
     def is_described(self) -> bool:
         """Whether this side says what no register holds, so that what it does not say is not there."""
-        return self.reading is None or self.reading.listing.described
+        return self.reading is None or self.reading.listing.has_settings
 
 
 def value_and_unit(leaf: Leaf, loop: object, vendor: Vendor, units: Mapping[str, str]) -> tuple[object, str]:
@@ -361,7 +361,7 @@ def trim_unit(unit: str) -> str:
     return unit.strip(" ").removesuffix("/").removesuffix(" per")
 
 
-def kind_by(access: Access, writer: Written | None) -> Kind:
+def kind_by(access: Access, writer: Writer | None) -> Kind:
     """Whose an item is, by the row of who else writes it, else by its access."""
     if writer is not None:
         return "setting" if writer.kind == "compared" else writer.kind
@@ -380,7 +380,7 @@ def flat(entry: Mapping[str, object], above: str = "") -> Iterator[tuple[str, ob
 
 
 def settings_beside(
-    entry: Mapping[str, object], loop: object, writers: Mapping[str, Written], faults: Mapping[str, str]
+    entry: Mapping[str, object], loop: object, writers: Mapping[str, Writer], faults: Mapping[str, str]
 ) -> dict[str, Item]:
     """What stands beside the words of a loop, by its keys; ``faults``: what is refused of it, and why."""
     units, items = unit_names(loop), {}
@@ -391,7 +391,7 @@ def settings_beside(
             items[key] = Item(f"{SETPOINT}.value", "left to the operator", content=value, kind="operated")
         else:
             kind = kind_by("setting", writer)
-            items[key] = Item(key, number(value), unit, number(value), kind=kind, by=writer.by if writer else "")
+            items[key] = Item(key, number(value), unit, number(value), kind=kind, by=writer.writer if writer else "")
     return with_faults(items, faults)
 
 

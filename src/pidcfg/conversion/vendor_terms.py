@@ -33,11 +33,11 @@ from pidcfg.conversion.terms import (
 )
 from pidcfg.encoders.codecs import Choice, DecodeError
 from pidcfg.encoders.contract import tables_of
-from pidcfg.encoders.decoding import Reading, name_in
+from pidcfg.encoders.decoding import Reading, owner_name
 from pidcfg.encoders.image import Block
-from pidcfg.encoders.listing import Listing, few
+from pidcfg.encoders.listing import Listing, shorten_names
 from pidcfg.encoders.parameters import AnyImage, Entry, content_text, read_content
-from pidcfg.encoders.regmap import D345, Bits, NoRegisterError, Point, Word, Written, writer_of
+from pidcfg.encoders.regmap import D345, Bits, NoRegisterError, Point, Word, Writer, writer_of
 from pidcfg.schemas.base import Quantity, unit_text
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
 from pidcfg.text.paths import dotted_text, is_given, outer_keys, parse_path, value_at
@@ -66,9 +66,9 @@ def memory_terms(subject: Subject) -> Terms:
         own = [block for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
         blocks = [_Block(subject, block, loop, outputs) for block in own]
         values = {path: value for block in blocks if not block.prefix for path, value in block.values()}
-        table: tuple[Written, ...] = tables_of(subject.vendor).WRITTEN
+        table: tuple[Writer, ...] = tables_of(subject.vendor).WRITTEN
         items = {key: item for block in blocks for key, item in block.items(table, values)}
-        names, entry = {row.name: row for row in table if row.when(values)}, settings[i]
+        names, entry = {row.name: row for row in table if row.applies(values)}, settings[i]
         items |= settings_beside(entry, loop, names, subject.faults(loop.name))
         items |= dict(_tables(blocks)) if subject.reading is None else {}
         if entry.get(SETPOINT) is False:
@@ -158,9 +158,9 @@ class _Block:
 
     def instead(self) -> list[str]:
         """Keys that say in other words what a register holds."""
-        return [row.instead for row in self.block.table.words if row.instead is not None]
+        return [row.other_key for row in self.block.table.words if row.other_key is not None]
 
-    def items(self, table: tuple[Written, ...], values: Mapping[str, Any]) -> Iterator[tuple[str, Item]]:
+    def items(self, table: tuple[Writer, ...], values: Mapping[str, Any]) -> Iterator[tuple[str, Item]]:
         """Every row; the bits of a word that no key sets are one item, and those that are reserved another."""
         by_offset: dict[int, list[Bits]] = {}
         for row in self.block.table.bits:
@@ -200,14 +200,14 @@ class _Block:
         key, at = self.prefix + name, self.block.start + word.offset
         return Item(key, None, "", content, address, text, kind, known=raw is not None, number=at)
 
-    def register(self, word: Word, writer: Written | None) -> Item:
+    def register(self, word: Word, writer: Writer | None) -> Item:
         """A register of its own."""
         raw, (address, text) = self.raw(word.offset), self.place(word.offset)
         key = self.prefix + (word.path or word.name)
         if raw is None:
             return Item(key, address=address, known=False)
         key, value, unit = self.shown(word, raw, key)
-        kind, by = kind_by(word.access, writer), "" if writer is None else writer.by
+        kind, by = kind_by(word.access, writer), "" if writer is None else writer.writer
         if outer := self.outputs.get(address):
             kind, by = "live", f"{outer}, whose output it is"
         at = self.block.start + word.offset
@@ -215,9 +215,9 @@ class _Block:
 
     def shown(self, word: Word, raw: int, key: str) -> tuple[str, object, str]:
         """The key of a register, what the file says of it, and its unit; else what its content means."""
-        other = None if word.instead is None or not self.is_own else value_at(self.model, parse_path(word.instead))
-        if other is not None and word.instead is not None:
-            return word.instead, number(other), ""
+        other = None if word.other_key is None or not self.is_own else value_at(self.model, parse_path(word.other_key))
+        if other is not None and word.other_key is not None:
+            return word.other_key, number(other), ""
         if self.fault(word.offset) or word.path is None:
             return key, None, ""
         spelled = getattr(word.codec, "spelled", None)
@@ -260,7 +260,7 @@ def parameter_terms(subject: Subject) -> Terms:
     image, table, made = subject.encoding.image, tables_of(subject.vendor).WRITTEN, outputs_of(subject.vendor)
     places: dict[str, int] = {}
     for i, entry in enumerate(image.settings):
-        places.setdefault(name_in(entry), i)
+        places.setdefault(owner_name(entry), i)
     models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     cells: dict[str, list[Entry]] = {name: [] for name in places}
     for cell in (*image.cells, *_others(subject)):
@@ -276,9 +276,9 @@ def parameter_terms(subject: Subject) -> Terms:
             key = cell.field or cell.address.removeprefix(f"{name}.")
             writer = writer_of(table, SIGNALS if model is None else key, values)
             if writer is None and model is not None and key in made:
-                writer = Written(key, "live", "the block, whose output it is", D345)
+                writer = Writer(key, "live", "the block, whose output it is", D345)
             if outer := outputs.get(cell.device):
-                writer = Written(key, "live", f"{outer}, whose output it is", D345)
+                writer = Writer(key, "live", f"{outer}, whose output it is", D345)
             items[key] = _item(subject, cell, key, model, units, writer)
         if model is not None:
             items |= settings_beside(settings[places[name]], model, {}, subject.faults(name))
@@ -296,7 +296,7 @@ def outputs_of(vendor: Vendor) -> dict[str, str]:
 
 def _others(subject: Subject) -> Iterator[Entry]:
     """The parameters of a listing that its configuration does not have."""
-    if subject.reading is None or subject.reading.listing.mixed:
+    if subject.reading is None or subject.reading.listing.is_mixed:
         return
     own = subject.encoding.image.words
     for name, raw in subject.reading.listing.words.items():
@@ -320,9 +320,7 @@ def _content(cell: Entry, reading: Reading | None) -> tuple[object, str, bool]:
     return raw if held is None else held, reading.unreadable.get(cell.address, ""), True
 
 
-def _item(
-    subject: Subject, cell: Entry, key: str, model: object, units: Mapping[str, str], who: Written | None
-) -> Item:
+def _item(subject: Subject, cell: Entry, key: str, model: object, units: Mapping[str, str], who: Writer | None) -> Item:
     """A parameter; one that is wired is a setting, whoever writes what it is wired to."""
     content, fault, known = _content(cell, subject.reading)
     has_unit = model is not None and not isinstance(content, Wire)
@@ -335,7 +333,7 @@ def _item(
         cell.device or cell.address,
         _word(cell, content, fault),
         "setting" if is_mine else kind_by("setting", who),
-        "" if who is None or isinstance(content, Wire) else who.by,
+        "" if who is None or isinstance(content, Wire) else who.writer,
         fault,
         known,
         number=cell.number,
@@ -366,7 +364,7 @@ def raw_terms(listing: Listing, vendor: Vendor) -> Terms:
     """Every word of a listing, and every setting beside them."""
     items = dict(unplaced_words(listing, vendor, (), ()))
     items |= {key: Item(key, number(value), "", number(value)) for key, value in flat({"plc": dict(listing.plc)})}
-    owner = Owner("", "file", "", items, is_described=listing.described)
+    owner = Owner("", "file", "", items, is_described=listing.has_settings)
     return Terms((owner,), is_listing=True, holds=items.__contains__)
 
 
@@ -377,12 +375,12 @@ def unplaced_words(
     space = getattr(vendor.module("registers"), "SPACE", None)
     for address, raw in listing.words.items():
         if address not in words:
-            shown = listing.shown[address] if space is None else space.name(address)
+            shown = listing.shown_addresses[address] if space is None else space.name(address)
             value = raw if space is None else space.kind(address).show(raw)
             text = raw.text if isinstance(raw, Wire) else str(raw) if space is None else space.shown(address, raw)
             yield shown, Item(shown, number(value), "", raw, shown, text, optional=True)
     for entry in listing.settings:
-        name = name_in(entry)
+        name = owner_name(entry)
         if name not in names:
             for key, value in flat({name: {key: part for key, part in entry.items() if key not in NAMES}}):
                 yield key, Item(key, number(value), "", number(value))
@@ -396,8 +394,8 @@ def terms_of(subject: Subject) -> Terms:
     encoding, reading = subject.encoding, subject.reading
     terms = parameter_terms(subject) if encoding.space is None else memory_terms(subject)
     if reading is not None and reading.fault:
-        held = reading.listing.words if encoding.space is None or reading.listing.mixed else encoding.image.words
-        names = {name_in(entry) for entry in encoding.image.settings}
+        held = reading.listing.words if encoding.space is None or reading.listing.is_mixed else encoding.image.words
+        names = {owner_name(entry) for entry in encoding.image.settings}
         terms.owners[0].items.update(unplaced_words(reading.listing, subject.vendor, held, names))
     return terms
 
@@ -435,11 +433,15 @@ def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
             written.add(place)
             operated += told if item.kind in {"live", "operated"} else []
     cells = tuple(cell for cell in image.cells if cell.number in written)
-    notes = [f"written, although it may be set while the PLC runs: {few(operated)}"] if operated else []
-    notes += [f"left out, since the PLC or the process writes it: {few(left)} (--live)"] if left else []
+    notes = [f"written, although it may be set while the PLC runs: {shorten_names(operated)}"] if operated else []
+    notes += [f"left out, since the PLC or the process writes it: {shorten_names(left)} (--live)"] if left else []
     held = {cell.number for cell in image.cells}
-    rest = [listing.shown[number] for number in listing.words if number not in held]
-    notes += [f"stays as it is, since no loop has it any more: {few(rest)}"] if rest and not listing.mixed else []
+    rest = [listing.shown_addresses[number] for number in listing.words if number not in held]
+    notes += (
+        [f"stays as it is, since no loop has it any more: {shorten_names(rest)}"]
+        if rest and not listing.is_mixed
+        else []
+    )
     return Changes(replace(image, cells=cells), tuple(notes))
 
 

@@ -25,7 +25,7 @@ class Option:
     """No register holds it: a listing with nothing beside it cannot be read without this option."""
 
 
-def listed(read: Callable[[str], object]) -> Callable[[str], list[object] | None]:
+def read_per_loop(read: Callable[[str], object]) -> Callable[[str], list[object] | None]:
     """A reader of options that say one thing a loop, with commas between; None when ``read`` refuses one."""
 
     def values(text: str) -> list[object] | None:
@@ -37,7 +37,7 @@ def listed(read: Callable[[str], object]) -> Callable[[str], list[object] | None
     return values
 
 
-def one_of(*words: str) -> Callable[[str], str]:
+def read_choice(*words: str) -> Callable[[str], str]:
     """A reader of options that are one of some words."""
 
     def word(text: str) -> str:

@@ -20,8 +20,8 @@ from pidcfg.text.frozen import frozen
 # `DecodeError`; neither ever guesses.
 
 WORD_MAX = 0xFFFF
-MOST_BCD = 9999
-SIGN = 0x8000
+MAX_BCD = 9999
+SIGN_BIT = 0x8000
 Fault = Literal["range", "off", "form", "wire"]
 
 
@@ -48,7 +48,7 @@ class DecodeError(ValueError):
         self.place = place
 
 
-def nearest(value: Decimal) -> int:
+def round_to_integer(value: Decimal) -> int:
     """The nearest integer, ties to even, exactly."""
     return int(value.to_integral_value(ROUND_HALF_EVEN))
 
@@ -68,7 +68,7 @@ def bcd_digits(word: int) -> int:
 
 def typed_digits(word: int) -> int | None:
     """The BCD word of the number that a word is in decimal: 00FA is 250, hence 0250; None: it has five digits."""
-    return bcd_word(word) if word <= MOST_BCD else None
+    return bcd_word(word) if word <= MAX_BCD else None
 
 
 @frozen
@@ -100,12 +100,12 @@ class Bcd:
     @property
     def high(self) -> Decimal:
         """Largest value."""
-        return MOST_BCD * self.step
+        return MAX_BCD * self.step
 
     def encode(self, value: Decimal) -> int:
         """A value to its word; one that merely rounds onto an off code is refused."""
-        digits = nearest(value.scaleb(self.decimals, EXACT_CONTEXT))
-        if not 0 <= digits <= MOST_BCD or value < 0:
+        digits = round_to_integer(value.scaleb(self.decimals, EXACT_CONTEXT))
+        if not 0 <= digits <= MAX_BCD or value < 0:
             raise EncodeError("range", "is outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:
             effect = "switches it off" if self.special in {"off", "not allowed"} else self.special
@@ -121,10 +121,10 @@ class Bcd:
             if typed is None:
                 raise
             raise DecodeError(
-                f"{error}; it is {word} (typed in decimal? {self.shown(typed)} would be {typed:04X})"
+                f"{error}; it is {word} (typed in decimal? {self.show(typed)} would be {typed:04X})"
             ) from None
 
-    def shown(self, word: int) -> str:
+    def show(self, word: int) -> str:
         """The value of four BCD digits with all its decimals; that of an off code with what it does."""
         digits = bcd_digits(word)
         return f"{digits * self.step:f}{f' ({self.special})' if digits in self.off else ''}"
@@ -194,16 +194,16 @@ class SignMagnitude:
         """A number to its word: ``SignMagnitude(4095).encode(-1) == 0x8001``."""
         if abs(value) > self.high:
             raise EncodeError("range", "is outside the word's range", Decimal(-self.high), Decimal(self.high))
-        return value if value >= 0 else SIGN | -value
+        return value if value >= 0 else SIGN_BIT | -value
 
     def decode(self, word: int) -> int:
         """A word to its number."""
-        magnitude = word & ~SIGN
+        magnitude = word & ~SIGN_BIT
         if magnitude > self.high:
             raise DecodeError(f"0x{word:04X} has bits set above 0x{self.high:04X} and the sign")
-        if word == SIGN:
+        if word == SIGN_BIT:
             raise DecodeError("0x8000 is minus zero")
-        return -magnitude if word & SIGN else magnitude
+        return -magnitude if word & SIGN_BIT else magnitude
 
 
 @frozen
@@ -213,14 +213,14 @@ class Implied:
     rounds: ClassVar[bool] = True
     decimals: int = 0
     off: tuple[int, ...] = ()
-    least: int = 0
-    most: int = WORD_MAX
+    low_count: int = 0
+    high_count: int = WORD_MAX
     special: str = "off"
 
     @property
     def notation(self) -> str:
         """How the word is written, for reference pages."""
-        signed = "signed " if self.least < 0 else ""
+        signed = "signed " if self.low_count < 0 else ""
         off = f", {' and '.join(map(str, self.off))} {self.special}" if self.off else ""
         return f"{signed}integer of {self.step:f}{off}" if self.decimals else f"{signed}integer{off}"
 
@@ -231,9 +231,9 @@ class Implied:
 
     def encode(self, value: Decimal) -> int:
         """A value to its word; one that merely rounds onto an off code is refused."""
-        number = nearest(Decimal(value).scaleb(self.decimals, EXACT_CONTEXT))
-        low, high = self.least * self.step, self.most * self.step
-        if not self.least <= number <= self.most or not low <= value <= high:
+        number = round_to_integer(Decimal(value).scaleb(self.decimals, EXACT_CONTEXT))
+        low, high = self.low_count * self.step, self.high_count * self.step
+        if not self.low_count <= number <= self.high_count or not low <= value <= high:
             raise EncodeError("range", "is outside the word's range", low, high)
         if number in self.off and value != number * self.step:
             raise EncodeError("off", f"rounds to {number * self.step}, which switches it off", low, high)
@@ -241,7 +241,7 @@ class Implied:
 
     def decode(self, word: int) -> Decimal:
         """A word to its value."""
-        return (word - 0x10000 if self.least < 0 and word & SIGN else word) * self.step
+        return (word - 0x10000 if self.low_count < 0 and word & SIGN_BIT else word) * self.step
 
 
 @frozen
@@ -293,7 +293,7 @@ def single_value(raw: int) -> float:
     return next(v for v in (float(f"{exact:.{digits}g}") for digits in range(1, 10)) if single_bits(v) == raw)
 
 
-def _to_odd(value: Decimal) -> float:
+def _round_to_odd(value: Decimal) -> float:
     """One of the two doubles around a number, that with the odd last bit: rounded again it is as if rounded once."""
     double = float(value)
     exact = Decimal(double)
@@ -315,7 +315,7 @@ class Single:
 
     def encode(self, value: Decimal) -> int:
         """A value to its bits; what is too large, or so small that it would become 0, is refused."""
-        bits = single_bits(_to_odd(value))
+        bits = single_bits(_round_to_odd(value))
         if bits is None:
             raise EncodeError("range", "is outside the range of single precision", -LARGEST_SINGLE, LARGEST_SINGLE)
         if value and not bits & 0x7FFFFFFF:
@@ -336,7 +336,7 @@ class Single:
 # distances along it. On a square-root scale full scale is the root of the span: the set point of a loop that extracts
 # the root of its PV is compared with that root.
 
-MOST_DECIMALS = 12
+MAX_DECIMALS = 12
 BAND_SHARE, POSITION_SHARE = Decimal("0.01"), Decimal("0.0005")
 """Of a band's value, and of the span for a position: what is further off is not the same number."""
 EXAMPLE_SHARE = Decimal("0.0001")
@@ -397,7 +397,7 @@ class Scale:
     root: bool = False
 
     @cached_property
-    def full(self) -> Decimal:
+    def full_counts(self) -> Decimal:
         """Counts from 0 % to 100 % on this scale."""
         span = Decimal(self.format.span)
         return EXACT_CONTEXT.sqrt(span) if self.root else span
@@ -408,70 +408,70 @@ class Scale:
         return EXACT_CONTEXT.subtract(self.range[1], self.range[0]) if self.range else Decimal(1)
 
     @property
-    def zero(self) -> int:
+    def zero_counts(self) -> int:
         """Counts at 0 %."""
         return 0 if self.root else self.format.minimum
 
     @property
-    def top(self) -> int:
+    def top_counts(self) -> int:
         """Counts at 100 %."""
-        return self.zero + nearest(self.full)
+        return self.zero_counts + round_to_integer(self.full_counts)
 
     @property
     def ends(self) -> tuple[Quantity, Quantity]:
         """The counts at both ends."""
-        return Quantity(Decimal(self.zero), counts=True), Quantity(Decimal(self.top), counts=True)
+        return Quantity(Decimal(self.zero_counts), counts=True), Quantity(Decimal(self.top_counts), counts=True)
 
     def position(self, quantity: Quantity) -> Decimal:
         """Counts of a value on the scale, not yet rounded."""
         if quantity.counts or self.range is None:
             return quantity.value
         return EXACT_CONTEXT.add(
-            self._scaled(EXACT_CONTEXT.subtract(quantity.value, self.range[0])), Decimal(self.zero)
+            self._units_to_counts(EXACT_CONTEXT.subtract(quantity.value, self.range[0])), Decimal(self.zero_counts)
         )
 
     def distance(self, quantity: Quantity) -> Decimal:
         """Counts of a difference of two values, not yet rounded."""
-        return quantity.value if quantity.counts or self.range is None else self._scaled(quantity.value)
+        return quantity.value if quantity.counts or self.range is None else self._units_to_counts(quantity.value)
 
-    def _scaled(self, value: Decimal) -> Decimal:
+    def _units_to_counts(self, value: Decimal) -> Decimal:
         """Multiplied before it is divided, so that a tie comes out as one: a quotient ending in .5 is exact."""
-        return EXACT_CONTEXT.divide(EXACT_CONTEXT.multiply(value, self.full), self.width)
+        return EXACT_CONTEXT.divide(EXACT_CONTEXT.multiply(value, self.full_counts), self.width)
 
     def value(self, counts: int) -> Quantity:
         """The shortest engineering value that encodes to these counts."""
         if self.range is None:
             return Quantity(Decimal(counts))
-        if counts > self.top:  # a word of a square-root loop may hold more than full scale
+        if counts > self.top_counts:  # a word of a square-root loop may hold more than full scale
             return Quantity(Decimal(counts), counts=True)
-        exact = EXACT_CONTEXT.add(self.range[0], self._units(Decimal(counts - self.zero)))
-        return shortest(exact, lambda q: nearest(self.position(q)) == counts, counts)
+        exact = EXACT_CONTEXT.add(self.range[0], self._counts_to_units(Decimal(counts - self.zero_counts)))
+        return shortest_quantity(exact, lambda q: round_to_integer(self.position(q)) == counts, counts)
 
     def span_value(self, counts: int | Decimal) -> Quantity:
         """The shortest engineering difference that encodes to these counts."""
-        return self.span_value_by(counts, lambda q: nearest(self.distance(q)) == counts)
+        return self.span_value_by(counts, lambda q: round_to_integer(self.distance(q)) == counts)
 
-    def span_value_by(self, counts: int | Decimal, same: Callable[[Quantity], bool]) -> Quantity:
+    def span_value_by(self, counts: int | Decimal, is_same: Callable[[Quantity], bool]) -> Quantity:
         """As `span_value`, with the test of equality that fits the word."""
         if self.range is None:
             return Quantity(Decimal(counts))
-        if counts > (self.top if self.root else self.format.maximum):
+        if counts > (self.top_counts if self.root else self.format.maximum):
             return Quantity(Decimal(counts), counts=True)
-        return shortest(self._units(Decimal(counts)), same, counts)
+        return shortest_quantity(self._counts_to_units(Decimal(counts)), is_same, counts)
 
     def meaning(self, counts: int, *, distance: bool = False) -> Decimal:
         """What counts stand for, in few digits; of a scale with a range."""
-        exact = self._units(Decimal(counts if distance else counts - self.zero))
+        exact = self._counts_to_units(Decimal(counts if distance else counts - self.zero_counts))
         if not distance and self.range is not None:
             exact = EXACT_CONTEXT.add(self.range[0], exact)
         near = EXAMPLE_SHARE * abs(exact)
-        return shortest(exact, lambda q: abs(q.value - exact) <= near, 0).value
+        return shortest_quantity(exact, lambda q: abs(q.value - exact) <= near, 0).value
 
-    def _units(self, counts: Decimal) -> Decimal:
-        return EXACT_CONTEXT.divide(EXACT_CONTEXT.multiply(counts, self.width), self.full)
+    def _counts_to_units(self, counts: Decimal) -> Decimal:
+        return EXACT_CONTEXT.divide(EXACT_CONTEXT.multiply(counts, self.width), self.full_counts)
 
 
-def before_root(pv: Scale, root: Scale, counts: int) -> tuple[Decimal, Decimal | None]:
+def pv_before_root(pv: Scale, root: Scale, counts: int) -> tuple[Decimal, Decimal | None]:
     """What counts of a PV are before its root is taken: percent of the signal, and the value that they stand for.
 
     ``pv`` is the scale of the signal, ``root`` that of the set point; there is no value without a range.
@@ -479,19 +479,19 @@ def before_root(pv: Scale, root: Scale, counts: int) -> tuple[Decimal, Decimal |
     share = EXACT_CONTEXT.divide(Decimal(100 * (counts - pv.format.minimum)), Decimal(pv.format.span))
     if root.range is None:
         return share, None
-    taken = EXACT_CONTEXT.divide(EXACT_CONTEXT.sqrt(Decimal(max(counts, 0))), root.full)
+    taken = EXACT_CONTEXT.divide(EXACT_CONTEXT.sqrt(Decimal(max(counts, 0))), root.full_counts)
     return share, EXACT_CONTEXT.add(root.range[0], EXACT_CONTEXT.multiply(taken, root.width))
 
 
-def shortest(exact: Decimal, same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
+def shortest_quantity(exact: Decimal, is_same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
     """The decimal with fewest places that means the same; raw counts where no short one does."""
     if (
-        exact.adjusted() >= EXACT_CONTEXT.prec - MOST_DECIMALS
+        exact.adjusted() >= EXACT_CONTEXT.prec - MAX_DECIMALS
     ):  # a range like [0, 1e300]: more digits than can be counted in
         return Quantity(Decimal(counts), counts=True)
-    for places in range(MOST_DECIMALS + 1):
+    for places in range(MAX_DECIMALS + 1):
         candidate = Quantity(EXACT_CONTEXT.quantize(exact, Decimal(1).scaleb(-places)) + 0)
-        if same(candidate):
+        if is_same(candidate):
             return candidate
     return Quantity(Decimal(counts), counts=True)
 
@@ -509,27 +509,27 @@ class Position:
         """How the word is written, for reference pages."""
         return "counts"
 
-    def coarse(self, value: Quantity, word: int, scale: Scale) -> Decimal | None:
+    def coarse_value(self, value: Quantity, word: int, scale: Scale) -> Decimal | None:
         """What a word means that is far from its value, as one of a root's few counts is; None: it is the value."""
         if is_raw(value, scale) or value.derived:
             return None
-        meant = scale.meaning(scale.format.codec.decode(word))
-        return meant if abs(meant - value.value) > POSITION_SHARE * scale.width else None
+        meaning = scale.meaning(scale.format.codec.decode(word))
+        return meaning if abs(meaning - value.value) > POSITION_SHARE * scale.width else None
 
-    def rest(self, value: Quantity, word: int, scale: Scale) -> Decimal:
+    def rounding_excess(self, value: Quantity, word: int, scale: Scale) -> Decimal:
         """Counts by which a word is beyond its value."""
         return EXACT_CONTEXT.subtract(Decimal(scale.format.codec.decode(word)), scale.position(value))
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to the word of its format."""
-        counts = whole(scale.position(value), raw=is_raw(value, scale))
+        counts = whole_counts(scale.position(value), raw=is_raw(value, scale))
         try:
             word = scale.format.codec.encode(counts)
         except EncodeError as error:
-            outside = _outside(scale, value, scale.value)
-            outside.stored = error.stored
-            raise outside from None
-        return within_root(word, counts, scale, value)
+            range_error = _range_error(scale, value, scale.value)
+            range_error.stored = error.stored
+            raise range_error from None
+        return check_root(word, counts, scale, value)
 
     def decode(self, word: int, scale: Scale) -> Quantity:
         """The word to a quantity."""
@@ -549,35 +549,35 @@ class Distance:
         """How the word is written, for reference pages."""
         return "counts, a difference"
 
-    def coarse(self, value: Quantity, word: int, scale: Scale) -> Decimal | None:
+    def coarse_value(self, value: Quantity, word: int, scale: Scale) -> Decimal | None:
         """What a word means that is far from its value, as a band of few counts is; None: it is the value."""
         if is_raw(value, scale) or value.derived:
             return None
-        meant = scale.meaning(word, distance=True)
-        return meant if abs(meant - value.value) > BAND_SHARE * abs(value.value) else None
+        meaning = scale.meaning(word, distance=True)
+        return meaning if abs(meaning - value.value) > BAND_SHARE * abs(value.value) else None
 
-    def rest(self, value: Quantity, word: int, scale: Scale) -> Decimal:
+    def rounding_excess(self, value: Quantity, word: int, scale: Scale) -> Decimal:
         """Counts by which a word is beyond its value."""
         return EXACT_CONTEXT.subtract(Decimal(word), scale.distance(value))
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to an unsigned word."""
-        counts = whole(scale.distance(value), raw=is_raw(value, scale) and not value.derived)
+        counts = whole_counts(scale.distance(value), raw=is_raw(value, scale) and not value.derived)
         if not 0 <= counts <= scale.format.maximum:
-            error = _outside(scale, value, scale.span_value, low=0)
+            error = _range_error(scale, value, scale.span_value, low=0)
             error.stored = counts if 0 <= counts <= scale.format.codec.room else None
             raise error
-        return within_root(counts, counts, scale, value)
+        return check_root(counts, counts, scale, value)
 
     def decode(self, word: int, scale: Scale) -> Quantity:
         """The word to a quantity."""
         return scale.span_value(Binary(scale.format.codec.room).decode(word))
 
 
-def within_root(word: int, counts: int, scale: Scale, value: Quantity) -> int:
+def check_root(word: int, counts: int, scale: Scale, value: Quantity) -> int:
     """The word, unless it is beyond full scale of a square-root loop: no PV has such a root."""
-    if scale.root and counts > scale.top:
-        error = _outside(scale, value, scale.value, low=0)
+    if scale.root and counts > scale.top_counts:
+        error = _range_error(scale, value, scale.value, low=0)
         error.stored = word
         raise error
     return word
@@ -588,16 +588,21 @@ def is_raw(value: Quantity, scale: Scale) -> bool:
     return value.counts or scale.range is None
 
 
-def whole(counts: Decimal, *, raw: bool) -> int:
+def whole_counts(counts: Decimal, *, raw: bool) -> int:
     """Rounded counts; raw ones must be whole already."""
     if raw and counts != counts.to_integral_value():
         raise EncodeError("form", "is not a whole number of counts")
-    return nearest(counts)
+    return round_to_integer(counts)
 
 
-def _outside(scale: Scale, value: Quantity, back: Callable[[int], Quantity], low: int | None = None) -> EncodeError:
+def _range_error(
+    scale: Scale, value: Quantity, value_of: Callable[[int], Quantity], low: int | None = None
+) -> EncodeError:
     """The error with the limits in the user's own unit."""
-    least, most = scale.format.minimum if low is None else low, scale.top if scale.root else scale.format.maximum
+    low_count, high_count = (
+        scale.format.minimum if low is None else low,
+        scale.top_counts if scale.root else scale.format.maximum,
+    )
     if is_raw(value, scale):
-        return EncodeError("range", "is outside the word's range", Decimal(least), Decimal(most))
-    return EncodeError("range", "is outside the word's range", back(least).value, back(most).value)
+        return EncodeError("range", "is outside the word's range", Decimal(low_count), Decimal(high_count))
+    return EncodeError("range", "is outside the word's range", value_of(low_count).value, value_of(high_count).value)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Decoded, Settings
     from pidcfg.encoders.listing import FileKind
     from pidcfg.encoders.parameters import AnyEncoding, ParameterTable
-    from pidcfg.encoders.regmap import LoopTuning, RegisterMap, Tuned, Written
+    from pidcfg.encoders.regmap import LoopTuning, RegisterMap, TuningNumbers, Writer
 
 
 class Parts(Protocol):
@@ -59,7 +59,7 @@ class Tables(Protocol):
         """All that there are."""
 
     @property
-    def TUNED(self) -> Tuned:  # noqa: N802 - a constant of the module
+    def TUNED(self) -> TuningNumbers:  # noqa: N802 - a constant of the module
         """Where the gains stand."""
 
     @property
@@ -67,7 +67,7 @@ class Tables(Protocol):
         """Settings that act on a loop and that no register has, by key; those of the PLC begin with ``plc.``."""
 
     @property
-    def WRITTEN(self) -> tuple[Written, ...]:  # noqa: N802 - a constant of the module
+    def WRITTEN(self) -> tuple[Writer, ...]:  # noqa: N802 - a constant of the module
         """Who else writes them."""
 
 

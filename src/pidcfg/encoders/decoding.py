@@ -13,18 +13,18 @@ from pidcfg.encoders.codecs import Bcd, DecodeError, typed_digits
 from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.encoders.image import Cell, Decoded, Encoding, Image, NoValueError, RefusedError, read_settings
 from pidcfg.encoders.listing import (
-    HEADERS,
+    HEADERS_ADVICE,
     PLC,
     FileKind,
     Listing,
     ListingError,
-    columns,
-    few,
+    column_names,
+    detect_kind,
     first_line,
-    kind_of,
+    shorten_names,
     write_text,
 )
-from pidcfg.encoders.parameters import AnyEncoding, AnyImage, Elsewhere
+from pidcfg.encoders.parameters import AnyEncoding, AnyImage, UnknownContent
 from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, dotted_text, has_key, parse_path, set_value, value_at
@@ -40,11 +40,13 @@ ZERO_BY_TYPE = {bool: False, int: 0, float: 0.0}
 CONFIGURATION = re.compile(r"^pidcfg:", re.MULTILINE)
 NAME_AND_SIGN = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
 """An address or name, and behind it another sign than the blank of a text listing."""
-MOST_DIGITS = DEFAULT.scalar_bytes
+MAX_NUMBER_DIGITS = DEFAULT.scalar_bytes
 """Digits of a number: as many as a value of a configuration may have signs, and fewer than Python reads."""
-LONG_NUMBER = re.compile(rf"(?<![0-9])[0-9]{{{MOST_DIGITS + 1},}}")
-OTHER_WAYS = "decode what 'pidcfg encode' writes as text, csv or json, or read the PLC itself with 'pidcfg pull --map'"
-HEAD = 1000
+LONG_NUMBER = re.compile(rf"(?<![0-9])[0-9]{{{MAX_NUMBER_DIGITS + 1},}}")
+OTHER_COMMANDS = (
+    "decode what 'pidcfg encode' writes as text, csv or json, or read the PLC itself with 'pidcfg pull --map'"
+)
+HEAD_CHARACTERS = 1000
 """Characters in which a listing names its vendor."""
 
 
@@ -60,14 +62,14 @@ def read_listing(
     refuse_large(data, limits)
     kinds = formats_of(vendor).FORMATS
     text = _text_of(data, [kinds[kind]] if kind else [*kinds.values()])
-    chosen = kinds[kind] if kind else kind_of(text, kinds)
+    chosen = kinds[kind] if kind else detect_kind(text, kinds)
     if chosen is None:
         if other := binary_file(data):
             raise ListingError(f"{other[0]}, no memory listing; {other[1]}")
-        named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD]), None)
-        if named not in {None, vendor.key}:
-            raise ListingError(f"this is a listing of vendor {named}, not {vendor.key}")
-        raise ListingError(_no_listing(text, kinds))
+        vendor_named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD_CHARACTERS]), None)
+        if vendor_named not in {None, vendor.key}:
+            raise ListingError(f"this is a listing of vendor {vendor_named}, not {vendor.key}")
+        raise ListingError(_no_listing_problem(text, kinds))
     if pou and chosen.read_program is None:
         raise ListingError(
             f"--pou names a program of a project in PLCopen XML, and this file is of the format {chosen.name}"
@@ -78,19 +80,20 @@ def read_listing(
     return listing
 
 
-def _no_listing(text: str, kinds: Mapping[str, FileKind]) -> str:
+def _no_listing_problem(text: str, kinds: Mapping[str, FileKind]) -> str:
     """What a text is that is no listing, with the cure where there is one."""
     if not text.strip():
         return "the file is empty: export the listing again"
     if CONFIGURATION.search(text):
         return "this is a file of pidcfg and no listing; 'pidcfg encode' writes the words of a configuration"
-    if {"table", "register"} <= set(columns(text)):
-        return f"this is a Modbus listing, whose registers only a map of the project explains: {OTHER_WAYS}"
+    if {"table", "register"} <= set(column_names(text)):
+        return f"this is a Modbus listing, whose registers only a map of the project explains: {OTHER_COMMANDS}"
     problem = f"this is no memory listing that pidcfg reads ({', '.join(kinds)})"
     row = NAME_AND_SIGN.match(first_line(text))
     if row is None or not kinds["text"].looks_like(f"{row['name']} "):
         return problem
-    return f"{problem}; write blanks in place of {row['sign']!r} behind {row['name']}, or begin a table with {HEADERS}"
+    sign, name = row["sign"], row["name"]
+    return f"{problem}; write blanks in place of {sign!r} behind {name}, or begin a table with {HEADERS_ADVICE}"
 
 
 def _text_of(data: bytes, kinds: Iterable[FileKind]) -> str:
@@ -133,13 +136,13 @@ def _decode_bytes(data: bytes, encoding: str) -> str:
     if endless := LONG_NUMBER.search(text):
         begin = text.rfind("\n", 0, endless.start()) + 1
         line, column = text.count("\n", 0, begin) + 1, endless.start() - begin + 1
-        raise ListingError(f"a number of {len(endless[0])} digits; the limit is {MOST_DIGITS}", line, column)
+        raise ListingError(f"a number of {len(endless[0])} digits; the limit is {MAX_NUMBER_DIGITS}", line, column)
     return text
 
 
 def join_listings(listings: list[Listing]) -> Listing:
     """Several files of one image as one; an address in two of them is refused."""
-    first, *others = sorted(listings, key=lambda listing: not listing.leads)
+    first, *others = sorted(listings, key=lambda listing: not listing.is_leading)
     for other in others:
         first.join(other)
     return first
@@ -152,33 +155,33 @@ def with_names(listing: Listing, image: Image) -> Listing:
     """
     settings = listing.settings
     if settings:
-        by_name = {name_in(entry): entry for entry in image.settings}
-        settings = tuple(_merge_settings(by_name.get(name_in(entry), {}), entry) for entry in settings)
+        by_name = {owner_name(entry): entry for entry in image.settings}
+        settings = tuple(_merge_settings(by_name.get(owner_name(entry), {}), entry) for entry in settings)
     else:
-        settings = tuple(entry for entry in image.settings if _may_hold(name_in(entry), listing))
+        settings = tuple(entry for entry in image.settings if _may_have_loop(owner_name(entry), listing))
     return replace(listing, settings=settings, plc={**image.plc, **listing.plc})
 
 
-def name_in(entry: Mapping[str, object]) -> str:
+def owner_name(entry: Mapping[str, object]) -> str:
     """The loop or block that settings beside the words are of."""
     return str(entry.get("loop") or entry.get("block") or "")
 
 
-def _may_hold(name: object, listing: Listing) -> bool:
+def _may_have_loop(name: object, listing: Listing) -> bool:
     """Whether a listing may hold a loop: where its words have names, one of them begins with the loop's."""
     return any(not isinstance(word, str) or word.startswith(f"{name}.") for word in listing.words)
 
 
-def like_options(listing: Listing, options: Mapping[str, object]) -> Mapping[str, object]:
+def naming_options(listing: Listing, options: Mapping[str, object]) -> Mapping[str, object]:
     """The options of a decoder for a listing that takes its names from another image."""
     return options if listing.settings else {**options, "names_only": True}
 
 
-def _merge_settings(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, object]:
-    merged = {**under, **over}
-    for key in under.keys() & over.keys():
-        if isinstance(under[key], dict) and isinstance(over[key], dict):
-            merged[key] = _merge_settings(under[key], over[key])
+def _merge_settings(lower: Mapping[str, Any], upper: Mapping[str, Any]) -> dict[str, object]:
+    merged = {**lower, **upper}
+    for key in lower.keys() & upper.keys():
+        if isinstance(lower[key], dict) and isinstance(upper[key], dict):
+            merged[key] = _merge_settings(lower[key], upper[key])
     return merged
 
 
@@ -190,7 +193,7 @@ def decode_listing(
     ``like``: an image that gives names, ranges and units where the listing does not.
     """
     if like is not None:
-        options, listing = like_options(listing, options), with_names(listing, like)
+        options, listing = naming_options(listing, options), with_names(listing, like)
     try:
         decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
@@ -202,18 +205,18 @@ def decode_listing(
         text = "; ".join((str(error), *listing.notes))
         raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
     zeros = tuple(f"{text}; it counts as 0 (D50)" for text in wrong)
-    doubts, suggestion = _doubts(listing, encoding) if wrong else ((), "")
-    differences = _differences(listing, again, decoded.status)
+    doubts, suggestion = _decimal_doubts(listing, encoding) if wrong else ((), "")
+    differences = _difference_notes(listing, again, decoded.status)
     notes = (*listing.notes, *zeros, *doubts, *decoded.notes, *differences)
     return replace(decoded, notes=notes, warnings=zeros, suggestion=suggestion)
 
 
-def _doubts(listing: Listing, encoding: AnyEncoding) -> tuple[tuple[str, ...], str]:
+def _decimal_doubts(listing: Listing, encoding: AnyEncoding) -> tuple[tuple[str, ...], str]:
     """Notes on words that seem typed in decimal, and the listing without them; empty: none does."""
     if not isinstance(encoding, Encoding):
         return (), ""
-    found = suspects(listing.words, encoding)
-    return tuple(beside(found)), suggested(listing, encoding, found) if found else ""
+    suspected = find_suspects(listing.words, encoding)
+    return tuple(suspect_notes(suspected)), suggested_listing(listing, encoding, suspected) if suspected else ""
 
 
 def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, object]) -> tuple[Decoded, list[str]]:
@@ -239,17 +242,17 @@ def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, obj
     return text, listing.notes
 
 
-def _differences(listing: Listing, again: AnyImage, status: Collection[int]) -> Iterator[str]:
+def _difference_notes(listing: Listing, again: AnyImage, status: Collection[int]) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
-    said = {number: raw for number, raw in listing.words.items() if not isinstance(raw, Elsewhere)}
-    differ = [c.address for c in again.cells if said.get(c.number, c.raw) != c.raw]
-    if differ:
-        yield f"encoded again, these words differ from the listing: {few(differ)}"
+    contents = {number: raw for number, raw in listing.words.items() if not isinstance(raw, UnknownContent)}
+    different = [c.address for c in again.cells if contents.get(c.number, c.raw) != c.raw]
+    if different:
+        yield f"encoded again, these words differ from the listing: {shorten_names(different)}"
     name_of = {c.number: c.address for c in again.cells}
     unassigned = sorted(number for number in listing.words if number not in name_of and number not in status)
-    if unassigned and not listing.mixed:
-        lines = [listing.shown.get(number, str(number)) for number in unassigned]
-        yield f"these words of the listing belong to no loop and are left out: {few(lines)}"
+    if unassigned and not listing.is_mixed:
+        lines = [listing.shown_addresses.get(number, str(number)) for number in unassigned]
+        yield f"these words of the listing belong to no loop and are left out: {shorten_names(lines)}"
 
 
 def check_settings(listing: Listing, vendor: Vendor) -> None:
@@ -279,7 +282,7 @@ def zero_of(content: Any) -> Any:
 # gives a configuration. That configuration says only what the words mean; what is compared is what the listing itself
 # holds.
 
-OWNERS = ("loops", "blocks")
+OWNER_SECTIONS = ("loops", "blocks")
 SIGNALS = "signals"
 
 
@@ -308,44 +311,44 @@ def reading_of(listing: Listing, vendor: Vendor, like: object = None) -> Reading
 
     ``like``: a configuration and its encoding, which gives names, ranges and units, and what is missing or refused.
     """
-    return _Reader(listing, vendor, like).read()
+    return _Reader(listing, vendor, like).read_loops()
 
 
 class _Reader:
     """A listing on its way to a reading."""
 
     def __init__(self, listing: Listing, vendor: Vendor, like: Any) -> None:
-        self.listing, self.vendor, self.like = listing, vendor, like
+        self.listing, self.vendor, self.other_side = listing, vendor, like
         self.image: Any = None if like is None else like[1].image
-        named = listing if self.image is None else with_names(listing, self.image)
-        self.options = {} if self.image is None else like_options(listing, {})
-        self.given: Mapping[Any, Any] = {} if self.image is None else self.image.words
-        self.words, self.plc = dict(listing.words), deepcopy(dict(named.plc))
-        self.settings = [deepcopy(dict(entry)) for entry in named.settings]
+        renamed = listing if self.image is None else with_names(listing, self.image)
+        self.options = {} if self.image is None else naming_options(listing, {})
+        self.other_words: Mapping[Any, Any] = {} if self.image is None else self.image.words
+        self.words, self.plc = dict(listing.words), deepcopy(dict(renamed.plc))
+        self.settings = [deepcopy(dict(entry)) for entry in renamed.settings]
         self.unreadable: dict[int | str, str] = {}
         self.refused: dict[tuple[str, str], str] = {}
         self.partial = False
         self.data: Mapping[str, Any] = {}
 
-    def read(self) -> Reading:
+    def read_loops(self) -> Reading:
         """The configuration of what is not refused; where that is none, the other side's."""
         while True:
             try:
                 decoded = encoder_of(self.vendor).decode(self.words, self.settings, self.plc, self.options)
                 self.data = decoded.data
                 config = read_settings(self.vendor.model, self.data, "the listing gives no configuration")
-                return self._reading(config, encoder_of(self.vendor).encode(config))
+                return self._make_reading(config, encoder_of(self.vendor).encode(config))
             except DecodeError as error:
-                if isinstance(error, RefusedError) and self.like is not None:
+                if isinstance(error, RefusedError) and self.other_side is not None:
                     is_cured = self._replace_refused(error)
                 else:
                     is_cured = self._replace_word(error) or self._add_missing_words()
-                if not is_cured and self.like is None:
+                if not is_cured and self.other_side is None:
                     raise ListingError(str(error), self.listing.lines.get(error.place, 1)) from None
                 if not is_cured:
-                    return self._reading(self.like[0], self.like[1], str(error))
+                    return self._make_reading(self.other_side[0], self.other_side[1], str(error))
 
-    def _reading(self, config: Any, encoding: AnyEncoding, fault: str = "") -> Reading:
+    def _make_reading(self, config: Any, encoding: AnyEncoding, fault: str = "") -> Reading:
         note = (f"compared word by word at the places of the other side: {fault}",) if fault else ()
         notes = (*self.listing.notes, *note)
         return Reading(self.listing, config, encoding, self.unreadable, self.partial, notes, self.refused, fault)
@@ -356,8 +359,8 @@ class _Reader:
         if place not in self.listing.words or place not in self.words:
             return False
         if place not in self.unreadable:
-            self.words[place] = self.given.get(place, zero_of(self.words[place]))
-        elif place not in self.given:
+            self.words[place] = self.other_words.get(place, zero_of(self.words[place]))
+        elif place not in self.other_words:
             del self.words[place]
         else:
             return False
@@ -366,9 +369,9 @@ class _Reader:
 
     def _add_missing_words(self) -> bool:
         """Takes words that are missing from the other side."""
-        if self.given.keys() <= self.words.keys():
+        if self.other_words.keys() <= self.words.keys():
             return False
-        self.words, self.partial = {**self.given, **self.words}, True
+        self.words, self.partial = {**self.other_words, **self.words}, True
         return True
 
     # --- what a schema refuses --------------------------------------------------------------------------------------
@@ -381,14 +384,16 @@ class _Reader:
         if error.where.startswith("settings["):
             i = int(error.where.removeprefix("settings[").removesuffix("]"))
             entry = self.settings[i]
-            return self._replace_setting((name_in(entry), dotted_text(path)), entry, self._other(entry, i), path, error)
+            return self._replace_setting(
+                (owner_name(entry), dotted_text(path)), entry, self._other_settings(entry, i), path, error
+            )
         return self._replace_section(error)
 
-    def _other(self, entry: Mapping[str, object], i: int) -> Mapping[str, object]:
+    def _other_settings(self, entry: Mapping[str, object], i: int) -> Mapping[str, object]:
         """The settings of the other side for a loop: by its name, else by its place."""
         entries: Sequence[Mapping[str, object]] = self.image.settings
-        named = next((other for other in entries if name_in(other) == name_in(entry)), None)
-        return named or (entries[i] if i < len(entries) else {})
+        same_name = next((other for other in entries if owner_name(other) == owner_name(entry)), None)
+        return same_name or (entries[i] if i < len(entries) else {})
 
     def _replace_setting(
         self,
@@ -410,35 +415,35 @@ class _Reader:
 
     def _replace_section(self, error: RefusedError) -> bool:
         """Takes the words and settings of a section that contradict each other from the other side."""
-        name, path = self._owner(error.path)
+        name, path = self._find_owner(error.path)
         if not path:
             return False
-        held = self.listing.words.keys() - self.unreadable.keys()
+        readable = self.listing.words.keys() - self.unreadable.keys()
         places = [
             place
-            for place in dict.fromkeys(self.like[1].places_under(name, dotted_text(path), self.words))
-            if place in held
+            for place in dict.fromkeys(self.other_side[1].places_under(name, dotted_text(path), self.words))
+            if place in readable
         ]
         for place in places:
             self.unreadable[place] = str(error)
-            if place in self.given:
-                self.words[place] = self.given[place]
+            if place in self.other_words:
+                self.words[place] = self.other_words[place]
             else:
                 del self.words[place]
-        i = next((i for i, entry in enumerate(self.settings) if name_in(entry) == name), None)
+        i = next((i for i, entry in enumerate(self.settings) if owner_name(entry) == name), None)
         if i is None or not has_key(self.settings[i], path):
             return bool(places)
         entry = self.settings[i]
-        return self._replace_setting((name, dotted_text(path)), entry, self._other(entry, i), path, error) or bool(
-            places
-        )
+        return self._replace_setting(
+            (name, dotted_text(path)), entry, self._other_settings(entry, i), path, error
+        ) or bool(places)
 
-    def _owner(self, path: Path) -> tuple[str, Path]:
+    def _find_owner(self, path: Path) -> tuple[str, Path]:
         """The loop or block that a place of the configuration is in, and the rest of the place."""
         top, *rest = path or ("",)
         if top == SIGNALS and rest:
             return "", (str(rest[0]),)
-        if top not in OWNERS or not rest or not isinstance(rest[0], int):
+        if top not in OWNER_SECTIONS or not rest or not isinstance(rest[0], int):
             return "", ()
         item: Any = self.data[top][rest[0]]
         inner: list[str | int] = []
@@ -451,9 +456,9 @@ class _Reader:
 
 def _setting_path(path: Sequence[str | int]) -> Path:
     """A place up to its first list: a pair is one setting."""
-    whole = parse_path(dotted_text(path))
-    end = next((i for i, step in enumerate(whole) if isinstance(step, int)), len(whole))
-    return whole[:end]
+    steps = parse_path(dotted_text(path))
+    end = next((i for i, step in enumerate(steps) if isinstance(step, int)), len(steps))
+    return steps[:end]
 
 
 # --- BCD words that somebody seems to have typed in decimal: both readings, and a listing that suggests BCD -----------
@@ -484,18 +489,18 @@ class Suspect(NamedTuple):
     as_decimal: str
 
     @property
-    def readings(self) -> str:
+    def both_readings(self) -> str:
         """Both readings."""
         if not self.as_bcd:
             return f"{self.raw:04X} is no BCD; {self.as_decimal} if {self.raw} was typed in decimal"
         return f"{self.raw:04X} is {self.as_bcd}, or {self.as_decimal} if {self.raw} was typed in decimal"
 
 
-def suspects(words: Mapping[int, int], encoding: Encoding) -> tuple[Suspect, ...]:
+def find_suspects(words: Mapping[int, int], encoding: Encoding) -> tuple[Suspect, ...]:
     """Words that are no BCD but would be a number typed in decimal, and the other BCD words of the same loops."""
-    found = {suspect.number: suspect for suspect in _bcd_words(words, encoding)}
-    loops = {suspect.loop for suspect in found.values() if not suspect.as_bcd}
-    return tuple(found[number] for number in sorted(found) if found[number].loop in loops)
+    by_number = {suspect.number: suspect for suspect in _bcd_words(words, encoding)}
+    loops = {suspect.loop for suspect in by_number.values() if not suspect.as_bcd}
+    return tuple(by_number[number] for number in sorted(by_number) if by_number[number].loop in loops)
 
 
 def _bcd_words(words: Mapping[int, int], encoding: Encoding) -> Iterator[Suspect]:
@@ -506,43 +511,43 @@ def _bcd_words(words: Mapping[int, int], encoding: Encoding) -> Iterator[Suspect
             raw = words.get(number, 0)
             typed = typed_digits(raw)
             if isinstance(codec, Bcd) and typed is not None and typed != raw:
-                as_bcd = codec.shown(raw) if f"{raw:04X}".isdecimal() else ""
+                as_bcd = codec.show(raw) if f"{raw:04X}".isdecimal() else ""
                 name = encoding.space.name(number)
-                yield Suspect(name, number, block.loop, raw, typed, as_bcd, codec.shown(typed))
+                yield Suspect(name, number, block.loop, raw, typed, as_bcd, codec.show(typed))
 
 
-def beside(found: tuple[Suspect, ...]) -> Iterator[str]:
+def suspect_notes(suspected: tuple[Suspect, ...]) -> Iterator[str]:
     """A note a loop on BCD words that stand beside one that is none."""
-    for loop in dict.fromkeys(suspect.loop for suspect in found):
-        own = [suspect for suspect in found if suspect.loop == loop]
-        first = ", ".join(suspect.address for suspect in own if not suspect.as_bcd)
-        others = [f"{suspect.address} {suspect.readings}" for suspect in own if suspect.as_bcd]
+    for loop in dict.fromkeys(suspect.loop for suspect in suspected):
+        of_loop = [suspect for suspect in suspected if suspect.loop == loop]
+        wrong = ", ".join(suspect.address for suspect in of_loop if not suspect.as_bcd)
+        others = [f"{suspect.address} {suspect.both_readings}" for suspect in of_loop if suspect.as_bcd]
         if others:
-            yield f"{loop}: beside {first} these may be typed in decimal, too: {'; '.join(others)}"
+            yield f"{loop}: beside {wrong} these may be typed in decimal, too: {'; '.join(others)}"
 
 
-def suggested(listing: Listing, encoding: Encoding, found: tuple[Suspect, ...]) -> str:
+def suggested_listing(listing: Listing, encoding: Encoding, suspected: tuple[Suspect, ...]) -> str:
     """The listing as text with BCD in place of the words that are none, and all readings beside them."""
-    by_number = {suspect.number: suspect for suspect in found}
+    by_number = {suspect.number: suspect for suspect in suspected}
     known = {cell.number: cell for cell in encoding.image.cells}
     cells = []
-    for number, held in sorted(listing.words.items()):
+    for number, content in sorted(listing.words.items()):
         suspect, cell = by_number.get(number), known.get(number)
-        raw = suspect.word if suspect is not None and not suspect.as_bcd else held
+        raw = suspect.word if suspect is not None and not suspect.as_bcd else content
         field, loop = ("-", None) if cell is None else (cell.field, cell.loop)
-        cells.append(Cell(encoding.space.name(number), number, raw, field, loop, encoding.space.kind(number)))
+        cells.append(Cell(encoding.space.name(number), number, raw, field, loop, encoding.space.kind_of(number)))
     text = write_text(Image(encoding.vendor, tuple(cells), listing.settings, listing.plc))
-    return "".join(f"{_with_readings(line, found)}\n" for line in _described(text, listing))
+    return "".join(f"{_with_readings(line, suspected)}\n" for line in _suggested_lines(text, listing))
 
 
-def _described(text: str, listing: Listing) -> Iterator[str]:
+def _suggested_lines(text: str, listing: Listing) -> Iterator[str]:
     """The lines, with what was done above them; a listing that says nothing beside its words still says nothing."""
     first, *others = text.splitlines()
     yield first
     yield "# suggested: the words marked 'no BCD' have digits instead; compare every marked word with the PID dialog"
-    yield from (line for line in others if listing.described or not line.startswith(PLC))
+    yield from (line for line in others if listing.has_settings or not line.startswith(PLC))
 
 
-def _with_readings(line: str, found: tuple[Suspect, ...]) -> str:
-    suspect = next((suspect for suspect in found if line.startswith(f"{suspect.address} ")), None)
-    return line if suspect is None else f"{line}  # {suspect.readings}"
+def _with_readings(line: str, suspected: tuple[Suspect, ...]) -> str:
+    suspect = next((suspect for suspect in suspected if line.startswith(f"{suspect.address} ")), None)
+    return line if suspect is None else f"{line}  # {suspect.both_readings}"

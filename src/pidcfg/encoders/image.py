@@ -27,7 +27,7 @@ from pidcfg.encoders.regmap import (
     Rounded,
     Space,
     Word,
-    Written,
+    Writer,
 )
 from pidcfg.schemas.base import Model, Quantity
 from pidcfg.schemas.numbers import plain_number
@@ -67,12 +67,12 @@ class Cell:
         return self.kind.text(self.raw)
 
     @property
-    def single(self) -> float | None:
+    def single_value(self) -> float | None:
         """The number, where it is one in single precision."""
         return self.value if self.kind is SINGLE else None
 
     @property
-    def no_number(self) -> str:
+    def no_number_hex(self) -> str:
         """The hexadecimal digits of an infinity or of what is no number, which JSON has no word for; empty: it has."""
         return "" if isfinite(self.value) else self.hex
 
@@ -109,7 +109,7 @@ class Block:
     scales: Mapping[str, Scale] = field(default_factory=dict)
     """What the quantities of the block are on."""
 
-    def cells(self, space: Space) -> list[Cell]:
+    def make_cells(self, space: Space) -> list[Cell]:
         """The registers of the block; flags that only the CPU writes (they belong to no loop) are left out."""
         rows = [w for w in self.table.words if self.loop is not None or w.access != "status"]
         return [
@@ -119,7 +119,7 @@ class Block:
                 self.encoded.words[row.offset],
                 self.prefix + row.name,
                 self.loop,
-                space.kind(a),
+                space.kind_of(a),
                 row.access,
                 None if row.path is None else (*self.place, *parse_path(row.path)),
             )
@@ -127,10 +127,10 @@ class Block:
         ]
 
 
-def no_registers(block: Block, space: Space) -> NoRegisterError:
+def bank_end_error(block: Block, space: Space) -> NoRegisterError:
     """The error of a block that goes on behind the last register of its bank."""
-    whose = f" of {block.loop}" if block.loop else ""
-    return NoRegisterError(f"the block{whose} at {space.name(block.start)} goes on behind the last register")
+    owner = f" of {block.loop}" if block.loop else ""
+    return NoRegisterError(f"the block{owner} at {space.name(block.start)} goes on behind the last register")
 
 
 @frozen
@@ -148,9 +148,9 @@ class Encoding:
     @cached_property
     def image(self) -> Image:
         """All words in address order; raises `NoRegisterError` where a block leaves its bank, and has no image."""
-        if self.outside:
-            raise no_registers(self.outside[0], self.space)
-        cells = {cell.number: cell for block in self.blocks for cell in block.cells(self.space)}
+        if self.blocks_outside:
+            raise bank_end_error(self.blocks_outside[0], self.space)
+        cells = {cell.number: cell for block in self.blocks for cell in block.make_cells(self.space)}
         return Image(self.vendor, tuple(cells[a] for a in sorted(cells)), self.settings, self.plc)
 
     @cached_property
@@ -159,14 +159,14 @@ class Encoding:
         return tuple(((*b.place, *parse_path(m.path)), m) for b in self.blocks for m in b.encoded.misfits)
 
     @cached_property
-    def outside(self) -> tuple[Block, ...]:
+    def blocks_outside(self) -> tuple[Block, ...]:
         """Blocks that go on behind the last register of their bank."""
         return tuple(b for b in self.blocks if not self.space.same_bank(b.start, b.start + b.table.size - 1))
 
     @property
-    def whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether every value has a register that can hold it: no misfit, and no block that leaves its bank."""
-        return not self.outside and not self.misfits
+        return not self.blocks_outside and not self.misfits
 
     @cached_property
     def rounded(self) -> tuple[tuple[Path, Rounded], ...]:
@@ -218,20 +218,20 @@ class Area(NamedTuple):
         """The registers of the block."""
         return range(self.start, self.start + self.table.size)
 
-    def cells(self, space: Space, words: Mapping[int, int]) -> list[Cell]:
+    def make_cells(self, space: Space, words: Mapping[int, int]) -> list[Cell]:
         """The block with its contents; a register that ``words`` does not hold is left out."""
         return [
-            Cell(space.name(n), n, words[n], self.prefix + row.name, self.loop or None, space.kind(n), row.access)
+            Cell(space.name(n), n, words[n], self.prefix + row.name, self.loop or None, space.kind_of(n), row.access)
             for n, row in zip(self.numbers, self.table.words, strict=True)
             if n in words
         ]
 
-    def kept(self, written: tuple[Written, ...]) -> dict[int, int]:
+    def kept_masks(self, writers: tuple[Writer, ...]) -> dict[int, int]:
         """The bits of each register that stay as the engineer has set them: what runs, and the operator's, is 0."""
-        running = {row.name for row in written if row.kind != "compared"}
-        return {self.start + row.offset: self._mask(row, running) for row in self.table.words}
+        running = {row.name for row in writers if row.kind != "compared"}
+        return {self.start + row.offset: self._kept_mask(row, running) for row in self.table.words}
 
-    def _mask(self, row: Word, running: set[str]) -> int:
+    def _kept_mask(self, row: Word, running: set[str]) -> int:
         if row.access != "setting" or row.name in running:
             return 0
         return ~sum(bits.mask for bits in self.table.bits if bits.offset == row.offset and bits.access != "setting")
@@ -243,21 +243,21 @@ Settings = Mapping[str, Any]
 """What stands beside words as plain data: of a loop, of the PLC, or what options of a command say."""
 
 
-def quantity(value: Quantity | Decimal) -> int | float | str:
+def file_quantity(value: Quantity | Decimal) -> int | float | str:
     """A value as the file writes it."""
     if isinstance(value, Quantity):
         return f"{value.value} counts" if value.counts else plain_number(value.value)
     return plain_number(value)
 
 
-def plain(value: object) -> Any:
+def file_value(value: object) -> Any:
     """A field's value as the file writes it; a pair is a list."""
     if isinstance(value, Quantity | Decimal):
-        return quantity(value)
-    return [plain(end) for end in value] if isinstance(value, tuple) else value
+        return file_quantity(value)
+    return [file_value(end) for end in value] if isinstance(value, tuple) else value
 
 
-def present(data: Mapping[str, Any]) -> Data:
+def without_none(data: Mapping[str, Any]) -> Data:
     """Without what is not given."""
     return {key: value for key, value in data.items() if value is not None}
 
@@ -273,7 +273,7 @@ def present(data: Mapping[str, Any]) -> Data:
 # the others stand in the order of the schema, which is that of a hand-written file. What a map cannot say (a pointer
 # that is a loop's name, a time that is ``off``) is code of the vendor, which changes values on their way.
 
-NOTHING: Mapping[str, Any] = MappingProxyType({})
+NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 ENABLED = "enabled"
 """How the key of an enable bit ends."""
 
@@ -288,15 +288,17 @@ class Field(NamedTuple):
 
 
 @cache
-def fields(model: type[Model]) -> tuple[Field, ...]:
+def model_fields(model: type[Model]) -> tuple[Field, ...]:
     """The fields of a model in their order."""
     return tuple(
-        Field(key, _section(field.annotation), field.is_required(), None if field.is_required() else field.default)
+        Field(
+            key, _section_model(field.annotation), field.is_required(), None if field.is_required() else field.default
+        )
         for key, field in model.model_fields.items()
     )
 
 
-def _section(annotation: object) -> type[Model] | None:
+def _section_model(annotation: object) -> type[Model] | None:
     kinds = get_args(annotation) if get_origin(annotation) in {Union, UnionType} else (annotation,)
     return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Model)), None)
 
@@ -309,29 +311,29 @@ def default_of(model: type[Model], path: str) -> Any:
     for step in parse_path(path):
         if section is None:
             return None if value is None else value[step]
-        field = next(field for field in fields(section) if field.key == step)
+        field = next(field for field in model_fields(section) if field.key == step)
         section, value = field.section, field.default
     return value
 
 
-def values_of(loop: Model, tables: Iterable[RegisterMap], unset: Mapping[str, object] = NOTHING) -> Data:
+def values_of(loop: Model, tables: Iterable[RegisterMap], unset: Mapping[str, object] = NO_VALUES) -> Data:
     """The value of every register of a loop, by path; None where there is none."""
-    return {path: _value(loop, path, unset) for table in tables for path in table.paths()}
+    return {path: _value_of_path(loop, path, unset) for table in tables for path in table.paths()}
 
 
-def _value(loop: Model, path: str, unset: Mapping[str, object]) -> Any:
+def _value_of_path(loop: Model, path: str, unset: Mapping[str, object]) -> Any:
     if path.endswith(ENABLED):
         return is_enabled(loop, path)
     value = value_at(loop, parse_path(path))
-    return _default(type(loop), path, unset) if value is None else value
+    return _default_value(type(loop), path, unset) if value is None else value
 
 
-def _default(model: type[Model], path: str, unset: Mapping[str, object]) -> Any:
+def _default_value(model: type[Model], path: str, unset: Mapping[str, object]) -> Any:
     value = default_of(model, path)
     return unset.get(path) if value is None else value
 
 
-def switched_on(bit: bool | None, *values: object) -> bool:  # noqa: FBT001 - a bit is what it is about
+def is_switched_on(bit: bool | None, *values: object) -> bool:  # noqa: FBT001 - a bit is what it is about
     """The state of an enable bit: as written, else on when any of its values is given."""
     return any(v is not None for v in values) if bit is None else bit
 
@@ -348,52 +350,55 @@ def is_enabled(loop: object, path: str) -> bool:
     return section is not None and any(value is not None for value in dict(section).values())
 
 
-def defaults_of(model: type[Model], tables: Iterable[RegisterMap], unset: Mapping[str, object] = NOTHING) -> Data:
+def defaults_of(model: type[Model], tables: Iterable[RegisterMap], unset: Mapping[str, object] = NO_VALUES) -> Data:
     """The value of every register by path for a loop whose file gives none."""
-    return {path: _default(model, path, unset) for table in tables for path in table.paths()}
+    return {path: _default_value(model, path, unset) for table in tables for path in table.paths()}
 
 
 def file_data(
     model: type[Model],
     values: Mapping[str, object],
-    unset: Mapping[str, Any] = NOTHING,
-    always: frozenset[str] = frozenset(),
-    above: str = "",
+    unset: Mapping[str, Any] = NO_VALUES,
+    always_written: frozenset[str] = frozenset(),
+    prefix: str = "",
 ) -> Data:
     """The section of a file that gives these values, in the order of its schema.
 
     ``values`` are by path, of registers and of what no register holds. Required fields are always given, and those
-    named in ``always``; of the others those that differ from ``unset``, or from the schema's default where that says
+    named in ``always_written``; others if they differ from ``unset``, or from the schema's default where that says
     nothing. A section that has a value of its own is not walked; where that is None it is left out.
     """
     data: Data = {}
-    for part in fields(model):
-        path = above + part.key
+    for part in model_fields(model):
+        path = prefix + part.key
         if part.section is not None and path not in values:
-            section = file_data(part.section, values, unset, always, f"{path}.")
+            section = file_data(part.section, values, unset, always_written, f"{path}.")
             data |= {part.key: section} if section else {}
         elif part.key.endswith(ENABLED):
             has_value = data if part.key == ENABLED else part.key.removesuffix(f"_{ENABLED}") in data
             if has_value and not values[path]:
                 data[part.key] = False
         elif (
-            part.required or path in always or _switched_on(values, path, above) or _differs(part, path, values, unset)
+            part.required
+            or path in always_written
+            or _is_switched_on(values, path, prefix)
+            or _is_different(part, path, values, unset)
         ):
-            data |= present({part.key: plain(_whole(values, path))})
+            data |= without_none({part.key: file_value(_value_or_pair(values, path))})
     return data
 
 
-def _switched_on(values: Mapping[str, object], path: str, above: str) -> bool:
+def _is_switched_on(values: Mapping[str, object], path: str, above: str) -> bool:
     """Whether the enable bit of a field, or of all of its section, is on."""
     return bool(values.get(f"{path}_{ENABLED}") or values.get(above + ENABLED))
 
 
-def _differs(field: Field, path: str, values: Mapping[str, object], unset: Mapping[str, object]) -> bool:
-    absent = _whole(unset, path)
-    return bool(_whole(values, path) != (field.default if absent is None else absent))
+def _is_different(field: Field, path: str, values: Mapping[str, object], unset: Mapping[str, object]) -> bool:
+    absent = _value_or_pair(unset, path)
+    return bool(_value_or_pair(values, path) != (field.default if absent is None else absent))
 
 
-def _whole(values: Mapping[str, object], path: str) -> Any:
+def _value_or_pair(values: Mapping[str, object], path: str) -> Any:
     """A value, or both ends of a pair."""
     low, high = f"{path}.0", f"{path}.1"
     return (values[low], values[high]) if low in values else values.get(path)
@@ -458,45 +463,47 @@ def with_options(
             if texts is not None:
                 set_value(loop, row.path, texts[0] if len(texts) == 1 else texts[i])
     if not loops:
-        raise _missing(rows[0], "")
+        raise _missing_error(rows[0], "")
     for loop in loops:
         for row in rows:
             if row.needed and not has_key(loop, row.path):
-                raise _missing(row, f" of {loop.get('loop', 'a loop')}")
+                raise _missing_error(row, f" of {loop.get('loop', 'a loop')}")
     return loops
 
 
-def _missing(row: LoopOption, whose: str) -> DecodeError:
-    what, comma, why = row.title.partition(", ")
-    return DecodeError(f"the listing does not say {what}{whose}{comma}{why}; give --{row.option.replace('_', '-')}")
+def _missing_error(row: LoopOption, owner: str) -> DecodeError:
+    subject, comma, reason = row.title.partition(", ")
+    return DecodeError(
+        f"the listing does not say {subject}{owner}{comma}{reason}; give --{row.option.replace('_', '-')}"
+    )
 
 
 def settings_of(
-    model: type[Model], loop: Any, banks: Mapping[str, str] = NOTHING, explicit: frozenset[str] = frozenset()
+    model: type[Model], loop: Any, banks: Mapping[str, str] = NO_VALUES, explicit: frozenset[str] = frozenset()
 ) -> Data:
     """What no register of a loop holds: the fields that ``model`` has of it, as far as they are given.
 
     ``banks``: prefixes of the addresses at which its blocks begin; ``explicit``: fields whose absence says something.
     """
-    entry = {"loop": loop.name, **_settings(model, loop, explicit, "")}
+    entry = {"loop": loop.name, **_section_settings(model, loop, explicit, "")}
     return entry | {key: f"{prefix}{entry[key]}" for key, prefix in banks.items()}
 
 
-def _settings(model: type[Model], section: object, explicit: frozenset[str], above: str) -> Data:
+def _section_settings(model: type[Model], section: object, explicit: frozenset[str], prefix: str) -> Data:
     data: Data = {}
-    for part in fields(model):
-        path, value = above + part.key, getattr(section, part.key, None)
+    for part in model_fields(model):
+        path, value = prefix + part.key, getattr(section, part.key, None)
         if part.section is not None and value is not None:
-            value = _settings(part.section, value, explicit, f"{path}.") or None
+            value = _section_settings(part.section, value, explicit, f"{path}.") or None
         elif isinstance(value, Model):  # a switch for a section: false where the file leaves its value to the operator
             value = False if value_at(value, ("value",)) is None else None
         is_default = value is None or (isinstance(value, bool) and value == part.default)
         if path in explicit or not is_default:
-            data[part.key] = plain(value)
+            data[part.key] = file_value(value)
     return data
 
 
-def settings_values(settings: Any, banks: Mapping[str, str] = NOTHING) -> Data:
+def settings_values(settings: Any, banks: Mapping[str, str] = NO_VALUES) -> Data:
     """What stands beside the registers of a loop as values of its fields, by path."""
     values = {dotted_text(path): value for path, value in given_fields(settings)}
     del values["loop"]
@@ -521,22 +528,22 @@ class LoopBlock:
     table: RegisterMap
     raw: tuple[int, ...]
 
-    def word(self, name: str) -> int:
+    def raw_word(self, name: str) -> int:
         """A register as it is."""
-        return self.raw[self.table.offset(name)]
+        return self.raw[self.table.offset_of(name)]
 
     def address(self, name: str) -> str:
         """Where a register is."""
-        return self.space.name(self.start + self.table.offset(name))
+        return self.space.name(self.start + self.table.offset_of(name))
 
-    def values(self, scales: Mapping[str, Scale]) -> Data:
+    def read_values(self, scales: Mapping[str, Scale]) -> Data:
         """Values by path; a register that is no value is named with its address."""
         try:
             return self.table.decode(self.raw, scales)
         except DecodeError as error:
             raise self._at_address(error) from None
 
-    def choices(self) -> Data:
+    def read_choices(self) -> Data:
         """The choices inside bit words alone, by path; they decide the scales of the words."""
         try:
             return self.table.decode_bits(self.raw)
@@ -547,15 +554,15 @@ class LoopBlock:
         address = self.start + (error.place or 0)
         return NoValueError(f"{self.loop}, {self.space.name(address)}: {error}", address)
 
-    def left_out(self, told: Collection[str] = ()) -> Iterator[str]:
+    def note_omitted(self, noted: Collection[str] = ()) -> Iterator[str]:
         """Says what is not carried over: momentary requests, what the controller writes, reserved registers.
 
-        ``told``: registers of which another note speaks.
+        ``noted``: registers of which another note speaks.
         """
         for row in self.table.words:
-            if row.path is None and self.raw[row.offset] and row.name not in told:
+            if row.path is None and self.raw[row.offset] and row.name not in noted:
                 address = self.start + row.offset
-                value = self.space.kind(address).text(self.raw[row.offset])
+                value = self.space.kind_of(address).text(self.raw[row.offset])
                 yield f"{self.loop}: {self.space.name(address)} = {value} ({row.title}) is not carried over"
 
 
@@ -572,7 +579,7 @@ def read_loops(
         yield (
             loop,
             [
-                loop_block(words, space, space.number(prefix, getattr(loop, key)), table, loop.loop)
+                loop_block(words, space, space.number_of(prefix, getattr(loop, key)), table, loop.loop)
                 for key, (prefix, table) in blocks.items()
             ],
         )

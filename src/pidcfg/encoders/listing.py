@@ -36,9 +36,9 @@ PLC, LOOP = "# plc: ", "# loop: "
 """How the comment lines begin that carry what no register holds: one for the file, one a loop."""
 DECIMAL = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
 WHOLE = re.compile(r"-?[0-9]{1,10}")
-VERSION = 1
+JSON_VERSION = 1
 """Of JSON listings."""
-FEW = 12
+MAX_NAMES = 12
 """Names that a note lists before it only counts."""
 
 
@@ -59,19 +59,19 @@ class Listing:
     settings: tuple[Settings, ...] = ()
     plc: Settings = field(default_factory=dict)
     vendor: str | None = None
-    mixed: bool = False
+    is_mixed: bool = False
     """The file is about more than loops, so that words outside them are nothing to tell."""
     lines: dict[int | str, int] = field(default_factory=dict)
     """Where each word stands, and how its address is written."""
-    shown: dict[object, str] = field(default_factory=dict)
-    described: bool = False
+    shown_addresses: dict[object, str] = field(default_factory=dict)
+    has_settings: bool = False
     """Whether it says what no register holds as pidcfg writes it, so that what it does not say is not there."""
     notes: tuple[str, ...] = ()
     """What the reader passed over or takes otherwise than it is written."""
-    leads: bool = False
+    is_leading: bool = False
     """Whether it says what the words of other files of the same image are for."""
 
-    def image(self, vendor: str) -> Any:
+    def make_image(self, vendor: str) -> Any:
         """The memory that the listing is of."""
         cells = tuple(Cell("", number, raw, "") for number, raw in sorted(self.words.items()))
         return Image(vendor, cells, self.settings, self.plc)
@@ -83,18 +83,18 @@ class Listing:
             raise ListingError(f"{shown} stands here again{first}", line, column)
         self.words[address] = value
         self.lines[address] = line
-        self.shown[address] = shown
+        self.shown_addresses[address] = shown
 
     def join(self, other: Listing) -> None:
         """Takes another file of the same image; an address in both is refused."""
         for address, raw in other.words.items():
-            self.add(address, raw, other.shown[address], other.lines[address])
-        self.mixed |= other.mixed
+            self.add(address, raw, other.shown_addresses[address], other.lines[address])
+        self.is_mixed |= other.is_mixed
         self.notes = (*self.notes, *other.notes)
         self.settings, self.plc = (*self.settings, *other.settings), {**self.plc, **other.plc}
 
 
-def comments(image: AnyImage) -> list[str]:
+def settings_comments(image: AnyImage) -> list[str]:
     """The comment lines above the words: the settings for the way back."""
     return [PLC + json_line(dict(image.plc)), *(LOOP + json_line(dict(entry)) for entry in image.settings)]
 
@@ -114,7 +114,7 @@ def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n", delimiter: str 
 def json_listing(image: AnyImage, checklist: tuple[str, ...], words: Sequence[Mapping[str, object]]) -> str:
     """A JSON listing of words that are ready to be written."""
     document = {
-        "version": VERSION,
+        "version": JSON_VERSION,
         "vendor": image.vendor,
         "words": words,
         "settings": [dict(s) for s in image.settings],
@@ -127,9 +127,9 @@ def json_listing(image: AnyImage, checklist: tuple[str, ...], words: Sequence[Ma
 def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any], str], tuple[Any, Any]]) -> Listing:
     """Puts a JSON document into a listing; ``word`` makes key and content of an entry and its place for messages."""
     document = load_json(text)
-    version = document.get("version", VERSION) if isinstance(document, dict) else VERSION
-    if version != VERSION or not isinstance(version, int) or isinstance(version, bool):
-        raise ListingError(f"the JSON document has version {version}; this pidcfg reads version {VERSION}")
+    version = document.get("version", JSON_VERSION) if isinstance(document, dict) else JSON_VERSION
+    if version != JSON_VERSION or not isinstance(version, int) or isinstance(version, bool):
+        raise ListingError(f"the JSON document has version {version}; this pidcfg reads version {JSON_VERSION}")
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):
         raise ListingError("the JSON document has no list 'words'")
@@ -145,7 +145,7 @@ def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any
 def load_json(text: str) -> Any:
     """A JSON document without NaN and infinities, also such as only a computer makes of a number."""
     try:
-        return json.loads(text, parse_constant=_no_constant, parse_float=_finite)
+        return json.loads(text, parse_constant=_no_constant, parse_float=_finite_number)
     except json.JSONDecodeError as error:
         raise ListingError(f"not JSON: {error.msg}", error.lineno, error.colno) from None
     except ListingError:
@@ -160,7 +160,7 @@ def _no_constant(name: str) -> None:
     raise ListingError(f"{name} is not a number of JSON")
 
 
-def _finite(text: str) -> float:
+def _finite_number(text: str) -> float:
     value = float(text)
     if isinf(value):
         raise ListingError(f"{text} is too large for a number; the limit is {float_info.max:.1e}")
@@ -178,7 +178,7 @@ def settings_line(line: str, number: int, listing: Listing) -> bool:
             if not isinstance(entry, dict):
                 raise ListingError("the settings are not a mapping", number, len(start) + 1)
             if start == PLC:
-                listing.plc, listing.described = entry, True
+                listing.plc, listing.has_settings = entry, True
             else:
                 listing.settings = (*listing.settings, entry)
             return True
@@ -191,12 +191,12 @@ def take_settings(document: Any, listing: Listing) -> None:
     if not isinstance(settings, list) or not all(isinstance(s, dict) for s in settings) or not isinstance(plc, dict):
         raise ListingError("the settings are not a list of mappings, one a loop")
     listing.settings, listing.plc = tuple(settings), plc
-    listing.described = {"settings", "plc"} <= document.keys()
+    listing.has_settings = {"settings", "plc"} <= document.keys()
 
 
-def few(names: list[str]) -> str:
+def shorten_names(names: list[str]) -> str:
     """Names for a note; of many the first, and how many more there are."""
-    return ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")
+    return ", ".join(names[:MAX_NAMES]) + (f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else "")
 
 
 def decimal_content(text: str, kind: Kind) -> int | None:
@@ -212,25 +212,27 @@ def decimal_content(text: str, kind: Kind) -> int | None:
 # order, with empty ones behind them. Comment lines that a spreadsheet took for cells are put together again.
 
 DELIMITERS = (",", ";", "\t")
-COMMENT = ("#", '"#')
+COMMENT_STARTS = ("#", '"#')
 """How a comment line begins; in quotes where a spreadsheet saved it."""
 
 
 def first_line(text: str) -> str:
     """The first line that is neither blank nor a comment."""
-    return next((s for line in text.splitlines() if (s := line.strip()) and not s.startswith(COMMENT)), "")
+    return next((s for line in text.splitlines() if (s := line.strip()) and not s.startswith(COMMENT_STARTS)), "")
 
 
-def delimiter(text: str) -> str:
+def find_delimiter(text: str) -> str:
     """What stands between the cells of a table, by its first line."""
     head = first_line(text)
     return max(DELIMITERS, key=head.count)
 
 
-def columns(text: str) -> list[str]:
+def column_names(text: str) -> list[str]:
     """The cells of the first line that is not a comment, in small letters."""
     try:
-        return [cell.strip().lower() for cell in next(csv.reader([first_line(text)], delimiter=delimiter(text)), [])]
+        return [
+            cell.strip().lower() for cell in next(csv.reader([first_line(text)], delimiter=find_delimiter(text)), [])
+        ]
     except csv.Error:
         return []
 
@@ -243,30 +245,30 @@ def table_rows(
     ``required``: the columns that must be there, ``hex|value`` for one of two. ``other_names``: columns by names that
     count as well. Raises `ListingError`.
     """
-    between = delimiter(text)
+    separator = find_delimiter(text)
     header: list[str] | None = None
     for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(_comment(line, between), number, listing):
+        if settings_line(_restore_comment(line, separator), number, listing):
             continue
         try:
-            cells = [cell.strip() for cell in next(csv.reader([line], delimiter=between, strict=True))]
+            cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator, strict=True))]
         except csv.Error as error:
             raise ListingError(f"not CSV: {error}", number) from None
         if header is None:
-            known = other_names or {}
-            header = _header([known.get(cell.lower(), cell) for cell in cells], required, number)
+            known_names = other_names or {}
+            header = _read_header([known_names.get(cell.lower(), cell) for cell in cells], required, number)
         elif any(cells):
             if len(cells) < len(header) or any(cells[len(header) :]):
-                raise ListingError(f"{cells_stand(cells)} under a header of {len(header)} columns", number)
+                raise ListingError(f"{cell_count_text(cells)} under a header of {len(header)} columns", number)
             yield number, dict(zip(header, cells, strict=False))
 
 
-def cells_stand(cells: Sequence[str]) -> str:
+def cell_count_text(cells: Sequence[str]) -> str:
     """How many cells stand somewhere, as a sentence begins."""
     return "1 cell stands" if len(cells) == 1 else f"{len(cells)} cells stand"
 
 
-def _header(cells: list[str], required: tuple[str, ...], line: int) -> list[str]:
+def _read_header(cells: list[str], required: tuple[str, ...], line: int) -> list[str]:
     """The names of the columns; nothing may stand twice, and the empty ones behind them do not count."""
     names = [cell.lower() for cell in cells]
     while names and not names[-1]:
@@ -274,21 +276,21 @@ def _header(cells: list[str], required: tuple[str, ...], line: int) -> list[str]
     missing = [name for name in required if not set(name.split("|")) & set(names)]
     if missing:
         raise ListingError(f"the header has no column {missing[0].replace('|', ' or ')}", line)
-    twice = next((name for i, name in enumerate(names) if name and name in names[:i]), None)
-    if twice is not None:
-        raise ListingError(f"the header has the column {twice[:40]} twice", line)
+    repeated = next((name for i, name in enumerate(names) if name and name in names[:i]), None)
+    if repeated is not None:
+        raise ListingError(f"the header has the column {repeated[:40]} twice", line)
     return names
 
 
-def _comment(line: str, between: str) -> str:
+def _restore_comment(line: str, separator: str) -> str:
     """A comment line as it was before a spreadsheet took it for cells; any other line as it is."""
-    if not line.startswith(COMMENT):
+    if not line.startswith(COMMENT_STARTS):
         return line
     try:
-        cells = next(csv.reader([line], delimiter=between)) if line.startswith('"') else [line]
+        cells = next(csv.reader([line], delimiter=separator)) if line.startswith('"') else [line]
     except csv.Error:
         return line
-    return ",".join(cells).rstrip(between + ",")
+    return ",".join(cells).rstrip(separator + ",")
 
 
 # --- Memory listings as text, CSV and JSON, and the way back; for every vendor whose memory has addresses -------------
@@ -299,27 +301,27 @@ def _comment(line: str, between: str) -> str:
 COLUMNS = ("address", "hex", "value", "loop", "field")
 OTHER_NAMES = {"element": "address", "decimal": "value", "dec": "value"}
 """What programming software calls these columns."""
-PADDED = re.compile(r"0[0-9]")
+LEADING_ZERO = re.compile(r"0[0-9]")
 """Digits that nobody writes before a decimal number."""
 HEX = re.compile(r"(0[xX])?[0-9A-Fa-f]{1,8}")
-HEADERS = "the header 'address,hex', or 'address,value' where the numbers are decimal"
+HEADERS_ADVICE = "the header 'address,hex', or 'address,value' where the numbers are decimal"
 
 
 def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """One word a line: address, hexadecimal (a BCD word reads as its digits), decimal, loop, register."""
     del checklist
-    lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *comments(image)]
+    lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *settings_comments(image)]
     wide = max((c.kind.digits for c in image.cells), default=1)
     long = max((5, *(len(c.text) for c in image.cells)))
     width = max((width_of(c.loop or "-") for c in image.cells), default=1)
     lines += [
-        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {pad_right(_bare(c.loop), width)}  {c.field}"
+        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {pad_right(_loop_text(c.loop), width)}  {c.field}"
         for c in image.cells
     ]
     return "\n".join(lines) + "\n"
 
 
-def _bare(loop: str | None) -> str:
+def _loop_text(loop: str | None) -> str:
     return "-" if loop is None else loop.replace(" ", "_")
 
 
@@ -332,11 +334,11 @@ def read_text(text: str, space: Space) -> Listing:
         parts = line.split()
         if len(parts) == 1:
             raise ListingError(f"the word of {parts[0]} is missing", number, len(line.rstrip()) + 1)
-        address = _address(parts[0], space, number, line.index(parts[0]) + 1)
-        kind = space.kind(address)
-        word = _raw(parts[1], kind, number, line.index(parts[1], len(parts[0])) + 1)
+        address = _parse_address(parts[0], space, number, line.index(parts[0]) + 1)
+        kind = space.kind_of(address)
+        word = _parse_raw(parts[1], kind, number, line.index(parts[1], len(parts[0])) + 1)
         if len(parts) > 2 and DECIMAL.fullmatch(parts[2]):
-            _agree(word, parts[2], kind, parts[0], number)
+            _check_agreement(word, parts[2], kind, parts[0], number)
         listing.add(address, word, parts[0], number)
     return listing
 
@@ -345,25 +347,25 @@ def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """Columns address, hex, value, loop, field; names are safe for spreadsheets by the schema's rule for names."""
     del checklist
     rows = ((c.address, c.hex, c.text, c.loop or "", c.field) for c in image.cells)
-    return csv_text(COLUMNS, rows, comments(image))
+    return csv_text(COLUMNS, rows, settings_comments(image))
 
 
 def read_csv(text: str, space: Space) -> Listing:
     """Rows by their header, so that columns may be reordered, added or (but for address and content) left out."""
     listing = Listing()
     for number, row in table_rows(text, listing, required=("address", "hex|value"), other_names=OTHER_NAMES):
-        address = _address(row["address"], space, number, 1)
-        listing.add(address, _content(row, space.kind(address), number), row["address"], number)
+        address = _parse_address(row["address"], space, number, 1)
+        listing.add(address, _row_content(row, space.kind_of(address), number), row["address"], number)
     return listing
 
 
-def _content(row: Mapping[str, str], kind: Kind, number: int) -> int:
+def _row_content(row: Mapping[str, str], kind: Kind, number: int) -> int:
     """The raw content of a row: its hexadecimal digits, its value, or both where they agree."""
     if row.get("hex"):
-        raw = _raw(row["hex"], kind, number, 1)
-        _agree(raw, row.get("value"), kind, row["address"], number)
+        raw = _parse_raw(row["hex"], kind, number, 1)
+        _check_agreement(raw, row.get("value"), kind, row["address"], number)
         return raw
-    if PADDED.match(row.get("value", "")):
+    if LEADING_ZERO.match(row.get("value", "")):
         message = f"{row['address']}: {row['value']} looks hexadecimal and stands in a column of decimal values"
         raise ListingError(f"{message}; call the column Hex, or write it without the zeros before it", number)
     content = decimal_content(row.get("value", ""), kind)
@@ -383,8 +385,8 @@ def read_json(text: str, space: Space) -> Listing:
     """``words`` with address and value, and the settings."""
 
     def word(entry: Settings, place: str) -> tuple[int, int]:
-        address = _address(entry["address"], space, 1, 1)
-        return address, _json_content(entry, space.kind(address), place)
+        address = _parse_address(entry["address"], space, 1, 1)
+        return address, _json_content(entry, space.kind_of(address), place)
 
     return fill_from_json(Listing(), text, word)
 
@@ -395,19 +397,19 @@ def _json_content(entry: Mapping[str, object], kind: Kind, place: str) -> int:
     raw = kind.read(value)
     if raw is None:
         raise ListingError(f"{place}: the value {json.dumps(value)} is not {kind.holds}")
-    if "hex" in entry and (not isinstance(entry["hex"], str) or _raw(entry["hex"], kind, 1, 1) != raw):
+    if "hex" in entry and (not isinstance(entry["hex"], str) or _parse_raw(entry["hex"], kind, 1, 1) != raw):
         raise ListingError(f"{place}: hex {entry['hex']!r} and value {json.dumps(value)} differ")
     return raw
 
 
-def _address(text: str, space: Space, line: int, column: int) -> int:
+def _parse_address(text: str, space: Space, line: int, column: int) -> int:
     address = space.parse(text.upper())
     if address is None:
         raise ListingError(f"{text!r} is not an address of this vendor", line, column)
     return address
 
 
-def _raw(text: str, kind: Kind, line: int, column: int) -> int:
+def _parse_raw(text: str, kind: Kind, line: int, column: int) -> int:
     if not HEX.fullmatch(text) or int(text, 16) > kind.highest:
         raise ListingError(
             f"{text!r} is not {kind.name} content of up to {kind.digits} hexadecimal digits", line, column
@@ -415,7 +417,7 @@ def _raw(text: str, kind: Kind, line: int, column: int) -> int:
     return int(text, 16)
 
 
-def _agree(raw: int, value: str | None, kind: Kind, address: str, line: int) -> None:
+def _check_agreement(raw: int, value: str | None, kind: Kind, address: str, line: int) -> None:
     """The two spellings of a content must say the same."""
     if value and value != kind.text(raw) and decimal_content(value, kind) != raw:
         raise ListingError(f"{address}: hex {kind.hex(raw)} is {kind.text(raw)}, but the value says {value}", line)
@@ -427,7 +429,7 @@ def _agree(raw: int, value: str | None, kind: Kind, address: str, line: int) -> 
 
 Table = Literal["coil", "discrete", "holding", "input"]
 MODBUS_COLUMNS = ("table", "register", "reference", "address", "value", "hex", "access", "loop", "field")
-FIVE_DIGITS = 9_999
+MAX_FIVE_DIGIT_REGISTER = 9_999
 """Registers up to here have a five-digit reference, the others a six-digit one."""
 FIRST_REFERENCE = {
     "coil": (1, 1),
@@ -470,10 +472,10 @@ class Numbering(Places, Protocol):
 def reference(table: Table, register: int) -> str:
     """The conventional number of a 0-based coil or holding register: holding register 1024 is 41025."""
     short, long = FIRST_REFERENCE[table]
-    return str((short if register < FIVE_DIGITS else long) + register).zfill(5)
+    return str((short if register < MAX_FIVE_DIGIT_REGISTER else long) + register).zfill(5)
 
 
-def rows(cell: Cell, place: Place) -> Iterator[tuple[int, int, str]]:
+def register_rows(cell: Cell, place: Place) -> Iterator[tuple[int, int, str]]:
     """Each register of a cell: its number, its content, and what is added to the field's name."""
     for part in range(place.width):
         shift = place.shift(part)
@@ -493,10 +495,10 @@ def modbus_csv(image: AnyImage, cells: Iterable[tuple[Cell, Place]]) -> str:
     for c, place in cells:
         digits = min(c.kind.digits, 4)
         bit = "" if place.bit is None else f".{place.bit}"
-        for register, content, part in rows(c, place):
+        for register, content, part in register_rows(c, place):
             where = (place.table, f"{register}{bit}", f"{reference(place.table, register)}{bit}", c.address)
             table.append((*where, content, f"{content:0{digits}X}", c.access, c.loop or "", c.field + part))
-    return csv_text(MODBUS_COLUMNS, table, comments(image))
+    return csv_text(MODBUS_COLUMNS, table, settings_comments(image))
 
 
 def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
@@ -512,23 +514,25 @@ def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
         if position is None:
             raise ListingError(f"{shown} is no register of this vendor", number)
         address, part = position
-        have = parts.setdefault(address, {})
-        if part in have:
+        contents = parts.setdefault(address, {})
+        if part in contents:
             raise ListingError(f"{shown} stands here again", number)
-        have[part] = int(row["value"])
+        contents[part] = int(row["value"])
         listing.lines[address] = number
-    for address, have in parts.items():
-        _join(listing, space, numbering, address, have)
+    for address, contents in parts.items():
+        _join_registers(listing, space, numbering, address, contents)
     return listing
 
 
-def _join(listing: Listing, space: Space, numbering: Numbering, address: int, have: dict[int, int]) -> None:
+def _join_registers(
+    listing: Listing, space: Space, numbering: Numbering, address: int, contents: dict[int, int]
+) -> None:
     """The registers of one address put together; half a value is refused."""
     line, name = listing.lines[address], space.name(address)
-    if len(have) < numbering.place(address).width:
+    if len(contents) < numbering.place(address).width:
         raise ListingError(f"{name}: one of its two registers is missing", line)
-    raw = sum(content << 16 * part for part, content in have.items())
-    if raw > space.kind(address).highest:
+    raw = sum(content << 16 * part for part, content in contents.items())
+    if raw > space.kind_of(address).highest:
         raise ListingError(f"{name}: {raw} is not the state of a switch", line)
     listing.add(address, raw, name, line)
 
@@ -564,24 +568,24 @@ class FileKind:
     """The format makes no sense but inside a file that is the user's."""
     carries_checklist: bool = False
     """Whether the checklist stands in the file itself."""
-    whole: bool = True
+    is_complete: bool = True
     """Whether every register has its value in it."""
-    partial: bool = False
+    may_be_partial: bool = False
     """Whether it may hold some registers only, to be written over what the PLC has."""
     read_program: Callable[[str, str], Listing] | None = None
     """Reads the program of that name, where a file may hold several."""
 
 
-TABLES = ({"address"}, {"element"})
+LISTING_HEADERS = ({"address"}, {"element"})
 """Columns of which the table of a memory listing has one and no other."""
 
 
-def kind_of(text: str, kinds: Mapping[str, FileKind]) -> FileKind | None:
+def detect_kind(text: str, kinds: Mapping[str, FileKind]) -> FileKind | None:
     """The format that a text is in, by its first characters; None when it looks like none."""
     return next((kind for kind in kinds.values() if kind.looks_like(text)), None)
 
 
-def listings(space: Space, title: str, numbering: Numbering | None = None) -> dict[str, FileKind]:
+def listing_kinds(space: Space, title: str, numbering: Numbering | None = None) -> dict[str, FileKind]:
     """The formats that every vendor with addresses has: text, csv, json, and modbus where its numbering is known."""
     word = re.compile(rf"({'|'.join(bank.prefix for bank in space.banks)})[0-9]\w*(\s|$)", re.IGNORECASE)
     kinds = [
@@ -591,15 +595,17 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             write_text,
             partial(read_text, space=space),
             lambda text: word.match(first_line(text)) is not None,
-            partial=True,
+            may_be_partial=True,
         ),
         FileKind(
             "csv",
             f"{title} for spreadsheets",
             write_csv,
             partial(read_csv, space=space),
-            lambda text: {"address", "element", "table", "tag", "nickname"} & set(columns(text)) in TABLES,
-            partial=True,
+            lambda text: (
+                {"address", "element", "table", "tag", "nickname"} & set(column_names(text)) in LISTING_HEADERS
+            ),
+            may_be_partial=True,
         ),
         FileKind(
             "json",
@@ -608,7 +614,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             partial(read_json, space=space),
             lambda text: text.lstrip().startswith("{"),
             carries_checklist=True,
-            partial=True,
+            may_be_partial=True,
         ),
     ]
     if numbering is not None:
@@ -623,8 +629,8 @@ def modbus_kind(space: Space, numbering: Numbering) -> FileKind:
         "Modbus map (CSV)",
         partial(write_modbus, numbering=numbering),
         partial(read_modbus, space=space, numbering=numbering),
-        lambda text: "table" in columns(text),
-        partial=True,
+        lambda text: "table" in column_names(text),
+        may_be_partial=True,
     )
 
 
@@ -640,5 +646,5 @@ def named_modbus_kind(cells: Callable[[Program], Iterable[tuple[Cell, Place]]]) 
         lambda image, _checklist: modbus_csv(image, cells(image)),
         read,
         lambda _text: False,
-        partial=True,
+        may_be_partial=True,
     )

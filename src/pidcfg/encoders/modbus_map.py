@@ -11,15 +11,15 @@ from typing import Any, Literal, NamedTuple, cast
 from pidcfg.encoders.codecs import WORD_MAX
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import (
-    COMMENT,
+    COMMENT_STARTS,
     FIRST_REFERENCE,
-    FIVE_DIGITS,
+    MAX_FIVE_DIGIT_REGISTER,
     FileKind,
     Listing,
     ListingError,
     Place,
     Table,
-    delimiter,
+    find_delimiter,
     reference,
 )
 from pidcfg.encoders.parameters import Content, Program, raw_of, types_of
@@ -55,13 +55,13 @@ D891 = Decision(
     "So do a CLICK and the double words of a Delta AS: D500 is the low word, D501 the high one.",
 )
 HEADER = ("symbol", "table", "register", "type", "order", "comment")
-ORDERS = {"low-first": False, "high-first": True}
-WIDTHS = {"bool": 1, "int16": 1, "uint16": 1, "int32": 2, "uint32": 2, "float32": 2}
+REGISTER_ORDERS = {"low-first": False, "high-first": True}
+TYPE_WIDTHS = {"bool": 1, "int16": 1, "uint16": 1, "int32": 2, "uint32": 2, "float32": 2}
 """Registers, or coils, that a value of a type takes."""
-TABLES: tuple[Table, ...] = ("coil", "discrete", "holding", "input")
-BITS = frozenset({"coil", "discrete"})
+MODBUS_TABLES: tuple[Table, ...] = ("coil", "discrete", "holding", "input")
+BIT_TABLES = frozenset({"coil", "discrete"})
 """Tables of single bits."""
-NONE: Literal["none"] = "none"
+NO_TABLE: Literal["none"] = "none"
 """In place of a table: no register has it."""
 LAST_BIT = 15
 REGISTER = re.compile(r"(?P<number>0[xX][0-9A-Fa-f]{1,4}|[0-9]{1,6})(?:\.(?P<bit>[0-9]{1,2}))?")
@@ -76,7 +76,7 @@ class UnusableMapError(ValueError):
 
     def __init__(self, message: str, name: str = "", line: int = 1, column: int = 1) -> None:
         super().__init__(f"{name}:{line}:{column}: {message}" if name else message)
-        self.said = message
+        self.message = message
         self.name, self.line, self.column = name, line, column
 
 
@@ -95,7 +95,7 @@ class Row(NamedTuple):
     high_first: bool = False
 
     @property
-    def bits(self) -> int:
+    def bit_number(self) -> int:
         """The place of a switch as a number of bits."""
         return self.register * (LAST_BIT + 1) + (self.bit or 0)
 
@@ -104,11 +104,11 @@ class Row(NamedTuple):
 
         Raises `LookupError` beyond the last register.
         """
-        width = WIDTHS[self.type]
+        width = TYPE_WIDTHS[self.type]
         if self.bit is None:
             register, bit = self.register + steps, None
         else:
-            register, bit = divmod(self.bits + steps, LAST_BIT + 1)
+            register, bit = divmod(self.bit_number + steps, LAST_BIT + 1)
         if register + width - 1 > WORD_MAX:
             raise LookupError(f"{register}, beyond the last register, {WORD_MAX}")
         return Place(cast("Table", self.table), register, width, self.high_first, bit)
@@ -124,47 +124,47 @@ def place_text(place: Place) -> str:
     return f"{place.table} {place.register}{bit} ({reference(place.table, place.register)}{bit})"
 
 
-def read_rows(text: str) -> list[Row]:
+def read_map_rows(text: str) -> list[Row]:
     """The rows of a map; raises `MapError`."""
     text = text.removeprefix("\ufeff")
-    between, rows = delimiter(text), list[Row]()
+    between, rows = find_delimiter(text), list[Row]()
     header: tuple[str, ...] = HEADER
     is_first = True
     for line, content in enumerate(text.splitlines(), start=1):
-        if not content.strip(f" \t{between}") or content.lstrip().startswith(COMMENT):
+        if not content.strip(f" \t{between}") or content.lstrip().startswith(COMMENT_STARTS):
             continue
-        cells = list(_cells(content, between, line))
+        cells = list(_split_cells(content, between, line))
         if is_first and _is_header({text.lower() for text, _ in cells}):
-            header = _header(cells, line)
+            header = _read_header(cells, line)
         else:
-            rows.append(_row(cells, header, line))
+            rows.append(_read_row(cells, header, line))
         is_first = False
     if not rows:
         raise MapError("the map has no row; write one like R100,holding,99,uint16")
     return rows
 
 
-def _is_header(cells: set[str]) -> bool:
+def _is_header(names: set[str]) -> bool:
     """Whether the first line names the columns: the symbol's, or, where that has another name, two of the others."""
-    return HEADER[0] in cells or len(cells & {*HEADER[1:]}) > 1
+    return HEADER[0] in names or len(names & {*HEADER[1:]}) > 1
 
 
-def _cells(content: str, between: str, line: int) -> Iterator[tuple[str, int]]:
+def _split_cells(content: str, separator: str, line: int) -> Iterator[tuple[str, int]]:
     """The cells of a line, each with its column."""
-    end = re.escape(between)
+    end = re.escape(separator)
     cell = re.compile(rf'[ ]*(?P<text>"(?:[^"]|"")*" *|[^"{end}][^{end}]*|)(?P<end>{end}|$)')
     at = 0
     while (match := cell.match(content, at)) is not None:
         text = match["text"].strip()
-        quoted = len(text) > 1 and text[0] == text[-1] == '"'
-        yield text[1:-1].replace('""', '"').strip() if quoted else text, match.start("text") + 1
+        is_quoted = len(text) > 1 and text[0] == text[-1] == '"'
+        yield text[1:-1].replace('""', '"').strip() if is_quoted else text, match.start("text") + 1
         at = match.end()
         if not match["end"]:
             return
     raise MapError("a cell ends behind a quotation mark: remove the mark", line, at + 1)
 
 
-def _header(cells: list[tuple[str, int]], line: int) -> tuple[str, ...]:
+def _read_header(cells: list[tuple[str, int]], line: int) -> tuple[str, ...]:
     names = [text.lower() for text, _ in cells]
     while names and not names[-1]:
         names.pop()
@@ -179,7 +179,7 @@ def _header(cells: list[tuple[str, int]], line: int) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _row(cells: list[tuple[str, int]], header: tuple[str, ...], line: int) -> Row:
+def _read_row(cells: list[tuple[str, int]], header: tuple[str, ...], line: int) -> Row:
     while cells and not cells[-1][0]:
         cells.pop()
     if len(cells) > len(header):
@@ -187,31 +187,31 @@ def _row(cells: list[tuple[str, int]], header: tuple[str, ...], line: int) -> Ro
     texts = dict(zip(header, (text for text, _ in cells), strict=False))
     columns = dict(zip(header, (column for _, column in cells), strict=False))
     end = cells[-1][1] + len(cells[-1][0]) + 1
-    row = Row(texts.get("symbol", ""), NONE, line=line, columns={**dict.fromkeys(header, end), **columns})
+    row = Row(texts.get("symbol", ""), NO_TABLE, line=line, columns={**dict.fromkeys(header, end), **columns})
     if not row.symbol:
         raise row.error_in("symbol", "the row names no symbol")
     table = texts.get("table", "").lower()
-    if table == NONE:
+    if table == NO_TABLE:
         if any(texts.get(key) for key in ("register", "type", "order")):
             raise row.error_in("table", f"{row.symbol} is in no table, but the row says more")
         return row
-    if table not in TABLES:
-        wanted = f"write {', '.join(TABLES)}, or {NONE} where no register has {row.symbol}"
-        raise row.error_in("table", f"{texts.get('table', '')!r} is no table; {wanted}")
-    known = next(name for name in TABLES if name == table)
-    row = row._replace(table=known)
-    row = row._replace(type=_type(row, texts.get("type", "")))
-    row = _with_register(row, known, texts.get("register", ""))
-    return row._replace(high_first=_order(row, texts.get("order", "")))
+    if table not in MODBUS_TABLES:
+        advice = f"write {', '.join(MODBUS_TABLES)}, or {NO_TABLE} where no register has {row.symbol}"
+        raise row.error_in("table", f"{texts.get('table', '')!r} is no table; {advice}")
+    table_name = next(name for name in MODBUS_TABLES if name == table)
+    row = row._replace(table=table_name)
+    row = row._replace(type=_read_type(row, texts.get("type", "")))
+    row = _with_register(row, table_name, texts.get("register", ""))
+    return row._replace(high_first=_read_order(row, texts.get("order", "")))
 
 
-def _type(row: Row, text: str) -> str:
+def _read_type(row: Row, text: str) -> str:
     kind = text.lower()
-    if kind not in WIDTHS:
-        near = closest_name(kind, WIDTHS)
-        cure = f"did you mean {near}?" if near else f"write one of {', '.join(WIDTHS)}"
+    if kind not in TYPE_WIDTHS:
+        near = closest_name(kind, TYPE_WIDTHS)
+        cure = f"did you mean {near}?" if near else f"write one of {', '.join(TYPE_WIDTHS)}"
         raise row.error_in("type", f"{text!r} is no type; {cure}" if text else f"the type is missing; {cure}")
-    if (kind == "bool") < (row.table in BITS):
+    if (kind == "bool") < (row.table in BIT_TABLES):
         raise row.error_in("type", f"a {row.table} holds a bool, not {kind}")
     return kind
 
@@ -225,10 +225,12 @@ def _with_register(row: Row, table: Table, text: str) -> Row:
         raise row.error_in("register", f"{text!r} is no register; write 0 to {WORD_MAX}, of a bit such as 100.3")
     number = int(match["number"], 16 if match["number"][:2].lower() == "0x" else 10)
     _refuse_reference(row, table, match["number"], number)
-    if number + WIDTHS[row.type] - 1 > WORD_MAX:
-        raise row.error_in("register", f"{row.symbol} would end at {number + WIDTHS[row.type] - 1}, beyond {WORD_MAX}")
+    if number + TYPE_WIDTHS[row.type] - 1 > WORD_MAX:
+        raise row.error_in(
+            "register", f"{row.symbol} would end at {number + TYPE_WIDTHS[row.type] - 1}, beyond {WORD_MAX}"
+        )
     bit = None if match["bit"] is None else int(match["bit"])
-    if (bit is not None) != (row.type == "bool" and row.table not in BITS):
+    if (bit is not None) != (row.type == "bool" and row.table not in BIT_TABLES):
         if bit is None:
             cure = f"say its bit, such as {text}.0, or take a coil or discrete"
             raise row.error_in("register", f"a {row.table} register has 16 switches: {cure}")
@@ -243,19 +245,19 @@ def _refuse_reference(row: Row, table: Table, text: str, number: int) -> None:
     short, long = FIRST_REFERENCE[table]
     if len(text) > 1 and text[0] == "0" and text[1] not in "xX":
         raise row.error_in("register", f"{text} may be a number or a reference; write {number} or {max(number - 1, 0)}")
-    first = next((n for n in (short, long) if n > 1 and n <= number < n + FIVE_DIGITS), None)
+    first = next((n for n in (short, long) if n > 1 and n <= number < n + MAX_FIVE_DIGIT_REGISTER), None)
     if first is not None and text[1] not in "xX":
         other = f", or 0x{number:X} if {number} itself is meant" if number <= WORD_MAX else ""
-        said = f"{number} is how references call {table} {number - first}; write {number - first}{other}"
-        raise row.error_in("register", said)
+        advice = f"{number} is how references call {table} {number - first}; write {number - first}{other}"
+        raise row.error_in("register", advice)
 
 
-def _order(row: Row, text: str) -> bool:
-    if text and WIDTHS[row.type] == 1:
+def _read_order(row: Row, text: str) -> bool:
+    if text and TYPE_WIDTHS[row.type] == 1:
         raise row.error_in("order", f"{row.symbol} is in one place and has no order; leave {text!r} out")
-    if text and text.lower() not in ORDERS:
-        raise row.error_in("order", f"{text!r} is no order; write {' or '.join(ORDERS)}")
-    return ORDERS.get(text.lower(), False)
+    if text and text.lower() not in REGISTER_ORDERS:
+        raise row.error_in("order", f"{text!r} is no order; write {' or '.join(REGISTER_ORDERS)}")
+    return REGISTER_ORDERS.get(text.lower(), False)
 
 
 # --- A stated Modbus map of a vendor with banks of registers (`pidcfg.encoders.modbus_map` reads its rows) ------------
@@ -289,59 +291,61 @@ class StatedNumbering:
     rows: tuple[tuple[int, Row], ...]
     """In the order of the numbers."""
 
-    def row(self, number: int) -> tuple[int, Row] | None:
+    def covering_row(self, number: int) -> tuple[int, Row] | None:
         """The row that an address is covered by, and where that begins."""
         found = next((entry for entry in reversed(self.rows) if entry[0] <= number), None)
         return found if found is not None and self.space.same_bank(found[0], number) else None
 
     def place(self, number: int) -> Place:
         """Where an address is; raises `LookupError` where no row says it."""
-        found = self.row(number)
-        if found is None:
-            bank, _ = self.space.place(number)
-            line = example_row(bank.name(bank.first), bank.kind)
+        entry = self.covering_row(number)
+        if entry is None:
+            bank, _ = self.space.bank_and_number(number)
+            line = example_row(bank.address_name(bank.first), bank.kind)
             raise LookupError(f"no row of the map says where {self.space.name(number)} is; add one like {line}")
-        start, row = found
+        start, row = entry
         try:
-            return row.place((number - start) * WIDTHS[row.type])
+            return row.place((number - start) * TYPE_WIDTHS[row.type])
         except LookupError as error:
             raise LookupError(f"by line {row.line} of the map {self.space.name(number)} is at {error}") from None
 
     def find(self, table: str, register: int) -> tuple[int, int] | None:
         """The address that a register belongs to, and which of its registers it is."""
         for start, row in sorted(self.rows, key=lambda entry: entry[1].register, reverse=True):
-            n, part = divmod(register - row.register, WIDTHS[row.type])
+            n, part = divmod(register - row.register, TYPE_WIDTHS[row.type])
             number = start + n
-            if row.table == table and row.bit is None and n >= 0 and self.row(number) == (start, row):
-                width = WIDTHS[row.type]
+            if row.table == table and row.bit is None and n >= 0 and self.covering_row(number) == (start, row):
+                width = TYPE_WIDTHS[row.type]
                 return number, width - 1 - part if row.high_first else part
         return None
 
-    def check(self, image: Image) -> None:
+    def check_places(self, image: Image) -> None:
         """Raises `MapError` where a register of the loops has no place, or the place of another one."""
-        seen: dict[tuple[str, int, int], int] = {}
+        numbers_by_bit: dict[tuple[str, int, int], int] = {}
         for cell in image.cells:
             try:
                 place = self.place(cell.number)
             except LookupError as error:
-                found = self.row(cell.number)
-                line = max(row.line for _, row in self.rows) if found is None else found[1].line
-                whose = f" ({cell.field} of {cell.loop})" if cell.loop else ""
-                raise MapError(f"{cell.address}{whose}: {error}", line) from None
-            for taken in places_of(place):
-                other = seen.setdefault(taken, cell.number)
+                entry = self.covering_row(cell.number)
+                line = max(row.line for _, row in self.rows) if entry is None else entry[1].line
+                owner = f" ({cell.field} of {cell.loop})" if cell.loop else ""
+                raise MapError(f"{cell.address}{owner}: {error}", line) from None
+            for bit in bits_of_place(place):
+                other = numbers_by_bit.setdefault(bit, cell.number)
                 if other != cell.number:
-                    raise self._overlap(other, cell.number, place)
+                    raise self._overlap_error(other, cell.number, place)
 
-    def _overlap(self, one: int, two: int, place: Place) -> MapError:
-        rows = [row for found in map(self.row, (one, two)) if found is not None for row in (found[1],)]
+    def _overlap_error(self, first: int, second: int, place: Place) -> MapError:
+        rows = [row for entry in map(self.covering_row, (first, second)) if entry is not None for row in (entry[1],)]
         last = max(rows, key=lambda row: row.line)
         lines = " and ".join(str(row.line) for row in sorted(rows, key=lambda row: row.line))
-        both = f"{self.space.name(one)} and {self.space.name(two)} are both at {place_text(place)} by lines {lines}"
-        return last.error_in("register", f"{both}; each needs a place of its own")
+        problem = (
+            f"{self.space.name(first)} and {self.space.name(second)} are both at {place_text(place)} by lines {lines}"
+        )
+        return last.error_in("register", f"{problem}; each needs a place of its own")
 
 
-def places_of(place: Place) -> Iterable[tuple[str, int, int]]:
+def bits_of_place(place: Place) -> Iterable[tuple[str, int, int]]:
     """Every single bit that a place takes: table, register, bit."""
     bits = range(LAST_BIT + 1) if place.bit is None else (place.bit,)
     return [(place.table, place.register + part, bit) for part in range(place.width) for bit in bits]
@@ -350,27 +354,27 @@ def places_of(place: Place) -> Iterable[tuple[str, int, int]]:
 def read_map(text: str, space: Space) -> StatedNumbering:
     """A map as text; raises `MapError` with the place of what cannot be read."""
     rows: dict[int, Row] = {}
-    for row in read_rows(text):
-        start = _start(row, space)
+    for row in read_map_rows(text):
+        start = _start_number(row, space)
         if start in rows:
             raise row.error_in("symbol", f"{row.symbol} stands here again; first in line {rows[start].line}")
         rows[start] = row
     return StatedNumbering(space, tuple(sorted(rows.items())))
 
 
-def _start(row: Row, space: Space) -> int:
+def _start_number(row: Row, space: Space) -> int:
     start = space.parse(row.symbol.upper())
     if start is None:
-        banks = ", ".join(f"{bank.name(bank.first)} to {bank.name(bank.last)}" for bank in space.banks)
+        banks = ", ".join(f"{bank.address_name(bank.first)} to {bank.address_name(bank.last)}" for bank in space.banks)
         raise row.error_in("symbol", f"{row.symbol!r} is no register of this vendor, which has {banks}")
-    if row.table == NONE:
+    if row.table == NO_TABLE:
         raise row.error_in(
             "table", f"the registers of a block follow each other: {row.symbol} cannot be without a table"
         )
-    known = map_types_of(space.kind(start))
-    if row.type not in known:
+    types = map_types_of(space.kind_of(start))
+    if row.type not in types:
         raise row.error_in(
-            "type", f"{row.symbol} holds {space.kind(start).holds}: {' or '.join(known)}, not {row.type}"
+            "type", f"{row.symbol} holds {space.kind_of(start).holds}: {' or '.join(types)}, not {row.type}"
         )
     return start
 
@@ -400,7 +404,7 @@ D893 = Decision(
     "device, an input of a function, and what runs need none.",
     "A comparison that leaves out a setting in silence calls two different PLCs alike.",
 )
-MOST_NAMES_SHOWN = 5
+MAX_NAMES_SHOWN = 5
 
 
 class Point(NamedTuple):
@@ -434,7 +438,7 @@ class Symbols:
     device: Callable[[str], Device | None] = lambda _text: None
     """A device's bank, and its number there; None: it is none."""
 
-    def point(self, symbol: str) -> Point | None:
+    def find_point(self, symbol: str) -> Point | None:
         """The parameter that a symbol ends with."""
         parts = symbol.split(".")
         ends = (".".join(parts[i:]) for i in range(len(parts)))
@@ -452,7 +456,7 @@ class NamedNumbering:
 
     points: Mapping[str, Point]
     places: Mapping[str, Place]
-    without: tuple[str, ...] = ()
+    unmapped: tuple[str, ...] = ()
     """Parameters that no register has, by the map."""
     literals: tuple[str, ...] = ()
     """Settings that stand in the program, and in no register."""
@@ -475,63 +479,63 @@ class NamedNumbering:
 
 def read_symbol_map(text: str, symbols: Symbols) -> NamedNumbering:
     """A map as text for one program; raises `MapError` with the place of what cannot be read, or is missing."""
-    rows = read_rows(text)
+    rows = read_map_rows(text)
     single: dict[str, Row] = {}
     banks: list[tuple[Device, Row]] = []
     for row in rows:
         device = symbols.device(row.symbol)
-        point = symbols.point(row.symbol)
+        point = symbols.find_point(row.symbol)
         if device is not None and point is None:
             same = [other for start, other in banks if start == device]
-            _refuse_again(row, [other for other in same if other.type == row.type])
+            _refuse_repeated(row, [other for other in same if other.type == row.type])
             _refuse_second_place(row, same)
             banks.append((device, _check_device_row(row, symbols)))
         elif point is not None:
-            _refuse_again(row, [single[point.name]] if point.name in single else [])
+            _refuse_repeated(row, [single[point.name]] if point.name in single else [])
             single[point.name] = _check_point_row(row, point)
         elif not symbols.is_foreign(row.symbol):
             near = closest_name(row.symbol, symbols.points)
             cure = f"did you mean {near}?" if near else "write the name of a parameter"
             raise row.error_in("symbol", f"{row.symbol!r} is not {symbols.title}; {cure}")
-    return _numbering(symbols, single, banks, rows[-1].line)
+    return _make_numbering(symbols, single, banks, rows[-1].line)
 
 
-def _refuse_again(row: Row, others: list[Row]) -> None:
+def _refuse_repeated(row: Row, others: list[Row]) -> None:
     if others:
         raise row.error_in("symbol", f"{row.symbol} stands here again; first in line {others[0].line}")
 
 
 def _refuse_second_place(row: Row, others: list[Row]) -> None:
     """A device is in one place, whatever the type of what stands there."""
-    here = (row.table, row.register, row.bit)
+    place_of_row = (row.table, row.register, row.bit)
     for other in others:
-        if (other.table, other.register, other.bit) != here:
+        if (other.table, other.register, other.bit) != place_of_row:
             place = f"{other.table} {other.register}"
             raise row.error_in("register", f"{row.symbol} is at {place} by line {other.line}, and cannot be elsewhere")
 
 
 def _check_point_row(row: Row, point: Point) -> Row:
-    known = types_of(point.type)
-    if row.table != NONE and row.type not in known:
-        fits = f"{' or '.join(known)}, not {row.type}" if known else "no type of a map fits it"
-        raise row.error_in("type", f"{point.name} is {point.type.name}: {fits}")
+    types = types_of(point.type)
+    if row.table != NO_TABLE and row.type not in types:
+        expected = f"{' or '.join(types)}, not {row.type}" if types else "no type of a map fits it"
+        raise row.error_in("type", f"{point.name} is {point.type.name}: {expected}")
     return row
 
 
 def _check_device_row(row: Row, symbols: Symbols) -> Row:
-    here = [point for point in symbols.points.values() if point.device == row.symbol]
-    if row.table == NONE:
-        cure = f"; write {here[0].name},{NONE}" if here else ""
+    points = [point for point in symbols.points.values() if point.device == row.symbol]
+    if row.table == NO_TABLE:
+        cure = f"; write {points[0].name},{NO_TABLE}" if points else ""
         raise row.error_in("table", f"{row.symbol} begins a bank{cure}")
-    for point in here:
+    for point in points:
         if row.type not in types_of(point.type):
-            fits = " or ".join(types_of(point.type))
-            message = f"{row.symbol} is {point.name} of type {point.type.name}: {fits}, not {row.type}"
+            expected = " or ".join(types_of(point.type))
+            message = f"{row.symbol} is {point.name} of type {point.type.name}: {expected}, not {row.type}"
             raise row.error_in("type", message)
     return row
 
 
-def _numbering(
+def _make_numbering(
     symbols: Symbols, single: Mapping[str, Row], banks: list[tuple[Device, Row]], last: int
 ) -> NamedNumbering:
     """The places of all parameters that rows cover; what is missing, or stands twice, is refused."""
@@ -543,14 +547,14 @@ def _numbering(
         if row is None and device is not None:
             start, row = _bank_row(point, device, banks)
             steps = device[1] - start
-        if row is None or row.table == NONE:
+        if row is None or row.table == NO_TABLE:
             continue
         try:
             places[point.name] = row.place(steps)
         except LookupError as error:
-            raise row.error_in("register", f"{_named(point)} would be at {error}") from None
+            raise row.error_in("register", f"{_point_name(point)} would be at {error}") from None
         lines[point.name] = row
-    without = tuple(name for name, row in single.items() if row.table == NONE)
+    without = tuple(name for name, row in single.items() if row.table == NO_TABLE)
     missing = [p for p in symbols.points.values() if p.needed and p.name not in places and p.name not in without]
     if missing:
         raise MapError(_missing_rows_text(missing), last)
@@ -562,34 +566,36 @@ def _numbering(
 def _bank_row(point: Point, device: Device, banks: list[tuple[Device, Row]]) -> tuple[int, Row | None]:
     """The row that a device is behind, of its bank and its type: the nearest one."""
     bank, number = device
-    behind = [
+    before = [
         (start, row)
-        for (of, start), row in banks
-        if of == bank and start <= number and row.type in types_of(point.type)
+        for (bank_name, start), row in banks
+        if bank_name == bank and start <= number and row.type in types_of(point.type)
     ]
-    return max(behind, key=lambda entry: entry[0], default=(0, None))
+    return max(before, key=lambda entry: entry[0], default=(0, None))
 
 
-def _named(point: Point) -> str:
+def _point_name(point: Point) -> str:
     return f"{point.device} ({point.name})" if point.device else point.name
 
 
 def _missing_rows_text(missing: list[Point]) -> str:
-    names = ", ".join(_named(point) for point in missing[:MOST_NAMES_SHOWN])
-    more = f" and {len(missing) - MOST_NAMES_SHOWN} more" if len(missing) > MOST_NAMES_SHOWN else ""
+    names = ", ".join(_point_name(point) for point in missing[:MAX_NAMES_SHOWN])
+    rest_text = f" and {len(missing) - MAX_NAMES_SHOWN} more" if len(missing) > MAX_NAMES_SHOWN else ""
     line = row_text(missing[0], register="REGISTER")
-    return f"no row says where {names}{more} is; add {line}, or {missing[0].name},{NONE} where no register has it"
+    return (
+        f"no row says where {names}{rest_text} is; add {line}, or {missing[0].name},{NO_TABLE} where no register has it"
+    )
 
 
 def _refuse_overlaps(symbols: Symbols, places: Mapping[str, Place], lines: Mapping[str, Row]) -> None:
-    seen: dict[tuple[str, int, int], str] = {}
+    names_by_bit: dict[tuple[str, int, int], str] = {}
     for name, place in places.items():
-        for taken in places_of(place):
-            other = seen.setdefault(taken, name)
-            one, two = symbols.points[other], symbols.points[name]
-            if other != name and not (one.device and one.device == two.device):
+        for bit in bits_of_place(place):
+            other = names_by_bit.setdefault(bit, name)
+            first, second = symbols.points[other], symbols.points[name]
+            if other != name and not (first.device and first.device == second.device):
                 rows = sorted((lines[other], lines[name]), key=lambda row: row.line)
-                message = f"{_named(one)} and {_named(two)} are both at {place_text(place)}"
+                message = f"{_point_name(first)} and {_point_name(second)} are both at {place_text(place)}"
                 by = f"by lines {rows[0].line} and {rows[1].line}"
                 raise rows[1].error_in("register", f"{message} {by}; each needs a place of its own")
 
@@ -621,15 +627,17 @@ EXAMPLE_ROWS = 3
 def map_kind(rows: Callable[[Any], Rows]) -> FileKind:
     """The format ``modbus-map`` of a vendor."""
     title = "Modbus map to be filled in (CSV)"
-    return FileKind(FORMAT, title, lambda image, _: _text(rows(image)), _read, lambda _: False, whole=False)
+    return FileKind(
+        FORMAT, title, lambda image, _: _map_text(rows(image)), _refuse_reading, lambda _: False, is_complete=False
+    )
 
 
-def _read(_text: str) -> Listing:
+def _refuse_reading(_text: str) -> Listing:
     raise ListingError("a map says where registers are, not what they hold; name it with --map")
 
 
-def _text(rows: Iterable[str]) -> str:
-    firsts = ", ".join(f"{table} 0 is {reference(table, 0)}" for table in reversed(TABLES))
+def _map_text(rows: Iterable[str]) -> str:
+    firsts = ", ".join(f"{table} 0 is {reference(table, 0)}" for table in reversed(MODBUS_TABLES))
     lines = [
         "# Write the register of each row behind its table, counted from 0:",
         f"# {firsts}. A switch in a register has its bit behind a point: holding,40.3.",
@@ -639,17 +647,17 @@ def _text(rows: Iterable[str]) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def space_rows(space: Space, offered: Space) -> Rows:
+def bank_template_rows(space: Space, offered: Space) -> Rows:
     """A row a bank, which counts for all registers behind its own; ``offered``: with tags that a trend wants."""
     rows = [
-        f"{bank.name(bank.first)},{'coil' if bank.kind is BIT else 'holding'},,{map_types_of(bank.kind)[0]}"
+        f"{bank.address_name(bank.first)},{'coil' if bank.kind is BIT else 'holding'},,{map_types_of(bank.kind)[0]}"
         for bank in offered.banks
     ]
     needed = len(space.banks)
     return [*rows[:needed], *(f"# {row}" for row in rows[needed:])]
 
 
-def symbol_rows(symbols: Symbols, offered: Iterable[str] = (), prefix: str = "") -> Rows:
+def symbol_template_rows(symbols: Symbols, offered: Iterable[str] = (), prefix: str = "") -> Rows:
     """A row a parameter, of devices one a bank and type.
 
     ``offered``: names of parameters that no map has to cover, but that a trend or an operator wants.
@@ -675,7 +683,7 @@ def _template_row(symbols: Symbols, point: Point, prefix: str) -> str:
 
 def fill_rows(rows: Iterable[str]) -> Iterator[str]:
     """Rows as an example, with registers one after the other; a device is in one place by all its rows."""
-    numbers: Mapping[str, Iterator[int]] = {table: count(0, 2 if table == "holding" else 1) for table in TABLES}
+    numbers: Mapping[str, Iterator[int]] = {table: count(0, 2 if table == "holding" else 1) for table in MODBUS_TABLES}
     places: dict[tuple[str, str], int] = {}
     for row in rows:
         if not row.startswith("#"):
@@ -685,7 +693,7 @@ def fill_rows(rows: Iterable[str]) -> Iterator[str]:
             yield ",".join((symbol, table, str(places[symbol, table]), *rest))
 
 
-def example(rows: Rows) -> str:
+def example_text(rows: Rows) -> str:
     """What a message shows of a map: some rows, and how many more there are."""
     lines = list(fill_rows(rows))
     more = f" and {len(lines) - EXAMPLE_ROWS} more" if len(lines) > EXAMPLE_ROWS else ""

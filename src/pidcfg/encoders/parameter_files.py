@@ -14,12 +14,12 @@ from pidcfg.encoders.listing import (
     FileKind,
     Listing,
     ListingError,
-    columns,
-    comments,
+    column_names,
     csv_text,
     fill_from_json,
     first_line,
     json_listing,
+    settings_comments,
     settings_line,
     table_rows,
 )
@@ -30,9 +30,9 @@ from pidcfg.text.signs import pad_right, width_of
 
 NAME = re.compile(r"\w[\w.\-/# ]*")
 COLUMNS = ("name", "type", "value", "expression", "device", "loop", "parameter")
-WIRED = ":="
+WIRE_MARK = ":="
 """What stands before an expression in a text listing."""
-RISKY = ("=", "+", "-", "@")
+FORMULA_STARTS = ("=", "+", "-", "@")
 """How a cell begins that a spreadsheet would calculate; an expression in parentheses means the same."""
 
 
@@ -41,28 +41,28 @@ class ParameterListing(Listing):
 
     __slots__ = ()
 
-    def image(self, vendor: str) -> Program:
+    def make_image(self, vendor: str) -> Program:
         """The program that the listing is of."""
-        cells = tuple(Entry(name, _type_of(raw), raw, name) for name, raw in self.words.items())
+        cells = tuple(Entry(name, _type_of_content(raw), raw, name) for name, raw in self.words.items())
         return Program(vendor, cells, self.settings, self.plc)
 
 
-def _type_of(raw: Content | Wire) -> IecType:
+def _type_of_content(raw: Content | Wire) -> IecType:
     return BOOL if isinstance(raw, bool) else DINT if isinstance(raw, int) else REAL
 
 
 def write_text(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """One parameter a line: name, type, content."""
     del checklist
-    lines = [f"# {image.vendor} parameters: name, type, value", *comments(image)]
-    wide = max((width_of(bare(c.address)) for c in image.cells), default=1)
+    lines = [f"# {image.vendor} parameters: name, type, value", *settings_comments(image)]
+    wide = max((width_of(unspaced_name(c.address)) for c in image.cells), default=1)
     for cell in image.cells:
-        content = f"{WIRED} {cell.raw.text}" if isinstance(cell.raw, Wire) else content_text(cell.type, cell.raw)
-        lines.append(f"{pad_right(bare(cell.address), wide)}  {cell.type.name:<5} {content}")
+        content = f"{WIRE_MARK} {cell.raw.text}" if isinstance(cell.raw, Wire) else content_text(cell.type, cell.raw)
+        lines.append(f"{pad_right(unspaced_name(cell.address), wide)}  {cell.type.name:<5} {content}")
     return "\n".join(lines) + "\n"
 
 
-def bare(name: str) -> str:
+def unspaced_name(name: str) -> str:
     """A name without blanks, so that columns stay columns."""
     return name.replace(" ", "~")
 
@@ -77,8 +77,8 @@ def read_text(text: str) -> Listing:
         if len(parts) < 3:
             raise ListingError("a line has a name, a type and a value", number)
         name, kind = parts[0].replace("~", " "), type_of(parts[1], number)
-        if parts[2].startswith(WIRED):
-            listing.add(name, Wire(parts[2].removeprefix(WIRED).strip()), name, number)
+        if parts[2].startswith(WIRE_MARK):
+            listing.add(name, Wire(parts[2].removeprefix(WIRE_MARK).strip()), name, number)
         else:
             listing.add(name, content_of(parts[2].strip(), kind, name, number), name, number)
     return listing
@@ -109,7 +109,7 @@ def content_of(text: str, kind: IecType, name: str, line: int) -> Content:
 def write_csv(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """A row a parameter."""
     del checklist
-    return csv_text(COLUMNS, map(csv_row, image.cells), comments(image))
+    return csv_text(COLUMNS, map(csv_row, image.cells), settings_comments(image))
 
 
 def csv_row(cell: Entry) -> tuple[object, ...]:
@@ -124,7 +124,7 @@ def _content_cells(cell: Entry) -> tuple[str, str]:
 
 def safe_cell(text: str) -> str:
     """A text that no spreadsheet calculates: in brackets where it begins like a formula."""
-    return f"({text})" if text.startswith(RISKY) else text
+    return f"({text})" if text.startswith(FORMULA_STARTS) else text
 
 
 def read_csv(text: str) -> Listing:
@@ -170,14 +170,16 @@ def _json_content(entry: Mapping[str, object], place: str) -> Content | Wire:
 def parameter_listings(title: str) -> dict[str, FileKind]:
     """The formats that every vendor with named parameters has: text, csv and json."""
     kinds = (
-        FileKind("text", title, write_text, read_text, lambda text: _typed(first_line(text)), partial=True),
+        FileKind(
+            "text", title, write_text, read_text, lambda text: _is_typed_line(first_line(text)), may_be_partial=True
+        ),
         FileKind(
             "csv",
             f"{title} for spreadsheets",
             write_csv,
             read_csv,
-            lambda text: {"name", "type"} <= {*columns(text)},
-            partial=True,
+            lambda text: {"name", "type"} <= {*column_names(text)},
+            may_be_partial=True,
         ),
         FileKind(
             "json",
@@ -186,12 +188,12 @@ def parameter_listings(title: str) -> dict[str, FileKind]:
             read_json,
             lambda text: text.lstrip().startswith("{"),
             carries_checklist=True,
-            partial=True,
+            may_be_partial=True,
         ),
     )
     return {kind.name: kind for kind in kinds}
 
 
-def _typed(line: str) -> bool:
+def _is_typed_line(line: str) -> bool:
     parts = line.split(None, 2)
     return len(parts) == 3 and parts[1] in TYPES and bool(NAME.fullmatch(parts[0].replace("~", " ")))

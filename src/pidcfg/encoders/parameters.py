@@ -12,19 +12,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 from pidcfg.encoders.codecs import WORD_MAX, DecodeError, EncodeError, Single, single_bits, single_value
 from pidcfg.encoders.image import (
-    NOTHING,
+    NO_VALUES,
     Decoded,
     Encoding,
     Image,
     LoopOption,
     Settings,
     file_data,
-    plain,
-    present,
+    file_value,
     read_settings,
     settings_of,
     settings_values,
     with_options,
+    without_none,
 )
 from pidcfg.encoders.regmap import GainUnit, Misfit, Rounded
 from pidcfg.schemas.base import Limits, Model, SectionSettings, limits_at
@@ -60,15 +60,15 @@ if TYPE_CHECKING:
 # PLC holds: a REAL is the shortest decimal that means its single-precision number, an LREAL that of a double-
 # precision one.
 
-SHOWN = 60
+MAX_TEXT = 60
 """Characters of a strange name that a message quotes."""
 Content = bool | int | float | str
 SINGLE = Single()
-LARGEST = Decimal(repr(sys.float_info.max))
+LARGEST_DOUBLE = Decimal(repr(sys.float_info.max))
 """Of an LREAL."""
 
 
-class Elsewhere(Wire):
+class UnknownContent(Wire):
     """The symbol or device that a parameter stands in, where a listing does not say what it holds."""
 
     __slots__ = ()
@@ -97,7 +97,7 @@ class ParameterTable(NamedTuple):
     title: str
     rows: tuple[Parameter, ...]
 
-    def row(self, name: str) -> Parameter:
+    def find_parameter(self, name: str) -> Parameter:
         """A parameter by its name."""
         return next(row for row in self.rows if row.name == name)
 
@@ -128,12 +128,12 @@ class Entry(NamedTuple):
         return self.raw.text if isinstance(self.raw, Wire) else self.raw
 
     @property
-    def single(self) -> float | None:
+    def single_value(self) -> float | None:
         """The number, where it is one in single precision."""
         return self.raw if isinstance(self.raw, float) and not self.type.double else None
 
     @property
-    def no_number(self) -> str:
+    def no_number_hex(self) -> str:
         """Empty: JSON has a word for every content."""
         return ""
 
@@ -176,7 +176,7 @@ class NamedEncoding:
         return self.image.cells
 
     @property
-    def whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether every value has a parameter that can hold it."""
         return not self.misfits
 
@@ -200,17 +200,17 @@ AnyImage = Image | Program
 """Of a vendor with registers, or with named parameters: both say the same of their words."""
 
 
-def store(kind: IecType, value: Decimal | Content) -> Content:
+def store_content(kind: IecType, value: Decimal | Content) -> Content:
     """What a variable of this type holds of a value; raises `EncodeError` for one that it cannot hold."""
     if kind.kind == "bool":
         return bool(value)
     if kind.kind == "word":
         return str(value)
     if kind.kind == "time":
-        return time_text(_milliseconds(kind, Decimal(value)))
+        return time_text(_store_milliseconds(kind, Decimal(value)))
     number = Decimal(value)
     if kind.kind == "real":
-        return _double(kind, number) if kind.double else single_value(SINGLE.encode(number))
+        return _store_double(kind, number) if kind.double else single_value(SINGLE.encode(number))
     if number != number.to_integral_value():
         raise EncodeError("form", f"{kind.name} holds whole numbers")
     if not kind.low <= number <= kind.high:
@@ -218,14 +218,14 @@ def store(kind: IecType, value: Decimal | Content) -> Content:
     return int(number)
 
 
-def _double(kind: IecType, number: Decimal) -> float:
+def _store_double(kind: IecType, number: Decimal) -> float:
     value = float(number)
     if not isfinite(value):
-        raise EncodeError("range", f"is outside the range of {kind.name}", -LARGEST, LARGEST)
+        raise EncodeError("range", f"is outside the range of {kind.name}", -LARGEST_DOUBLE, LARGEST_DOUBLE)
     return value
 
 
-def _milliseconds(kind: IecType, seconds: Decimal) -> int:
+def _store_milliseconds(kind: IecType, seconds: Decimal) -> int:
     number = seconds * 1000
     if number != number.to_integral_value():
         raise EncodeError("form", f"{kind.name} holds whole milliseconds")
@@ -246,8 +246,8 @@ def read_content(kind: IecType, value: object) -> Content | None:
         return None
     try:
         if isinstance(value, Decimal):
-            return store(kind, value)
-        return None if value is None else store(kind, Decimal(repr(value)))
+            return store_content(kind, value)
+        return None if value is None else store_content(kind, Decimal(repr(value)))
     except (EncodeError, ArithmeticError):
         return None
 
@@ -255,7 +255,7 @@ def read_content(kind: IecType, value: object) -> Content | None:
 def store_value(row: Parameter, value: Any) -> tuple[Content, Misfit | None]:
     """What a parameter holds of a value; for one that it cannot hold its default, and what is wrong."""
     try:
-        return store(row.type, value), None
+        return store_content(row.type, value), None
     except EncodeError as error:
         return row.type.default, Misfit(row.name, row, value, error)
 
@@ -266,7 +266,7 @@ def content_of(name: str, row: Parameter, raw: Content | Wire, kind: str) -> Con
         raise DecodeError(f"{name} is an expression; {kind} is a value", name)
     content = read_content(row.type, raw)
     if content is None:
-        raise DecodeError(f"{name}: {repr(raw)[:SHOWN]} is not a value of {row.type.name}", name)
+        raise DecodeError(f"{name}: {repr(raw)[:MAX_TEXT]} is not a value of {row.type.name}", name)
     return content
 
 
@@ -286,10 +286,10 @@ def unknown_name(name: str, key: str, keys: Iterable[str], kind: str) -> DecodeE
     """The error of a name with a key that there is none of: it would leave a default in place."""
     near = closest_name(key, keys)
     cure = f"; did you mean {near}?" if near else ""
-    return DecodeError(f"{name[:SHOWN]}: {key[:SHOWN]!r} is not {kind}{cure}", name)
+    return DecodeError(f"{name[:MAX_TEXT]}: {key[:MAX_TEXT]!r} is not {kind}{cure}", name)
 
 
-def shortest(value: float) -> float:
+def shortest_single(value: float) -> float:
     """The shortest decimal that means this single-precision number."""
     return single_value(SINGLE.encode(Decimal(value)))
 
@@ -308,7 +308,7 @@ def content_text(kind: IecType, content: Content) -> str:
 
 
 @frozen
-class TunedParameters:
+class TuningParameters:
     """Parameters of gain, integral and derivative time, in the dependent form and in engineering units."""
 
     table: ParameterTable
@@ -322,15 +322,15 @@ class TunedParameters:
 
     def key(self, name: str) -> str:
         """Where a parameter stands in the configuration: under its own name."""
-        return self.table.row(name).name
+        return self.table.find_parameter(name).name
 
     def unit(self, name: str) -> str:
         """The unit of a parameter; the gain's is that of the plant."""
         return "" if name == self.names[0] else "s"
 
-    def stored(self, name: str, value: Decimal) -> Decimal:
+    def stored_value(self, name: str, value: Decimal) -> Decimal:
         """What the parameter holds; raises `EncodeError`."""
-        return Decimal(repr(store(self.table.row(name).type, value)))
+        return Decimal(repr(store_content(self.table.find_parameter(name).type, value)))
 
     def limits(self, model: type[BaseModel], name: str) -> Limits | None:
         """What the manual allows for a parameter; raises `KeyError` for a name that no part of the model has."""
@@ -430,47 +430,47 @@ class NamedLoops:
     """The same, of a name that is none."""
     entry: str
     """An entry of a listing, for the message that there is none."""
-    needed: Sequence[str] = ()
+    needed_names: Sequence[str] = ()
     """Parameters without a default."""
-    always: frozenset[str] = frozenset()
+    always_given: frozenset[str] = frozenset()
     """Choices that are written even where they are defaults, and remarked on where a listing lacks them."""
-    first: Mapping[str, int] = field(default_factory=dict)
+    first_values: Mapping[str, int] = field(default_factory=dict)
     """Parameters that the file never gives, and what they hold at the start."""
     options: Sequence[LoopOption] = ()
     """What options say where no settings stand beside the parameters."""
-    last: Sequence[str] = ()
+    last_settings: Sequence[str] = ()
     """Settings that a file has behind the parameters of their section."""
-    devices: Callable[[Any], Mapping[str, str]] = lambda _loop: NOTHING
+    devices: Callable[[Any], Mapping[str, str]] = lambda _loop: NO_VALUES
     """Where parameters of a loop stand in the PLC's memory."""
 
     @cached_property
-    def rows(self) -> dict[str, Parameter]:
+    def rows_by_name(self) -> dict[str, Parameter]:
         """The parameters by name."""
         return {row.name: row for row in self.table.rows}
 
     @cached_property
-    def places(self) -> list[tuple[Parameter, Path | None]]:
+    def rows_with_paths(self) -> list[tuple[Parameter, Path | None]]:
         """The parameters in their order, each with its place in a loop; None for one that the file never gives."""
-        return [(row, None if row.name in self.first else parse_path(row.name)) for row in self.table.rows]
+        return [(row, None if row.name in self.first_values else parse_path(row.name)) for row in self.table.rows]
 
-    def split(self, name: str) -> tuple[str, str]:
+    def split_name(self, name: str) -> tuple[str, str]:
         """The loop and the parameter of a full name; two empty texts for another name.
 
         No name of a parameter is the end of another one, so that a loop may have dots in its name.
         """
         parts = name.split(".")
         ends = (".".join(parts[i:]) for i in range(1, len(parts)))
-        end = next((end for end in ends if end in self.rows), "")
+        end = next((end for end in ends if end in self.rows_by_name), "")
         return (name[: -len(end) - 1], end) if end else ("", "")
 
     def loop_names(self, words: Iterable[str]) -> list[str]:
         """The loops of names with a known parameter, in their order."""
-        return list(dict.fromkeys(loop for loop, _ in map(self.split, words) if loop))
+        return list(dict.fromkeys(loop for loop, _ in map(self.split_name, words) if loop))
 
     def values_of(self, loop: object) -> Iterator[tuple[Parameter, Any]]:
         """Parameters with their values; what is not given and has no default is left out."""
-        for row, path in self.places:
-            value = self.first[row.name] if path is None else value_at(loop, path)
+        for row, path in self.rows_with_paths:
+            value = self.first_values[row.name] if path is None else value_at(loop, path)
             if value is not None:
                 yield row, value
 
@@ -487,8 +487,8 @@ class NamedLoops:
                     misfits.append((("loops", i, *parse_path(row.name)), misfit))
         settings = tuple(settings_of(self.settings, loop) for loop in config.loops)
         values = {**dict(config), **dict(getattr(config, "plc", {}))}
-        beside = present({key: plain(values.get(key)) for key in self.file.model_fields})
-        return ProgramEncoding(Program(self.vendor, tuple(entries), settings, beside), tuple(misfits))
+        file_settings = without_none({key: file_value(values.get(key)) for key in self.file.model_fields})
+        return ProgramEncoding(Program(self.vendor, tuple(entries), settings, file_settings), tuple(misfits))
 
     def decode(
         self,
@@ -511,50 +511,54 @@ class NamedLoops:
         loops: list[Any] = [read_settings(self.settings, entry, f"settings[{i}]") for i, entry in enumerate(entries)]
         names = {loop.loop for loop in loops}
         self._check_names(words, names)
-        others = [name for name in self.loop_names(words) if name not in names]
-        notes = [f"{name} is not carried over: the settings do not name it" for name in others]
+        other_names = [name for name in self.loop_names(words) if name not in names]
+        notes = [f"{name} is not carried over: the settings do not name it" for name in other_names]
         data: Data = {"pidcfg": 1, "vendor": self.vendor}
-        data |= present({key: getattr(file, key) for key in SectionSettings.model_fields})
-        of_plc = present({key: value for key, value in dict(file).items() if key not in SectionSettings.model_fields})
-        data |= {"plc": of_plc} if of_plc else {}
-        return Decoded({**data, "loops": [self._loop(loop, words, notes) for loop in loops]}, tuple(notes))
+        data |= without_none({key: getattr(file, key) for key in SectionSettings.model_fields})
+        plc_data = without_none(
+            {key: value for key, value in dict(file).items() if key not in SectionSettings.model_fields}
+        )
+        data |= {"plc": plc_data} if plc_data else {}
+        return Decoded({**data, "loops": [self._loop_data(loop, words, notes) for loop in loops]}, tuple(notes))
 
     def _check_names(self, words: Iterable[str], loops: set[str]) -> None:
         """An unknown name would leave its default in place, which may be the other direction."""
-        nested = any("." in name for name in self.rows)
+        nested = any("." in name for name in self.rows_by_name)
         for name in words:
             loop = next((loop for loop in outer_keys(name) if loop in loops), None)
             key = name.removeprefix(f"{loop}.")
-            if loop is not None and not self.split(name)[0] and (nested or "." not in key):
-                raise unknown_name(name, key, self.rows, self.kind)
+            if loop is not None and not self.split_name(name)[0] and (nested or "." not in key):
+                raise unknown_name(name, key, self.rows_by_name, self.kind)
 
-    def _loop(self, settings: Any, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
+    def _loop_data(self, settings: Any, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
         values = settings_values(settings)
-        behind = {path: values.pop(path) for path in self.last if path in values}
+        last_values = {path: values.pop(path) for path in self.last_settings if path in values}
         for row in self.table.rows:
             name = f"{settings.loop}.{row.name}"
             if name not in words:
-                if row.name in self.needed:
+                if row.name in self.needed_names:
                     raise DecodeError(f"the listing does not hold {name} ({row.title})")
                 continue
             content = content_of(name, row, words[name], self.title)
-            if row.access == "input" and row.name not in self.first:
+            if row.access == "input" and row.name not in self.first_values:
                 values[row.name] = value_of(content)
             elif content:
                 notes.append(f"{name} = {content_text(row.type, content)} ({row.title}) is not carried over")
         self._check_pairs(settings.loop, values)
-        for key in sorted(self.always - values.keys()):
-            default = content_text(self.rows[key].type, self.rows[key].type.default)
+        for key in sorted(self.always_given - values.keys()):
+            default = content_text(self.rows_by_name[key].type, self.rows_by_name[key].type.default)
             notes.append(f"{settings.loop}: the listing does not hold {key}, which then is {default}")
-        data = file_data(self.loop, values, always=self.always)
-        for path, value in behind.items():
+        data = file_data(self.loop, values, always_written=self.always_given)
+        for path, value in last_values.items():
             set_value(data, parse_path(path), value)
         return data
 
     def _check_pairs(self, loop: str, values: Mapping[str, object]) -> None:
         """Refuses one end of a pair alone."""
-        for low in (name for name in self.rows if name.endswith(".0")):
+        for low in (name for name in self.rows_by_name if name.endswith(".0")):
             ends = (low, f"{low.removesuffix('0')}1")
             missing = [end for end in ends if end not in values]
             if len(missing) == 1:
-                raise DecodeError(f"the listing does not hold {loop}.{missing[0]} ({self.rows[missing[0]].title})")
+                raise DecodeError(
+                    f"the listing does not hold {loop}.{missing[0]} ({self.rows_by_name[missing[0]].title})"
+                )

@@ -80,10 +80,10 @@ class Word:
     codec: Codec | ScaledCodec
     unit: str
     title: str
-    read: str
+    read_when: str
     basis: Basis
     access: Access = "setting"
-    instead: str | None = None
+    other_key: str | None = None
     """Another key of the file that says the same in other words."""
     suffix: str = ""
     """How its nickname ends, behind the loop's name, where the PLC's software has nicknames."""
@@ -127,16 +127,16 @@ class Bits:
     access: Access = "setting"
     unit: ClassVar[str] = ""
     """A choice has none."""
-    read: ClassVar[str] = ""
+    read_when: ClassVar[str] = ""
     """When the controller reads it: with the register that it is a part of."""
-    instead: ClassVar[str | None] = None
+    other_key: ClassVar[str | None] = None
     """No other key says the same."""
-    in_place: dict[object, int] = field(init=False, compare=False, default_factory=dict)
+    bits_by_value: dict[object, int] = field(init=False, compare=False, default_factory=dict)
     """Each value's bits where they stand in the word; of several codes of one value the first."""
 
     def __post_init__(self) -> None:
         for code, value in self.choices.items():
-            self.in_place.setdefault(value, sum((code >> i & 1) << b for i, b in enumerate(self.bits)))
+            self.bits_by_value.setdefault(value, sum((code >> i & 1) << b for i, b in enumerate(self.bits)))
 
     @property
     def mask(self) -> int:
@@ -145,7 +145,7 @@ class Bits:
 
     def encode(self, value: object, _: Mapping[str, Scale] = NO_SCALES) -> int:
         """The bits of a value, in place."""
-        return self.in_place[value]
+        return self.bits_by_value[value]
 
     def decode(self, raw: int, _: Mapping[str, Scale] = NO_SCALES) -> Any:
         """The value that a word's bits choose; raises `DecodeError`."""
@@ -159,7 +159,7 @@ Point = Word | Bits
 """What holds one value of a file: a register, or some bits of one."""
 
 
-class Named(Protocol):
+class NamedValue(Protocol):
     """What a message says of a register or parameter."""
 
     @property
@@ -176,7 +176,7 @@ class Misfit:
     """A value that its register or parameter cannot hold."""
 
     path: str
-    word: Named
+    word: NamedValue
     value: Any
     error: EncodeError
 
@@ -218,36 +218,36 @@ class RegisterMap:
         """Every register, then every choice."""
         return (*self.words, *self.bits)
 
-    def at(self, offset: int) -> str:
+    def offset_text(self, offset: int) -> str:
         """An offset as the manual writes it."""
         return self.label.format(offset)
 
-    def filled(self, basis: Basis) -> RegisterMap:
+    def fill_reserved(self, basis: Basis) -> RegisterMap:
         """The map with a reserved row for every register that has none; ``basis`` says so.
 
         Raises `ValueError` for an offset that stands twice or lies outside the block.
         """
-        have: dict[int, Word] = {}
+        by_offset: dict[int, Word] = {}
         for word in self.words:
-            if word.offset in have or not 0 <= word.offset < self.size:
-                where = f"{self.title}: {word.name} at {self.at(word.offset)}"
-                raise ValueError(f"{where} is taken, or outside the {self.size} registers")
-            have[word.offset] = word
+            if word.offset in by_offset or not 0 <= word.offset < self.size:
+                place = f"{self.title}: {word.name} at {self.offset_text(word.offset)}"
+                raise ValueError(f"{place} is taken, or outside the {self.size} registers")
+            by_offset[word.offset] = word
         rows = (
-            have.get(n) or Word(n, f"reserved_{n:02d}", None, RESERVED, "", "Reserved", "-", basis, "reserved")
+            by_offset.get(n) or Word(n, f"reserved_{n:02d}", None, RESERVED, "", "Reserved", "-", basis, "reserved")
             for n in range(self.size)
         )
         return replace(self, words=tuple(rows))
 
-    def offset(self, name: str) -> int:
+    def offset_of(self, name: str) -> int:
         """Where a register stands in the block."""
         return next(w.offset for w in self.words if w.name == name)
 
-    def word(self, name: str) -> Word:
+    def find_word(self, name: str) -> Word:
         """The row of a register."""
         return next(w for w in self.words if w.name == name)
 
-    def bit(self, path: str) -> Bits:
+    def find_bits(self, path: str) -> Bits:
         """The row of a choice."""
         return next(b for b in self.bits if b.path == path)
 
@@ -270,7 +270,7 @@ class RegisterMap:
                 image.words[row.offset] |= row.encode(values[row.path])
         return image
 
-    def held(self, values: Mapping[str, object], scales: Mapping[str, Scale]) -> dict[str, object]:
+    def read_back(self, values: Mapping[str, object], scales: Mapping[str, Scale]) -> dict[str, object]:
         """What the words of the block hold of values by path."""
         return self.decode(self.encode(values, scales).words, scales)
 
@@ -288,9 +288,9 @@ class RegisterMap:
             if stored != value:
                 image.rounded.append(Rounded(path, word, value, stored))
         elif isinstance(word.codec, Position | Distance):
-            meant = word.codec.coarse(value, image.words[word.offset], scales[word.codec.scale])
-            if meant is not None:
-                image.rounded.append(Rounded(path, word, value.value, meant))
+            meaning = word.codec.coarse_value(value, image.words[word.offset], scales[word.codec.scale])
+            if meaning is not None:
+                image.rounded.append(Rounded(path, word, value.value, meaning))
 
     def decode(self, words: Sequence[int], scales: Mapping[str, Scale]) -> dict[str, object]:
         """The words of the block to values by path; `DecodeError` names the register of a word that is no value."""
@@ -309,14 +309,14 @@ class RegisterMap:
             return row.decode(words[row.offset])
         except DecodeError as error:
             name = next(w.name for w in self.words if w.offset == row.offset)
-            raise DecodeError(f"{name} ({self.at(row.offset)}): {error}", row.offset) from None
+            raise DecodeError(f"{name} ({self.offset_text(row.offset)}): {error}", row.offset) from None
 
     def decode_word(self, word: Word, raw: int, scales: Mapping[str, Scale]) -> Any:
         """One register's value."""
         try:
             return word.decode(raw, scales)
         except DecodeError as error:
-            raise DecodeError(f"{word.name} ({self.at(word.offset)}): {error}", word.offset) from None
+            raise DecodeError(f"{word.name} ({self.offset_text(word.offset)}): {error}", word.offset) from None
 
 
 RESERVED = Binary()
@@ -328,7 +328,7 @@ RESERVED = Binary()
 # after the other, ``BANK`` numbers apart. Raw contents are whole numbers too: the bits of a word, a switch or a
 # single-precision number.
 
-BANK = 1 << 16
+BANK_NUMBERS = 1 << 16
 """Numbers that each bank has to itself."""
 Value = bool | int | float
 
@@ -362,27 +362,29 @@ class Kind:
         return kind_named, (self.name,)
 
 
-def _whole(value: object, low: int, high: int) -> int | None:
+def _whole_number(value: object, low: int, high: int) -> int | None:
     return value if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high else None
 
 
-def _signed(value: object) -> int | None:
-    whole = _whole(value, -0x8000, 0x7FFF)
-    return None if whole is None else whole & WORD_MAX
+def _int16_bits(value: object) -> int | None:
+    number = _whole_number(value, -0x8000, 0x7FFF)
+    return None if number is None else number & WORD_MAX
 
 
-def _bit(value: object) -> int | None:
-    return int(value) if isinstance(value, bool) else _whole(value, 0, 1)
+def _bit_value(value: object) -> int | None:
+    return int(value) if isinstance(value, bool) else _whole_number(value, 0, 1)
 
 
-def _single(value: object) -> int | None:
+def _single_value(value: object) -> int | None:
     return single_bits(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-WORD = Kind("word", 4, int, lambda v: _whole(v, 0, WORD_MAX), "a word of 0 to 65535")
-INT16 = Kind("integer", 4, lambda raw: raw - 0x10000 if raw > 0x7FFF else raw, _signed, "an integer of -32768 to 32767")
-BIT = Kind("bit", 1, bool, _bit, "true or false")
-SINGLE = Kind("float", 8, single_value, _single, "a finite single-precision number")
+WORD = Kind("word", 4, int, lambda v: _whole_number(v, 0, WORD_MAX), "a word of 0 to 65535")
+INT16 = Kind(
+    "integer", 4, lambda raw: raw - 0x10000 if raw > 0x7FFF else raw, _int16_bits, "an integer of -32768 to 32767"
+)
+BIT = Kind("bit", 1, bool, _bit_value, "true or false")
+SINGLE = Kind("float", 8, single_value, _single_value, "a finite single-precision number")
 
 
 def kind_named(name: str) -> Kind:
@@ -404,7 +406,7 @@ class Bank:
     kind: Kind
     octal: bool = False
 
-    def name(self, n: int) -> str:
+    def address_name(self, n: int) -> str:
         """An address as the vendor writes it: ``DF106``."""
         return f"{self.prefix}{n:{'o' if self.octal else 'd'}}"
 
@@ -419,36 +421,36 @@ class Space:
     def _row(self) -> dict[str, int]:
         return {bank.prefix: i for i, bank in enumerate(self.banks)}
 
-    def number(self, prefix: str, n: int) -> int:
+    def number_of(self, prefix: str, n: int) -> int:
         """An address as a plain number."""
-        return self._row[prefix] * BANK + n
+        return self._row[prefix] * BANK_NUMBERS + n
 
-    def place(self, number: int) -> tuple[Bank, int]:
+    def bank_and_number(self, number: int) -> tuple[Bank, int]:
         """A plain number's bank, and its number there; raises `NoRegisterError` behind the last bank."""
-        if not self.holds(number):
-            raise NoRegisterError(f"no register lies behind {self.banks[-1].name(self.banks[-1].last)}")
-        return self.banks[number // BANK], number % BANK
+        if not self.has_bank(number):
+            raise NoRegisterError(f"no register lies behind {self.banks[-1].address_name(self.banks[-1].last)}")
+        return self.banks[number // BANK_NUMBERS], number % BANK_NUMBERS
 
-    def holds(self, number: int) -> bool:
+    def has_bank(self, number: int) -> bool:
         """Whether a plain number belongs to a bank that there is."""
-        return number // BANK < len(self.banks)
+        return number // BANK_NUMBERS < len(self.banks)
 
     def same_bank(self, first: int, last: int) -> bool:
         """Whether two plain numbers belong to one bank that there is."""
-        return first // BANK == last // BANK < len(self.banks)
+        return first // BANK_NUMBERS == last // BANK_NUMBERS < len(self.banks)
 
     def name(self, number: int) -> str:
         """An address as the vendor writes it: ``DF106``."""
-        bank, n = self.place(number)
-        return bank.name(n)
+        bank, n = self.bank_and_number(number)
+        return bank.address_name(n)
 
-    def kind(self, number: int) -> Kind:
+    def kind_of(self, number: int) -> Kind:
         """What an address holds."""
-        return self.place(number)[0].kind
+        return self.bank_and_number(number)[0].kind
 
-    def shown(self, number: int, raw: int) -> str:
+    def content_text(self, number: int, raw: int) -> str:
         """A content as the vendor's tools show it: hexadecimal where addresses are octal, so that BCD is its digits."""
-        bank, _ = self.place(number)
+        bank, _ = self.bank_and_number(number)
         return bank.kind.hex(raw) if bank.octal else bank.kind.text(raw)
 
     def parse(self, text: str) -> int | None:
@@ -461,7 +463,7 @@ class Space:
         if bank.octal and not set(digits) <= set("01234567"):
             return None
         n = int(digits, 8 if bank.octal else 10)
-        return row * BANK + n if bank.first <= n <= bank.last else None
+        return row * BANK_NUMBERS + n if bank.first <= n <= bank.last else None
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -483,25 +485,25 @@ WriterKind = Literal["live", "operated", "compared"]
 """The PLC or the process, all the time; the operator or the program; now and then, and it then stays."""
 
 
-def always(values: Mapping[str, object]) -> bool:
+def is_always(values: Mapping[str, object]) -> bool:
     """Whatever the loop's other values are."""
     del values
     return True
 
 
-class Written(NamedTuple):
+class Writer(NamedTuple):
     """Who else writes a register or parameter, and when, by the loop's values (by the paths of their rows)."""
 
     name: str
     kind: WriterKind
-    by: str
+    writer: str
     basis: Basis
-    when: Callable[[Mapping[str, Any]], bool] = always
+    applies: Callable[[Mapping[str, Any]], bool] = is_always
 
 
-def writer_of(table: Iterable[Written], name: str, values: Mapping[str, object]) -> Written | None:
+def writer_of(table: Iterable[Writer], name: str, values: Mapping[str, object]) -> Writer | None:
     """The first row of a register or parameter that holds for a loop; None: it is the engineer's alone."""
-    return next((row for row in table if row.name == name and row.when(values)), None)
+    return next((row for row in table if row.name == name and row.applies(values)), None)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -535,7 +537,7 @@ FULL_OUTPUT = Decimal(100)
 """The output's span where nothing is said: 0 to 100 %."""
 
 
-class Tuned(Protocol):
+class TuningNumbers(Protocol):
     """The three numbers of a vendor by name (times in s), and its words for the action."""
 
     @property
@@ -564,7 +566,7 @@ class Tuned(Protocol):
     def unit(self, name: str) -> str:
         """The unit of a number."""
 
-    def stored(self, name: str, value: Decimal) -> Decimal:
+    def stored_value(self, name: str, value: Decimal) -> Decimal:
         """What the vendor holds of a number; raises `EncodeError`."""
 
     def limits(self, model: type[BaseModel], name: str) -> Limits | None:
@@ -575,7 +577,7 @@ class Tuned(Protocol):
 
 
 @frozen
-class TunedWords:
+class TuningWords:
     """Registers of gain, integral and derivative time."""
 
     table: RegisterMap
@@ -594,17 +596,17 @@ class TunedWords:
 
     def key(self, name: str) -> str:
         """Where a register's value stands in the configuration."""
-        return str(self.table.word(name).path)
+        return str(self.table.find_word(name).path)
 
     def unit(self, name: str) -> str:
         """The unit of a register."""
-        return self.table.word(name).unit
+        return self.table.find_word(name).unit
 
-    def stored(self, name: str, value: Decimal) -> Decimal:
+    def stored_value(self, name: str, value: Decimal) -> Decimal:
         """What the register holds; raises `EncodeError`."""
-        word = self.table.word(name)
-        held: Decimal = word.decode(word.encode(value))
-        return held
+        word = self.table.find_word(name)
+        value_held: Decimal = word.decode(word.encode(value))
+        return value_held
 
     def limits(self, model: type[BaseModel], name: str) -> Limits | None:
         """What the manual allows for a register."""
@@ -612,14 +614,14 @@ class TunedWords:
 
     def step(self, name: str) -> Decimal | None:
         """What two neighbours differ by; None: a register in floating point."""
-        return getattr(self.table.word(name).codec, "step", None)
+        return getattr(self.table.find_word(name).codec, "step", None)
 
 
 @frozen
 class LoopTuning:
     """How one loop of a file holds the three numbers, and what of it the gains of a rule depend on."""
 
-    words: Tuned
+    words: TuningNumbers
     raises_pv: bool | None = None
     """Whether the loop acts for a PV that rises with the output; None: a program decides."""
     pv_span: Decimal | None = None
@@ -630,13 +632,13 @@ class LoopTuning:
     """Integral and derivative gains (Ki in 1/s, Kd in s) stand in the place of the times."""
     minutes: bool = False
     """The integral time is held in minutes."""
-    now: tuple[Decimal | None, Decimal | None, Decimal | None] = (None, None, None)
+    current_values: tuple[Decimal | None, Decimal | None, Decimal | None] = (None, None, None)
     """What the loop holds at present, each in the unit of its word; None: an expression."""
-    wrong: str = ""
+    obstacle: str = ""
     """Why the gains of a rule would not act as they should."""
     no_derivative: str = ""
     """Why a derivative time would have no effect."""
-    off: tuple[str, str] = ("0", "0")
+    off_texts: tuple[str, str] = ("0", "0")
     """How the file says that there is no integral term, and no derivative."""
     sample_time: float | None = None
     """Time between two calculations, in s; None: no file says it."""

@@ -9,7 +9,7 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from pidcfg.encoders.listing import Listing, ListingError, load_json
-from pidcfg.encoders.parameters import Content, read_content, store
+from pidcfg.encoders.parameters import Content, read_content, store_content
 from pidcfg.schemas.iec import LITERAL_WITH_TYPE, IecType, TimeNumber, real_text, time_seconds
 from pidcfg.schemas.numbers import MAX_DIGITS
 from pidcfg.text.signs import CONTROL
@@ -49,7 +49,7 @@ class Comment(NamedTuple):
     column: int
 
 
-PARTS = (
+TOKEN_FORMS = (
     ("skip", r"[ \t\r\n\f\ufeff]+"),
     ("line", r"//[^\n]*"),
     ("block", r"\(\*|/\*"),
@@ -60,19 +60,21 @@ PARTS = (
     (NAME, r"[^\W\d]\w*"),
     (SIGN, r":=|=>|<=|>=|<>|\*\*|\.\.|[-+*/=<>()\[\],;:.&^#@]"),
 )
-PATTERN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in PARTS), re.DOTALL)
+PATTERN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in TOKEN_FORMS), re.DOTALL)
 COMMENT_ENDS = {"(*": re.compile(r"\(\*|\*\)"), "/*": re.compile(r"\*/")}
 """Comments in parentheses may stand in each other."""
 
-CONDITIONAL = re.compile(r"\{\s*(IF|ELSIF|ELSE|END_IF)\b", re.IGNORECASE)
-OPENING = re.compile(r"[\s\ufeff]+|(?P<line>//[^\n]*)|(?P<block>\(\*|/\*)|\{[^}]*\}(?=\s*[A-Z(/{])", re.IGNORECASE)
+CONDITIONAL_PRAGMA = re.compile(r"\{\s*(IF|ELSIF|ELSE|END_IF)\b", re.IGNORECASE)
+SKIPPED_OPENING = re.compile(
+    r"[\s\ufeff]+|(?P<line>//[^\n]*)|(?P<block>\(\*|/\*)|\{[^}]*\}(?=\s*[A-Z(/{])", re.IGNORECASE
+)
 """What may stand before a program; a pragma has a word behind it, which JSON has not."""
 
 
-def opening(text: str) -> int:
+def first_word_offset(text: str) -> int:
     """Where the first word of a text begins, behind comments and pragmas; the end, where a comment has none."""
     at = 0
-    while match := OPENING.match(text, at):
+    while match := SKIPPED_OPENING.match(text, at):
         at = match.end()
         if match.lastgroup == "block":
             try:
@@ -98,7 +100,7 @@ def tokens_of(text: str, line: int = 1) -> tuple[list[Token], list[Comment]]:
             comments.append(Comment(inner, line, column))
             if tokens and tokens[-1].line == line and not tokens[-1].note:
                 tokens[-1] = tokens[-1]._replace(note=inner)
-        elif kind == "pragma" and (condition := CONDITIONAL.match(match.group())):
+        elif kind == "pragma" and (condition := CONDITIONAL_PRAGMA.match(match.group())):
             word = condition.group(1)
             message = f"{{{word} …}}: what stands behind is compiled on a condition only; write down what is compiled"
             raise ListingError(message, line, column)
@@ -130,11 +132,11 @@ VARIABLES = frozenset(
     ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_GLOBAL", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT", "VAR_CONFIG")
 )
 QUALIFIERS = frozenset(("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"))
-ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHILE", "REPEAT": "END_REPEAT"}
+STATEMENT_ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHILE", "REPEAT": "END_REPEAT"}
 """Statements that have others inside."""
-DEEPEST = 8
+MAX_STRUCTURE_DEPTH = 8
 """Structures in each other."""
-MOST_NESTED = 32
+MAX_STATEMENT_DEPTH = 32
 """Statements in each other."""
 
 Initial = tuple[Token, ...] | dict[str, "Member"]
@@ -172,7 +174,7 @@ class Statement(NamedTuple):
     tokens: tuple[Token, ...]
 
     @property
-    def first(self) -> Token:
+    def first_token(self) -> Token:
         """Where it begins."""
         return self.tokens[0]
 
@@ -182,35 +184,37 @@ class Cursor:
     """Tokens, and where reading has come to."""
 
     tokens: Sequence[Token]
-    at: int = 0
+    position: int = 0
 
     @property
-    def here(self) -> Token:
+    def next_token(self) -> Token:
         """The token that comes next."""
-        return self.tokens[min(self.at, len(self.tokens) - 1)]
+        return self.tokens[min(self.position, len(self.tokens) - 1)]
 
-    def take(self) -> Token:
+    def take_token(self) -> Token:
         """The token that comes next, which is then behind."""
-        token = self.here
-        self.at += 1
+        token = self.next_token
+        self.position += 1
         return token
 
-    def expect(self, sign: str, after: str) -> Token:
+    def expect_token(self, sign: str, after: str) -> Token:
         """A sign or word that must come next."""
-        token = self.take()
+        token = self.take_token()
         if token.upper != sign or token.kind == END:
             raise token.error(f"{sign!r} is missing after {after}, before {token.text!r}")
         return token
 
-    def until(self, stops: frozenset[str]) -> tuple[Token, ...]:
+    def take_until(self, end_signs: frozenset[str]) -> tuple[Token, ...]:
         """The tokens up to one of these outside of all parentheses."""
-        start, depth = self.at, 0
-        while self.here.kind != END and not (depth == 0 and self.here.upper in stops):
-            depth += (self.here.text in "([") - (self.here.text in ")]") if len(self.here.text) == 1 else 0
-            if depth < 0 or self.here.text == ";":
-                raise self.here.error(f"unexpected {self.here.text!r}")
-            self.at += 1
-        return tuple(self.tokens[start : self.at])
+        start, depth = self.position, 0
+        while self.next_token.kind != END and not (depth == 0 and self.next_token.upper in end_signs):
+            depth += (
+                (self.next_token.text in "([") - (self.next_token.text in ")]") if len(self.next_token.text) == 1 else 0
+            )
+            if depth < 0 or self.next_token.text == ";":
+                raise self.next_token.error(f"unexpected {self.next_token.text!r}")
+            self.position += 1
+        return tuple(self.tokens[start : self.position])
 
 
 SEMICOLON = frozenset(";")
@@ -218,7 +222,7 @@ SEMICOLON = frozenset(";")
 
 def name_of(cursor: Cursor, after: str) -> Token:
     """A name that must come next."""
-    token = cursor.take()
+    token = cursor.take_token()
     if token.kind != NAME:
         raise token.error(f"a name is missing after {after}, before {token.text!r}")
     return token
@@ -227,36 +231,36 @@ def name_of(cursor: Cursor, after: str) -> Token:
 # --- declarations ----------------------------------------------------------------------------------------------------
 
 
-def declarations(cursor: Cursor) -> Iterator[Declaration]:
+def read_declarations(cursor: Cursor) -> Iterator[Declaration]:
     """A block of variables, from VAR to END_VAR."""
-    head = cursor.take()
-    while cursor.here.upper in QUALIFIERS:
-        cursor.take()
-    while cursor.here.upper != "END_VAR":
-        if cursor.here.kind == END:
-            raise head.error(f"{head.text} has no END_VAR")
+    keyword = cursor.take_token()
+    while cursor.next_token.upper in QUALIFIERS:
+        cursor.take_token()
+    while cursor.next_token.upper != "END_VAR":
+        if cursor.next_token.kind == END:
+            raise keyword.error(f"{keyword.text} has no END_VAR")
         names = [name_of(cursor, "the declarations before")]
-        while cursor.here.text == ",":
-            cursor.take()
+        while cursor.next_token.text == ",":
+            cursor.take_token()
             names.append(name_of(cursor, "the comma"))
-        address = cursor.until(frozenset((":", ";")))[1:] if cursor.here.upper == "AT" else ()
-        cursor.expect(":", names[-1].text)
-        kind = cursor.until(frozenset((":=", ";", "END_VAR")))
+        address = cursor.take_until(frozenset((":", ";")))[1:] if cursor.next_token.upper == "AT" else ()
+        cursor.expect_token(":", names[-1].text)
+        kind = cursor.take_until(frozenset((":=", ";", "END_VAR")))
         initial = None
-        if cursor.here.text == ":=":
-            cursor.take()
-            initial = initial_value(cursor.until(frozenset((";", "END_VAR"))))
-        end = cursor.expect(";", "the declaration")
+        if cursor.next_token.text == ":=":
+            cursor.take_token()
+            initial = initial_value(cursor.take_until(frozenset((";", "END_VAR"))))
+        end = cursor.expect_token(";", "the declaration")
         for name in names:
-            yield Declaration(name, kind, initial, end.note, head.upper, address)
-    cursor.take()
+            yield Declaration(name, kind, initial, end.note, keyword.upper, address)
+    cursor.take_token()
 
 
 def initial_value(tokens: tuple[Token, ...], depth: int = 0) -> Initial:
     """An initial value: a structure, ``(SP := 50.0)``, or anything else as it stands."""
     if len(tokens) < 4 or tokens[0].text != "(" or tokens[2].text != ":=":
         return tokens
-    if depth > DEEPEST:
+    if depth > MAX_STRUCTURE_DEPTH:
         raise tokens[0].error("structures are nested too deeply")
     if tokens[-1].text != ")":
         raise tokens[-1].error(f"{tokens[-1].text!r} stands behind the structure")
@@ -264,50 +268,50 @@ def initial_value(tokens: tuple[Token, ...], depth: int = 0) -> Initial:
     members: dict[str, Member] = {}
     while True:
         name = name_of(cursor, "the parenthesis or comma")
-        cursor.expect(":=", name.text)
-        value = cursor.until(frozenset(","))
+        cursor.expect_token(":=", name.text)
+        value = cursor.take_until(frozenset(","))
         if name.upper in members:
             raise name.error(f"{name.text} stands here again")
         members[name.upper] = Member(name, initial_value(value, depth + 1))
-        if cursor.here.kind == END:
+        if cursor.next_token.kind == END:
             return members
-        cursor.expect(",", "the member")
+        cursor.expect_token(",", "the member")
 
 
 # --- statements ------------------------------------------------------------------------------------------------------
 
 
-def statement(cursor: Cursor) -> Iterator[Statement]:
+def read_statement(cursor: Cursor) -> Iterator[Statement]:
     """The next statement; one that is empty is none."""
-    start = cursor.at
-    if cursor.here.upper in ENDS and cursor.here.kind == NAME:
-        _skip_inner(cursor)
-        end = cursor.at
-        if cursor.here.text == ";":
-            cursor.take()
+    start = cursor.position
+    if cursor.next_token.upper in STATEMENT_ENDS and cursor.next_token.kind == NAME:
+        _skip_nested(cursor)
+        end = cursor.position
+        if cursor.next_token.text == ";":
+            cursor.take_token()
     else:
-        cursor.until(SEMICOLON)
-        end = cursor.at
-        if cursor.here.kind == END:
+        cursor.take_until(SEMICOLON)
+        end = cursor.position
+        if cursor.next_token.kind == END:
             raise cursor.tokens[start].error("the statement that begins here has no end: ';' or ')' is missing")
-        cursor.take()
+        cursor.take_token()
     if end > start:
         last = cursor.tokens[end - 1]
         yield Statement((*cursor.tokens[start:end], Token(END, "the end of the statement", last.line, last.column)))
 
 
-def _skip_inner(cursor: Cursor) -> None:
+def _skip_nested(cursor: Cursor) -> None:
     """Moves behind a statement with others inside."""
     waiting: list[Token] = []
     while True:
-        token = cursor.take()
+        token = cursor.take_token()
         if token.kind == END:
-            raise waiting[-1].error(f"{waiting[-1].text} has no {ENDS[waiting[-1].upper]}")
-        if token.kind == NAME and token.upper in ENDS:
+            raise waiting[-1].error(f"{waiting[-1].text} has no {STATEMENT_ENDS[waiting[-1].upper]}")
+        if token.kind == NAME and token.upper in STATEMENT_ENDS:
             waiting.append(token)
-            if len(waiting) > MOST_NESTED:
-                raise token.error(f"more than {MOST_NESTED} statements stand in each other")
-        elif token.kind == NAME and token.upper == ENDS[waiting[-1].upper]:
+            if len(waiting) > MAX_STATEMENT_DEPTH:
+                raise token.error(f"more than {MAX_STATEMENT_DEPTH} statements stand in each other")
+        elif token.kind == NAME and token.upper == STATEMENT_ENDS[waiting[-1].upper]:
             waiting.pop()
             if not waiting:
                 return
@@ -321,7 +325,7 @@ class Argument(NamedTuple):
     value: tuple[Token, ...]
 
 
-def chain(tokens: Sequence[Token], at: int = 0) -> tuple[Token, ...]:
+def name_chain(tokens: Sequence[Token], at: int = 0) -> tuple[Token, ...]:
     """A name with the dots and names behind it, ``TIC_1.ErrBits.Kp``, without the dots."""
     parts: list[Token] = []
     while tokens[at].kind == NAME:
@@ -332,28 +336,28 @@ def chain(tokens: Sequence[Token], at: int = 0) -> tuple[Token, ...]:
     return tuple(parts)
 
 
-def arguments(tokens: Sequence[Token], callee: str) -> list[Argument]:
+def call_arguments(tokens: Sequence[Token], callee: str) -> list[Argument]:
     """The arguments of a call from its opening parenthesis to the end of the statement; each has a name."""
     cursor = Cursor((*tokens, Token(END, "the end of the statement", tokens[-1].line, tokens[-1].column)))
-    cursor.expect("(", callee)
-    listed: dict[str, Argument] = {}
-    while cursor.here.text != ")":
-        name = cursor.take()
-        sign = cursor.take()
+    cursor.expect_token("(", callee)
+    by_name: dict[str, Argument] = {}
+    while cursor.next_token.text != ")":
+        name = cursor.take_token()
+        sign = cursor.take_token()
         if name.kind != NAME or sign.text not in {":=", "=>"}:
             raise name.error(f"an argument of {callee} has no name; write it as in PV := FT_101")
-        value = cursor.until(frozenset((",", ")")))
+        value = cursor.take_until(frozenset((",", ")")))
         if not value:
             raise sign.error(f"nothing stands behind {name.text} {sign.text}")
-        if name.upper in listed:
+        if name.upper in by_name:
             raise name.error(f"{name.text} stands here again")
-        listed[name.upper] = Argument(name, sign.text, value)
-        if cursor.here.text != ")":
-            cursor.expect(",", f"the argument {name.text}")
-    cursor.take()
-    if cursor.here.kind != END:
-        raise cursor.here.error(f"{cursor.here.text!r} stands behind the call of {callee}")
-    return [*listed.values()]
+        by_name[name.upper] = Argument(name, sign.text, value)
+        if cursor.next_token.text != ")":
+            cursor.expect_token(",", f"the argument {name.text}")
+    cursor.take_token()
+    if cursor.next_token.kind != END:
+        raise cursor.next_token.error(f"{cursor.next_token.text!r} stands behind the call of {callee}")
+    return [*by_name.values()]
 
 
 def is_literal(token: Token) -> bool:
@@ -406,7 +410,7 @@ def settings_of(comments: Iterable[Comment], listing: Listing) -> list[Comment]:
     return places
 
 
-def literal(kind: IecType, content: Content) -> str:
+def literal_text(kind: IecType, content: Content) -> str:
     """A content as the language writes it."""
     if kind.kind == "bool":
         return "TRUE" if content else "FALSE"
@@ -455,7 +459,7 @@ def number_of(token: Token) -> int | Decimal | bool:
             return int(rest, BASES[base])
         if kind in REALS or not kind:
             number = Decimal(rest)
-            return int(rest) if not kind and rest.isdigit() else _finite(number, token)
+            return int(rest) if not kind and rest.isdigit() else _check_finite(number, token)
         if kind in INTEGERS:
             return int(rest)
     except (ValueError, ArithmeticError, KeyError):
@@ -463,7 +467,7 @@ def number_of(token: Token) -> int | Decimal | bool:
     raise token.error(f"{token.text} is no number")
 
 
-def _finite(number: Decimal, token: Token) -> Decimal:
+def _check_finite(number: Decimal, token: Token) -> Decimal:
     if not number.is_finite() or abs(number.adjusted()) > MAX_DIGITS * 4:
         raise token.error(f"{token.text} is too large or too small")
     return number
@@ -472,23 +476,25 @@ def _finite(number: Decimal, token: Token) -> Decimal:
 def content_of(tokens: Sequence[Token], kind: IecType, name: str) -> Content | None:
     """The content that a literal means for a variable of this type; None: it is no literal."""
     signs = [token.text for token in tokens if token.text in {"+", "-"}]
-    rest = tokens[len(signs) :]
+    unsigned = tokens[len(signs) :]
     if kind.kind == "word":
-        return _word(tokens, kind, name)
-    if len(rest) != 1 or [token.text for token in tokens[: len(signs)]] != signs:
+        return _enumeration_word(tokens, kind, name)
+    if len(unsigned) != 1 or [token.text for token in tokens[: len(signs)]] != signs:
         return None
-    token = rest[0]
+    token = unsigned[0]
     truth = TRUTHS.get(token.upper) if token.kind == NAME and not signs else None
     if truth is None and not is_literal(token):
         return None
     value = number_of(token) if truth is None else truth
     if isinstance(value, TimeNumber) or kind.kind == "time":
         if isinstance(value, TimeNumber) and kind.kind == "time" and not signs:
-            return store(kind, value)
+            return store_content(kind, value)
         raise token.error(f"{name}: {token.text} is not a value of {kind.name}; numbers are in s")
     if isinstance(value, bool) or kind.kind == "bool":
-        plain = value if isinstance(value, bool) else {0: False, 1: True}.get(value if isinstance(value, int) else 2)
-        content = read_content(kind, plain) if not signs else None
+        truth_value = (
+            value if isinstance(value, bool) else {0: False, 1: True}.get(value if isinstance(value, int) else 2)
+        )
+        content = read_content(kind, truth_value) if not signs else None
     else:
         content = read_content(kind, float(-value if signs.count("-") % 2 else value))
     if content is None:
@@ -496,7 +502,7 @@ def content_of(tokens: Sequence[Token], kind: IecType, name: str) -> Content | N
     return content
 
 
-def _word(tokens: Sequence[Token], kind: IecType, name: str) -> Content | None:
+def _enumeration_word(tokens: Sequence[Token], kind: IecType, name: str) -> Content | None:
     """A word of an enumeration, with or without its name before it."""
     text = "".join(token.upper for token in tokens)
     for sign in "#.":

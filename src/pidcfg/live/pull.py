@@ -18,7 +18,7 @@ from pidcfg.conversion.terms import CONFIGURATION
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of, formats_of, tables_of
 from pidcfg.encoders.image import read_settings
-from pidcfg.encoders.listing import Numbering, few
+from pidcfg.encoders.listing import Numbering, shorten_names
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
 from pidcfg.encoders.parameters import AnyImage
 from pidcfg.live.link import Address, AddressError, Link, Patience, parse_address, run_async
@@ -65,7 +65,7 @@ class Plc:
     def image(self) -> AnyImage | None:
         """The memory of that configuration; None where there is none, or it cannot be encoded."""
         encoding = None if self.like is None else self.like.encoding
-        return encoding.image if encoding is not None and encoding.whole else None
+        return encoding.image if encoding is not None and encoding.is_complete else None
 
     @property
     def registers(self) -> Registers:
@@ -95,7 +95,7 @@ class Plc:
         """Settings that are in no register, by name, under the reason."""
         named = self.numbering if isinstance(self.numbering, NamedNumbering) else None
         reasons = {
-            "the map says that no register has them": () if named is None else named.without,
+            "the map says that no register has them": () if named is None else named.unmapped,
             "they are numbers of the program, without a device": () if named is None else named.literals,
         }
         known = {name for names in reasons.values() for name in names}
@@ -121,7 +121,7 @@ class Plc:
     def unread_notes(self) -> tuple[str, ...]:
         """Settings that a map leaves out, as notes."""
         reasons = ((why, names) for why, names in self.unread.items() if why != WITHOUT_REGISTER)
-        return tuple(f"not read, since {why}: {few([*names])}" for why, names in reasons)
+        return tuple(f"not read, since {why}: {shorten_names([*names])}" for why, names in reasons)
 
 
 def plc_of(
@@ -154,7 +154,7 @@ def source_of(
         raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
     family = family or VENDORS["dl06"]  # a file that names no vendor has findings, and nothing is read
     encoding = None if like is None else like.encoding
-    image = encoding.image if encoding is not None and encoding.whole else None
+    image = encoding.image if encoding is not None and encoding.is_complete else None
     if like is not None and image is None:
         return Plc(address_of(plc), family, None, like, options)  # its findings say why; nothing is read
     file = "FILE" if like is None else like.document.file
@@ -217,7 +217,7 @@ class PullResult:
 def pull_from(source: Plc, format_name: str, patience: Patience, limits: Limits) -> PullResult:
     """Reads a PLC and writes what it holds in a format; raises `PlcError` where it cannot be read."""
     if format_name != YAML:
-        kinds = [kind.name for kind in formats_of(source.vendor).FORMATS.values() if kind.whole]
+        kinds = [kind.name for kind in formats_of(source.vendor).FORMATS.values() if kind.is_complete]
         refuse_unknown("format", format_name, [YAML, *kinds])
     result = PullResult(str(source.address), source.vendor.key)
     if source.like is not None and source.image is None:
@@ -268,10 +268,10 @@ def _pull_listing(result: PullResult, image: AnyImage, source: Plc, format_name:
         if data is not None:
             reference = encoder_of(source.vendor).encode(read_settings(source.vendor.model, data, "")).image
     known = image if reference is None else replace(image, settings=reference.settings, plc=reference.plc)
-    odd = next((cell for cell in known.cells if cell.no_number), None)
+    odd = next((cell for cell in known.cells if cell.no_number_hex), None)
     if format_name == "json" and odd is not None:
         raise ArgumentError(
-            f"`format` json has no word for what {odd.address} holds, {odd.no_number}; csv has", "format"
+            f"`format` json has no word for what {odd.address} holds, {odd.no_number_hex}; csv has", "format"
         )
     return replace(result, image=known, text=format_of(source.vendor, format_name).write(known, ()))
 

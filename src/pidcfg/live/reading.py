@@ -38,7 +38,7 @@ MOST_QUOTED = 3
 
 def implausible_contents(image: AnyImage) -> Iterator[str]:
     """Remarks on what was read."""
-    numbers = {cell.address: cell.single for cell in image.cells if cell.single}
+    numbers = {cell.address: cell.single_value for cell in image.cells if cell.single_value}
     tiny = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NEXT_TO_ZERO]
     if len(tiny) > len(numbers) / 2 and len(tiny) > 1:
         more = f" and {len(tiny) - MOST_QUOTED} more" if len(tiny) > MOST_QUOTED else ""
@@ -101,18 +101,18 @@ class Registers:
     async def read_image(self, link: Link) -> Image:
         """Every register of the loops, in address order; raises `PlcError`."""
         words = await self.read(link)
-        cells = {cell.number: cell for area in self.areas for cell in area.cells(self.space, words)}
+        cells = {cell.number: cell for area in self.areas for cell in area.make_cells(self.space, words)}
         image = Image(self.vendor.key, tuple(cell for _, cell in sorted(cells.items())))
         if isinstance(self.numbering, StatedNumbering):
             try:
-                self.numbering.check(image)
+                self.numbering.check_places(image)
             except MapError as error:
                 raise PlcError(f"{link.address}: line {error.line} of the map: {error}") from None
         return image
 
     def listing(self, image: AnyImage) -> Listing:
         """The words of an image, and nothing that stands beside them."""
-        return self.kind(dict(image.words), shown={cell.number: cell.address for cell in image.cells})
+        return self.kind(dict(image.words), shown_addresses={cell.number: cell.address for cell in image.cells})
 
     async def read(self, link: Link) -> dict[int, int]:
         """Raw contents by plain number; raises `PlcError`."""
@@ -157,7 +157,7 @@ class Registers:
                     raise
                 absent |= {area.start for area in missing if not await self._is_there(link, area)}
         written = tables_of(self.vendor).WRITTEN
-        self._setting_bits = {n: mask for area in self.areas for n, mask in area.kept(written).items()}
+        self._setting_bits = {n: mask for area in self.areas for n, mask in area.kept_masks(written).items()}
         return words
 
     async def _is_there(self, link: Link, area: Area) -> bool:

@@ -170,7 +170,7 @@ def _loop_channels(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
             number = block.start + word.offset
             signal = SIGNALS.get(str(word.path))
             if word.name == registers[0]:
-                numbers = tuple(block.start + block.table.offset(name) for name in registers)
+                numbers = tuple(block.start + block.table.offset_of(name) for name in registers)
                 show = _mode_text(source.vendor.load("mode_of"), numbers)
                 yield Channel(f"{block.loop}.{MODE}", numbers, show, block.start)
             elif signal is not None:

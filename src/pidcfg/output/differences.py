@@ -163,7 +163,7 @@ def _has_loop_names(side: Checked | Entry, vendor: Vendor | None, limits: Limits
 
 def _subject_of(checked: Checked, name: str) -> Subject:
     """A configuration whose values all have their words."""
-    if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
+    if checked.vendor is None or checked.encoding is None or not checked.encoding.is_complete:
         raise SideError(name, checked.findings, checked.document)
     return Subject(checked.vendor, checked.config, checked.encoding)
 

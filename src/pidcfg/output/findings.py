@@ -240,7 +240,7 @@ def check_with_words(doc: Document, reader: Reader = DISK) -> tuple[list[Diagnos
 
         return [*check_scenario(doc, reader), *odd_texts(doc)], None
     checked = check_document(doc)
-    if checked.vendor is None or checked.encoding is None or not checked.encoding.whole or not has_map(doc):
+    if checked.vendor is None or checked.encoding is None or not checked.encoding.is_complete or not has_map(doc):
         return list(checked.findings), checked
     from pidcfg.validate.map_files import check_map
 

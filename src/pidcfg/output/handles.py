@@ -79,14 +79,14 @@ class HeldNumber:
             number = number if self.high is None else min(number, self.high)
             if self.step is not None and 0 < number < self.step:  # half a step and less would switch it off
                 number = self.step if number >= self.step / 2 else Decimal(0)
-            return self.loop.words.stored(self._name, number)
+            return self.loop.words.stored_value(self._name, number)
         except (EncodeError, ArithmeticError) as error:
             raise ArgumentError(f"`value`: {value} {error}", "value") from None
 
     def written(self, value: Decimal) -> str:
         """How the file says a number that the register holds, in the unit that stands there; 0 is switched off."""
         if not value and self.part != "gain":
-            return self.loop.off[0 if self.part == "integral" else 1]
+            return self.loop.off_texts[0 if self.part == "integral" else 1]
         return number_as_written(self.text, value, self.unit, self.hold)
 
     @property
@@ -172,11 +172,11 @@ def _loops_gains(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGa
         tuning = encoder_of(checked.vendor).tuning_of(config, loop)
         numbers = (
             ()
-            if tuning.now == (None, None, None) and tuning.wrong
+            if tuning.current_values == (None, None, None) and tuning.obstacle
             else _held_numbers(checked.document, model, i, tuning)
         )
         robust: Margins | None = None
-        why = "" if loaded is None or loaded.scenario is None else tuning.wrong
+        why = "" if loaded is None or loaded.scenario is None else tuning.obstacle
         if not why and loaded is not None and loaded.scenario is not None:
             robust, why = _loop_margins(tuning, loaded.scenario, axes.get(loop.name), loop.name)
         loops.append(LoopGains(loop.name, numbers, robust, why))
@@ -186,7 +186,7 @@ def _loops_gains(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGa
 def _held_numbers(document: Document, model: type[BaseModel], i: int, tuning: LoopTuning) -> tuple[HeldNumber, ...]:
     """The three numbers of a loop."""
     numbers = []
-    for part, name, unit, now in zip(PARTS, tuning.words.names, tuning.units(), tuning.now, strict=True):
+    for part, name, unit, now in zip(PARTS, tuning.words.names, tuning.units(), tuning.current_values, strict=True):
         key, limits = tuning.words.key(name), tuning.words.limits(model, name)
         path = ("loops", i, *parse_path(key))
         text = value_at(document.data, path)
@@ -199,9 +199,9 @@ def _held_numbers(document: Document, model: type[BaseModel], i: int, tuning: Lo
 
 def held_gains(tuning: LoopTuning) -> Gains | None:
     """The numbers of a loop in output units per PV unit and seconds; None: not known, or no gain."""
-    if None in tuning.now:
+    if None in tuning.current_values:
         return None
-    gain, integral, derivative = (float(number or 0) for number in tuning.now)
+    gain, integral, derivative = (float(number or 0) for number in tuning.current_values)
     try:
         gain /= gain_factor(tuning)
     except (ValueError, ZeroDivisionError):

@@ -89,7 +89,7 @@ def _parameters_of(vendor: Vendor | None) -> dict[str, Parameter]:
 def _register_of(space: Space, block: Block, point: Point) -> Held:
     """The register of a key, or the bits of it that say the key's choice."""
     number, raw = block.start + point.offset, block.encoded.words[point.offset]
-    name, shown = space.name(number), space.shown(number, raw)
+    name, shown = space.name(number), space.content_text(number, raw)
     if point.bits:
         first, last = min(point.bits), max(point.bits)
         name += f".{first}" if first == last else f".{','.join(map(str, point.bits))}"

@@ -170,7 +170,7 @@ def _loop_of(found: Checked, into: GainsFile) -> tuple[Vendor, int]:
 
 def _refuse(where: str, gains: Gains, tuning: LoopTuning, *, heating: bool | None) -> None:
     """Raises `TuningError` for a loop that would not act as the rule means."""
-    wrong = tuning.wrong or (tuning.no_derivative if gains.derivative_time else "")
+    wrong = tuning.obstacle or (tuning.no_derivative if gains.derivative_time else "")
     if wrong:
         raise TuningError(f"{where}: {wrong}, which the gains are not for; nothing was written")
     if heating is None or tuning.raises_pv is None or heating is tuning.raises_pv:
@@ -205,14 +205,14 @@ def _values(
 ) -> tuple[Value, ...]:
     """How the file says the three numbers, before and after; what it says already stays as it is written."""
     out = []
-    integral, derivative = tuning.off
+    integral, derivative = tuning.off_texts
     off = (None, integral if isinf(gains.integral_time) else None, None if gains.derivative_time else derivative)
-    for name, value, now, word in zip(tuning.words.names, fitted, tuning.now, off, strict=True):
+    for name, value, now, word in zip(tuning.words.names, fitted, tuning.current_values, off, strict=True):
         old = value_at(doc.data, _path(index, value.key))
         if now is None:
             raise TuningError(f"{where}: {value.key} is the expression {old}: change it there; nothing was written")
         stored = value.stored or Decimal(0)
-        held = partial(tuning.words.stored, name)
+        held = partial(tuning.words.stored_value, name)
         new = old if now == stored else word or number_as_written(old, stored, value.unit, held)
         out.append(Value(value.key, value.unit, old, None if new is None else str(new)))
     return tuple(out)
@@ -422,7 +422,7 @@ def forecast_words(
     if plant.zeros:
         return Forecast("a transfer function with zeros is no plant of a run")
     checked = check_document(written.document)
-    if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
+    if checked.vendor is None or checked.encoding is None or not checked.encoding.is_complete:
         return Forecast(f"{written.file} has errors")
     controller, image = checked.vendor.module("controller"), checked.encoding.image
     trial = Trial(controller.load(image), written.loop, around, plant, gains)

@@ -128,7 +128,7 @@ def encode_checked(checked: Checked, name: str, options: EncodeOptions) -> Encod
     """The memory of a checked configuration in a format."""
     vendor, encoding = checked.vendor, checked.encoding
     faulty = bool(errors_in(checked.findings))
-    if vendor is None or encoding is None or (faulty and not (options.errors and encoding.whole)):
+    if vendor is None or encoding is None or (faulty and not (options.errors and encoding.is_complete)):
         return EncodeResult(checked.document, checked.findings)
     if options.map is not None and name != MODBUS:
         raise ArgumentError(f"`map` is for the format {MODBUS}", "map")
@@ -165,8 +165,8 @@ def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
 
 def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
     """The result with what differs from a listing, or from what another configuration is encoded to."""
-    if not kind.partial:
-        able = [other.name for other in formats_of(subject.vendor).FORMATS.values() if other.partial]
+    if not kind.may_be_partial:
+        able = [other.name for other in formats_of(subject.vendor).FORMATS.values() if other.may_be_partial]
         reason = f"{kind.name} is not written in part (`changed_from`); {', '.join(able)} are"
         raise ArgumentError(reason, "changed_from")
     if options.into is not None:
@@ -175,7 +175,7 @@ def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, 
     is_edit = PurePath(name).suffix.lower() in SUFFIXES
     if is_edit:
         old = check_document(read_document(data, name, result.document.limits))
-        if old.encoding is None or not old.encoding.whole:
+        if old.encoding is None or not old.encoding.is_complete:
             return replace(result, findings=(*result.findings, *errors_in(old.findings)[:1]))
         data = _words_of(old, subject.vendor)
     try:
@@ -294,7 +294,7 @@ def decode_files(
             return DecodeResult(text=text, notes=notes)
         decoded = decode_listing(listing, vendor, values, image)
     except ListingError as error:
-        leading = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.leads]
+        leading = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.is_leading]
         return DecodeResult((listing_fault(error, [*leading, files[-1][1]][0]),))
     text = yaml_text(decoded.data) if choices.write else ""
     return DecodeResult((), decoded.data, text, decoded.notes, decoded.warnings, decoded.suggestion)
@@ -304,4 +304,4 @@ def _image_of(like: Checked, vendor: Vendor) -> Any:
     """The image of a configuration that a listing is to be read like; None: it has errors that leave none."""
     if like.vendor is not None and like.vendor is not vendor:
         raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of {vendor.title}", "like")
-    return like.encoding.image if like.encoding is not None and like.encoding.whole else None
+    return like.encoding.image if like.encoding is not None and like.encoding.is_complete else None

@@ -210,7 +210,7 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
     ``most``: loop-steps that a run may have.
     """
     vendor, encoding = checked.vendor, checked.encoding
-    if vendor is None or encoding is None or not encoding.whole or checked.failed:
+    if vendor is None or encoding is None or not encoding.is_complete or checked.failed:
         raise NoDraftError(f"{checked.document.file} has errors; run 'pidcfg validate {checked.document.file}' first")
     if to_one_line(config) != config:
         raise NoDraftError(f"no scenario can name {config!r}: rename the file, without control characters")

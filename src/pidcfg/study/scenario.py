@@ -230,7 +230,7 @@ def _use_configuration(loaded: Loaded, data: bytes) -> None:
         cure = f"run 'pidcfg validate {loaded.config}'"
         loaded.refuse(f"{loaded.config}:{first.span.line}:{first.span.column}: {first.message}", cure)
         return
-    if checked.encoding is None or not checked.encoding.whole:
+    if checked.encoding is None or not checked.encoding.is_complete:
         worst = next((d for d in checked.findings if d.severity is Severity.ERROR), None)
         reason = f"{worst.span.line}:{worst.span.column}: {worst.message}" if worst else " it has no memory image"
         loaded.refuse(f"{loaded.config}:{reason}", f"run 'pidcfg validate {loaded.config}'")
@@ -276,4 +276,4 @@ def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
                 cure += " with that option, and name the configuration that it writes"
             loaded.refuse(f"{loaded.config}: {error}", cure)
             return
-    loaded.vendor, loaded.image = vendor, listing.image(vendor.key)
+    loaded.vendor, loaded.image = vendor, listing.make_image(vendor.key)

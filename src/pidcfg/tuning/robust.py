@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from pidcfg.encoders.regmap import Tuned
+    from pidcfg.encoders.regmap import TuningNumbers
     from pidcfg.tuning import Form
     from pidcfg.tuning.margins import Margins
     from pidcfg.tuning.rules import Process, Spread
@@ -120,10 +120,10 @@ def _decimal(value: float) -> Decimal:
     return Decimal(f"{value:.{DIGITS}g}")
 
 
-def _fit_number(model: type[BaseModel], words: Tuned, name: str, unit: str, value: Decimal) -> FittedNumber:
+def _fit_number(model: type[BaseModel], words: TuningNumbers, name: str, unit: str, value: Decimal) -> FittedNumber:
     key, limits = words.key(name), words.limits(model, name)
     try:
-        stored = words.stored(name, value)
+        stored = words.stored_value(name, value)
     except EncodeError as error:
         return FittedNumber(key, unit, value, None, f"{_number_text(value)} {error}")
     if limits is not None and not limits.holds(value):
@@ -543,7 +543,7 @@ class _Grid:
     def _is_word(self, name: str, value: Decimal) -> bool:
         """Whether a word has a value and keeps its term on."""
         try:
-            return self.loop is not None and self.loop.words.stored(name, value) == value
+            return self.loop is not None and self.loop.words.stored_value(name, value) == value
         except EncodeError:
             return False
 

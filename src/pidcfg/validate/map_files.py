@@ -11,7 +11,7 @@ from pidcfg.encoders.modbus_map import (
     MapError,
     NamedNumbering,
     UnusableMapError,
-    example,
+    example_text,
     read_map,
     read_symbol_map,
 )
@@ -105,7 +105,7 @@ def _stated(vendor: Vendor, stated: MapFile, image: Any) -> Numbering | NamedNum
     if space is not None:
         numbering = read_map(stated.text, space)
         if image is not None:
-            numbering.check(image)
+            numbering.check_places(image)
         return numbering
     if image is None:
         raise UnusableMapError(f"the registers of {vendor.title} do not say what loops there are: name a configuration")
@@ -135,7 +135,9 @@ def _without(vendor: Vendor, image: AnyImage | None, file: str) -> str:
         return f"{said}; {cure}"
     rows = [row for row in format_of(vendor, FORMAT).write(image, ()).splitlines() if not row.startswith("#")][1:]
     write = f"`pidcfg encode {file} --format {FORMAT}` writes its rows for you to fill in"
-    return f"{said}; {cure}, with rows of symbol, table, register (from 0) and type such as {example(rows)}; {write}"
+    return (
+        f"{said}; {cure}, with rows of symbol, table, register (from 0) and type such as {example_text(rows)}; {write}"
+    )
 
 
 def check_map(document: Document, vendor: Vendor, image: AnyImage, reader: Reader) -> list[Diagnostic]:
@@ -145,6 +147,6 @@ def check_map(document: Document, vendor: Vendor, image: AnyImage, reader: Reade
         if stated is not None:
             numbering_of(vendor, stated, image, document.file)
     except UnusableMapError as error:
-        message = error.said if error.name == document.file else str(error)
+        message = error.message if error.name == document.file else str(error)
         return [Diagnostic(CODE, Severity.ERROR, message, document.file, document.locate(PATH), PATH)]
     return []

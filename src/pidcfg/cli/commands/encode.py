@@ -170,7 +170,7 @@ def tell_checklist(checklist: Sequence[str], *, whole: bool, mention: bool) -> N
 def tell(kind: FileKind, names: list[str], values: int) -> None:
     """What was written."""
     if names:
-        count = f"{values} values" if kind.whole else kind.title
+        count = f"{values} values" if kind.is_complete else kind.title
         remark(f"{', '.join(names)}: {count}")
 
 

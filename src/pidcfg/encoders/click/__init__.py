@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pidcfg.encoders import Option, listed
+from pidcfg.encoders import Option, read_per_loop
 
 # --- What CLICK listings do not say of a loop, and where the blocks of converted loops begin --------------------------
 
 FORMATS = ("text", "csv", "json", "modbus", "nickname-csv", "cdv", "data-dump")
 
 
-def _block(key: str) -> Callable[[str], str]:
+def _read_block_address(key: str) -> Callable[[str], str]:
     """A reader of addresses of the bank that a block is in."""
 
     def address(text: str) -> str:
@@ -23,7 +23,7 @@ def _block(key: str) -> Callable[[str], str]:
     return address
 
 
-def _pwm(text: str) -> dict[str, str] | None:
+def _read_pwm_bit(text: str) -> dict[str, str] | None:
     from pidcfg.schemas.click import parse_output_bit
 
     return None if text == "none" else {"bit": parse_output_bit(text)}
@@ -31,13 +31,14 @@ def _pwm(text: str) -> dict[str, str] | None:
 
 # fmt: off
 DECODE_OPTIONS = (
-    Option("bits", "C,C…", "Where each loop's C bits begin.", "C101,C201", listed(_block("bits")), needed=True),
+    Option("bits", "C,C…", "Where each loop's C bits begin.", "C101,C201",
+           read_per_loop(_read_block_address("bits")), needed=True),
     Option("integers", "DS,DS…", "Where each loop's DS registers begin.", "DS101,DS201",
-           listed(_block("integers")), needed=True),
+           read_per_loop(_read_block_address("integers")), needed=True),
     Option("floats", "DF,DF…", "Where each loop's DF registers begin.", "DF101,DF201",
-           listed(_block("floats")), needed=True),
+           read_per_loop(_read_block_address("floats")), needed=True),
     Option("pwm_bit", "Y|none,…", "The discrete output of each loop's PWM; none: an analog output.", "Y001,none",
-           listed(_pwm), needed=True),
+           read_per_loop(_read_pwm_bit), needed=True),
 )
 # fmt: on
 CONVERT_OPTIONS = DECODE_OPTIONS

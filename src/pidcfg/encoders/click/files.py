@@ -20,10 +20,10 @@ from pidcfg.encoders.listing import (
     ListingError,
     Place,
     UnwritableError,
-    columns,
+    column_names,
     decimal_content,
     first_line,
-    listings,
+    listing_kinds,
 )
 from pidcfg.encoders.maps.click import ALL_BANKS, SPACE, address_of, modbus_place
 from pidcfg.encoders.regmap import BIT, INT16, SINGLE, Bank, Kind, NoRegisterError
@@ -40,16 +40,16 @@ D108 = Decision(
     "A new value is written by one click on all rows: a request among them would start, a status would be overwritten.",
 )
 
-ROWS = 100
-MARK = "\ufeff"
+DATAVIEW_ROWS = 100
+BYTE_ORDER_MARK = "\ufeff"
 CDV_HEADER = re.compile(r"(-1|0)(,[0-9]{1,6}){2}")
 ROW = re.compile(r"([A-Z]{1,3}[0-9]{1,4}u?),([0-9]{1,4})(?:,([0-9]{1,10})?)?")
-EMPTY = re.compile(r"(,0?,?)?")
+EMPTY_ROW = re.compile(r"(,0?,?)?")
 BIT_MAX, INT16_MAX, SIGNED = 1, 0x7FFF, 0xFFFF8000
 """Integers are kept as 32 bits with their sign: -1 is 4294967295."""
 CODES = {"BIT": 768, "INT": 0, "INT2": 256, "FLOAT": 257, "HEX": 3, "TEXT": 1024}
 """The second cell of a row, by the type of the address."""
-PLAIN = re.compile(r"[^A-Za-z0-9_-]")
+UNSAFE_CHARACTER = re.compile(r"[^A-Za-z0-9_-]")
 
 
 def write_dataviews(image: Image, checklist: tuple[str, ...] = ()) -> Mapping[str, str]:
@@ -57,38 +57,38 @@ def write_dataviews(image: Image, checklist: tuple[str, ...] = ()) -> Mapping[st
     del checklist
     views = [
         (f"{name}-{i}" if i > 1 else name, cells)
-        for name in _loops(image)
-        for i, cells in enumerate(_views([c for c in image.cells if c.loop == name]), start=1)
+        for name in _loop_names(image)
+        for i, cells in enumerate(_split_views([c for c in image.cells if c.loop == name]), start=1)
     ]
-    texts = [MARK + _text(cells) for _, cells in views]
+    texts = [BYTE_ORDER_MARK + _view_text(cells) for _, cells in views]
     if len(texts) == 1:
         return {"": texts[0]}
-    safe = [PLAIN.sub("_", name) for name, _ in views]
+    safe = [UNSAFE_CHARACTER.sub("_", name) for name, _ in views]
     if len({name.casefold() for name in safe}) < len(safe):
         safe = [f"{i}-{name}" for i, name in enumerate(safe, start=1)]
     return dict(zip(safe, texts, strict=True))
 
 
-def _loops(image: Image) -> list[str]:
+def _loop_names(image: Image) -> list[str]:
     return list(dict.fromkeys(str(entry["loop"]) for entry in image.settings))
 
 
-def _views(cells: list[Cell]) -> list[list[Cell]]:
+def _split_views(cells: list[Cell]) -> list[list[Cell]]:
     """The registers with a meaning, a hundred at a time."""
-    shown = [cell for cell in cells if cell.access != "reserved"]
-    return [shown[i : i + ROWS] for i in range(0, len(shown), ROWS)]
+    visible = [cell for cell in cells if cell.access != "reserved"]
+    return [visible[i : i + DATAVIEW_ROWS] for i in range(0, len(visible), DATAVIEW_ROWS)]
 
 
-def _text(cells: list[Cell]) -> str:
+def _view_text(cells: list[Cell]) -> str:
     """One DataView: as many rows as the window has, the rest of them empty."""
     head = f"{-any(cell.access == 'setting' for cell in cells)},0,0"
-    rows = [*map(_view_row, cells), *[",0"] * (ROWS - len(cells))]
+    rows = [*map(_view_row, cells), *[",0"] * (DATAVIEW_ROWS - len(cells))]
     return "".join(f"{row}\r\n" for row in (head, *rows))
 
 
 def _view_row(cell: Cell) -> str:
     """Address and type of a cell, and its new value if it is a setting."""
-    bank, _ = SPACE.place(cell.number)
+    bank, _ = SPACE.bank_and_number(cell.number)
     stored = cell.raw + (SIGNED - 0x8000 if bank.kind is INT16 and cell.raw > INT16_MAX else 0)
     value = f",{stored}" if cell.access == "setting" else ""
     return f"{cell.address},{CODES[ALL_BANKS[bank.prefix][1]]}{value}"
@@ -96,51 +96,53 @@ def _view_row(cell: Cell) -> str:
 
 def read_dataview(text: str) -> Listing:
     """The new values of C, DS and DF rows; rows without, and rows of other banks, only have to be right."""
-    listing = Listing(mixed=True)
-    lines = _lines(text)
+    listing = Listing(is_mixed=True)
+    lines = _split_lines(text)
     if not lines or not CDV_HEADER.fullmatch(lines[0]):
         raise ListingError("this is no DataView: the first line is not like -1,0,0")
-    rows = list(_rows(lines[1:]))
+    rows = list(_view_rows(lines[1:]))
     if lines[0].startswith("0") and any(value for _, _, _, value in rows):
         raise ListingError("the first line says that no row has a new value, but one has (-1 in place of 0)")
     for line, address, code, value in rows:
-        _typed(line, address, code)
+        _check_type(line, address, code)
         number = SPACE.parse(address)
         if number is not None and value:
-            listing.add(number, _content(line, address, SPACE.kind(number), int(value)), address, line)
+            listing.add(number, _stored_content(line, address, SPACE.kind_of(number), int(value)), address, line)
     return listing
 
 
-def _lines(text: str) -> list[str]:
+def _split_lines(text: str) -> list[str]:
     """Lines by LF or CRLF; nothing else ends one."""
-    lines = text.removeprefix(MARK).replace("\r\n", "\n").split("\n")
+    lines = text.removeprefix(BYTE_ORDER_MARK).replace("\r\n", "\n").split("\n")
     while lines and not lines[-1].strip():
         lines.pop()
     return [line.strip(" ") for line in lines]
 
 
-def _rows(lines: list[str]) -> Iterator[tuple[int, str, str, str]]:
+def _view_rows(lines: list[str]) -> Iterator[tuple[int, str, str, str]]:
     """Line, address, type code and new value of every row that has an address."""
     for line, text in enumerate(lines, start=2):
-        if EMPTY.fullmatch(text):
+        if EMPTY_ROW.fullmatch(text):
             continue
         match = ROW.fullmatch(text)
         if match is None:
             raise ListingError(f"{text[:60]!r} is not a row of a DataView: address,type or address,type,value", line)
-        if line > ROWS + 1:
-            raise ListingError(f"a DataView has at most {ROWS} rows; the address {match.group(1)} is beyond", line)
+        if line > DATAVIEW_ROWS + 1:
+            raise ListingError(
+                f"a DataView has at most {DATAVIEW_ROWS} rows; the address {match.group(1)} is beyond", line
+            )
         yield line, match.group(1), match.group(2), match.group(3) or ""
 
 
-def _typed(line: int, address: str, code: str) -> None:
-    found = address_of(address)
-    if found is None or found.name != address:
+def _check_type(line: int, address: str, code: str) -> None:
+    known = address_of(address)
+    if known is None or known.name != address:
         raise ListingError(f"{address} is not an address of CLICK", line)
-    if int(code) != CODES[found.type]:
-        raise ListingError(f"{address} has the type {CODES[found.type]}, but the row says {code}", line)
+    if int(code) != CODES[known.type]:
+        raise ListingError(f"{address} has the type {CODES[known.type]}, but the row says {code}", line)
 
 
-def _content(line: int, address: str, kind: Kind, stored: int) -> int:
+def _stored_content(line: int, address: str, kind: Kind, stored: int) -> int:
     """A stored number as raw content: a switch, 16 bits with their sign spread over 32, the bits of a float."""
     fits = {
         BIT: stored <= BIT_MAX,
@@ -165,7 +167,7 @@ D109 = Decision(
 )
 START, END = re.compile(r"<([A-Z]{1,3})=START>"), re.compile(r"</([A-Z]{1,3})=END>")
 BANKS = {bank.prefix: bank for bank in SPACE.banks}
-MOST_COLUMNS = 100
+MAX_COLUMNS = 100
 
 
 class DumpCell(NamedTuple):
@@ -193,30 +195,30 @@ def write_dump(image: Image, checklist: tuple[str, ...] = ()) -> str:
 
 def read_dump(text: str) -> Listing:
     """All C, DS and DF values."""
-    listing = Listing(mixed=True)
-    for number, cell in parse(text).cells.items():
+    listing = Listing(is_mixed=True)
+    for number, cell in parse_dump(text).cells.items():
         listing.add(number, cell.raw, SPACE.name(number), cell.line)
     return listing
 
 
-def parse(text: str) -> Dump:
+def parse_dump(text: str) -> Dump:
     """The cells of the three banks, each checked."""
     dump = Dump()
     columns: list[int] = []
     bank, line, position = "", 0, 0
     for line, raw in enumerate(re.split(r"(?<=\n)", text), start=1):
-        words, at = raw.strip(" \r\n" + MARK), position
+        words, at = raw.strip(" \r\n" + BYTE_ORDER_MARK), position
         position += len(raw)
         opened, closed = START.fullmatch(words), END.fullmatch(words)
         if opened or closed:
-            bank = _section(dump, bank, opened, closed, line)
+            bank = _read_section(dump, bank, opened, closed, line)
             columns = []
         elif words and not bank:
             raise ListingError("this stands in no section of a data dump, which begins like <DS=START>", line)
         elif words and bank in BANKS and words.startswith("Address,"):
-            columns = _columns(words, line)
+            columns = _read_columns(words, line)
         elif words and bank in BANKS:
-            _row(dump, BANKS[bank], columns, raw, line, at)
+            _read_row(dump, BANKS[bank], columns, raw, line, at)
     if bank:
         raise ListingError(f"the section {bank} does not end: the file is cut off", line)
     if not dump.sections:
@@ -224,7 +226,7 @@ def parse(text: str) -> Dump:
     return dump
 
 
-def _section(dump: Dump, bank: str, opened: re.Match[str] | None, closed: re.Match[str] | None, line: int) -> str:
+def _read_section(dump: Dump, bank: str, opened: re.Match[str] | None, closed: re.Match[str] | None, line: int) -> str:
     """The section that is open after this line."""
     if opened is None:
         name = closed.group(1) if closed else ""
@@ -240,20 +242,20 @@ def _section(dump: Dump, bank: str, opened: re.Match[str] | None, closed: re.Mat
     return name
 
 
-def _columns(words: str, line: int) -> list[int]:
+def _read_columns(words: str, line: int) -> list[int]:
     """The header of a section: numbers from 1 up, which the address of a row is counted from."""
     cells = words.removesuffix(",").split(",")[1:]
-    if len(cells) > MOST_COLUMNS or cells != [str(n) for n in range(1, len(cells) + 1)]:
+    if len(cells) > MAX_COLUMNS or cells != [str(n) for n in range(1, len(cells) + 1)]:
         raise ListingError("the header of a section is Address,1,2,3 and so on", line)
     return list(range(len(cells)))
 
 
-def _row(dump: Dump, bank: Bank, columns: list[int], raw: str, line: int, position: int) -> None:
+def _read_row(dump: Dump, bank: Bank, columns: list[int], raw: str, line: int, position: int) -> None:
     """The values of one row."""
     text = raw.rstrip(" \r\n")
     name, *cells = text.removesuffix(",").split(",")
     first = SPACE.parse(name.strip()) if name.isascii() else None
-    if first is None or SPACE.place(first)[0] != bank:
+    if first is None or SPACE.bank_and_number(first)[0] != bank:
         raise ListingError(f"{name.strip()[:40]!r} is not an address of {bank.prefix}", line)
     if len(cells) > len(columns):
         raise ListingError(
@@ -262,17 +264,17 @@ def _row(dump: Dump, bank: Bank, columns: list[int], raw: str, line: int, positi
     start = position + len(name) + 1
     for offset, cell in enumerate(cells):
         number = first + offset
-        if SPACE.place(number)[1] > bank.last:
-            raise ListingError(f"{bank.prefix}{SPACE.place(number)[1]} does not exist", line)
+        if SPACE.bank_and_number(number)[1] > bank.last:
+            raise ListingError(f"{bank.prefix}{SPACE.bank_and_number(number)[1]} does not exist", line)
         if number in dump.cells:
             raise ListingError(f"{SPACE.name(number)} stands here again", line)
         end = start + len(cell)
-        dump.cells[number] = DumpCell(_raw(number, cell.strip(" "), line), line, start, end)
+        dump.cells[number] = DumpCell(_raw_content(number, cell.strip(" "), line), line, start, end)
         start = end + 1
 
 
-def _raw(number: int, text: str, line: int) -> int:
-    kind = SPACE.kind(number)
+def _raw_content(number: int, text: str, line: int) -> int:
+    kind = SPACE.kind_of(number)
     raw = decimal_content(text, kind)
     if raw is None:
         raise ListingError(f"{SPACE.name(number)}: {text[:40]!r} is not {kind.holds}", line)
@@ -281,7 +283,7 @@ def _raw(number: int, text: str, line: int) -> int:
 
 def merge_dump(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     """The user's dump with the loops' settings in their places, and all requests off (D109)."""
-    dump = parse(text)
+    dump = parse_dump(text)
     settings = {c.number: c.raw for c in image.cells if c.access in {"setting", "request"}}
     missing = next((number for number in settings if number not in dump.cells), None)
     if missing is not None:
@@ -290,18 +292,18 @@ def merge_dump(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     for number in sorted(settings, key=lambda n: dump.cells[n].start):
         cell = dump.cells[number]
         if cell.raw != settings[number]:
-            pieces += [text[position : cell.start], _formatted(number, settings[number])]
+            pieces += [text[position : cell.start], _dump_text(number, settings[number])]
             position, changed = cell.end, changed + 1
     merged = "".join([*pieces, text[position:]])
     expected = {number: cell.raw for number, cell in dump.cells.items()} | settings
-    if {number: cell.raw for number, cell in parse(merged).cells.items()} != expected:
+    if {number: cell.raw for number, cell in parse_dump(merged).cells.items()} != expected:
         raise ListingError("the values could not be put into this dump")
     return merged, (f"{len(settings)} values are in the dump, {changed} of them changed",)
 
 
-def _formatted(number: int, raw: int) -> str:
+def _dump_text(number: int, raw: int) -> str:
     """A value as CLICK writes it; one that its decimals do not hold is refused."""
-    kind = SPACE.kind(number)
+    kind = SPACE.kind_of(number)
     text = f"{kind.show(raw):.8f}" if kind is SINGLE else kind.text(raw)
     if decimal_content(text, kind) != raw:
         decimals = " (eight decimals)" if kind is SINGLE else ""
@@ -318,32 +320,32 @@ class Numbering:
     @staticmethod
     def place(number: int) -> Place:
         """Where an address is; raises `NoRegisterError` behind the end of its bank."""
-        bank, n = SPACE.place(number)
+        bank, n = SPACE.bank_and_number(number)
         if not bank.first <= n <= bank.last:
-            raise NoRegisterError(f"there is no {bank.name(n)}: the last one is {bank.name(bank.last)}")
+            raise NoRegisterError(f"there is no {bank.address_name(n)}: the last one is {bank.address_name(bank.last)}")
         return Place(*modbus_place(number))
 
     @staticmethod
     def find(table: str, register: int) -> tuple[int, int] | None:
         """The address of a coil or holding register."""
         for bank in SPACE.banks:
-            of, first, width = modbus_place(SPACE.number(bank.prefix, bank.first))
+            bank_table, first, width = modbus_place(SPACE.number_of(bank.prefix, bank.first))
             n, part = divmod(register - first, width)
-            if of == table and 0 <= n <= bank.last - bank.first:
-                return SPACE.number(bank.prefix, bank.first + n), part
+            if bank_table == table and 0 <= n <= bank.last - bank.first:
+                return SPACE.number_of(bank.prefix, bank.first + n), part
         return None
 
 
 NUMBERING = Numbering()
-FORMATS = listings(SPACE, "register listing", NUMBERING) | {
+FORMATS = listing_kinds(SPACE, "register listing", NUMBERING) | {
     "nickname-csv": FileKind(
         "nickname-csv",
         "nicknames with initial values (CSV)",
         write_nicknames,
         read_nicknames,
-        lambda text: {name.lower() for name in HEADER} <= set(columns(text)),
+        lambda text: {name.lower() for name in HEADER} <= set(column_names(text)),
         merge=merge_nicknames,
-        whole=False,
+        is_complete=False,
     ),
     "cdv": FileKind(
         "cdv",
@@ -352,8 +354,8 @@ FORMATS = listings(SPACE, "register listing", NUMBERING) | {
         read_dataview,
         lambda text: re.fullmatch(r"(-1|0),[0-9]+,[0-9]+", first_line(text)) is not None,
         encoding="utf-16-le",
-        partial=True,
-        whole=False,
+        may_be_partial=True,
+        is_complete=False,
     ),
     "data-dump": FileKind(
         "data-dump",
@@ -363,18 +365,18 @@ FORMATS = listings(SPACE, "register listing", NUMBERING) | {
         lambda text: re.fullmatch(r"<[A-Z]{1,3}=START>", first_line(text)) is not None,
         merge=merge_dump,
         needs_into=True,
-        whole=False,
+        is_complete=False,
     ),
 }
 
 
-NEVER_WRITTEN = (
+CHECK_WRITES = (
     "write the values into the PLC after the download (Write Data into PLC, or the DataView's new values): registers "
     "that were never written are the first cause of PID errors"
 )
 
 
-RETAINED = (
+CHECK_RETENTIVE = (
     "look at Initial Value and Retentive of the loops' registers in the Address Picker, and at the battery: after a "
     "power cycle a register that is not retained begins with its initial value, and the operator's set point is gone"
 )
@@ -382,7 +384,7 @@ RETAINED = (
 
 def checklist(config: ClickFile) -> tuple[str, ...]:
     """What no file can set or prove."""
-    items = [NEVER_WRITTEN]
+    items = [CHECK_WRITES]
     open_loops = [f"{loop.name} ({loop.action})" for loop in config.loops if not loop.action_verified]
     if open_loops:
         items.append(
@@ -392,5 +394,5 @@ def checklist(config: ClickFile) -> tuple[str, ...]:
     pulsed = [f"{loop.name} ({loop.output.pwm.bit})" for loop in config.loops if loop.output.pwm is not None]
     if pulsed:
         items.append(f"enable PWM in the PID window, and its bit address: {', '.join(pulsed)}; no register holds them")
-    items.append(RETAINED)
+    items.append(CHECK_RETENTIVE)
     return tuple(items)

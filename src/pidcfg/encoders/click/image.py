@@ -16,13 +16,13 @@ from pidcfg.encoders.image import (
     defaults_of,
     file_data,
     is_enabled,
-    present,
+    is_switched_on,
     read_loops,
     read_settings,
     settings_of,
     settings_values,
-    switched_on,
     with_options,
+    without_none,
 )
 from pidcfg.encoders.image import values_of as mapped
 from pidcfg.encoders.maps.click import BANKS, BLOCKS, MODE_BITS, SPACE, TABLES, TUNED, UNUSED
@@ -33,21 +33,23 @@ from pidcfg.text.paths import Data
 
 # --- A CLICK configuration to its C, DS and DF registers --------------------------------------------------------------
 
-EXPLICIT = frozenset({"output.pwm"})
+EXPLICIT_FIELDS = frozenset({"output.pwm"})
 """No register holds whether the output is pulsed."""
 
 
 def encode(config: ClickFile) -> Encoding:
     """The three blocks of every loop; requests and what the help does not name are 0."""
-    blocks = tuple(block for i, loop in enumerate(config.loops) for block in _blocks(i, loop))
-    settings = tuple(settings_of(LoopSettings, loop, BANKS, EXPLICIT) for loop in config.loops)
-    return Encoding("click", blocks, SPACE, settings, present({"name": config.name, "description": config.description}))
+    blocks = tuple(block for i, loop in enumerate(config.loops) for block in _loop_blocks(i, loop))
+    settings = tuple(settings_of(LoopSettings, loop, BANKS, EXPLICIT_FIELDS) for loop in config.loops)
+    return Encoding(
+        "click", blocks, SPACE, settings, without_none({"name": config.name, "description": config.description})
+    )
 
 
-def _blocks(i: int, loop: Loop) -> Iterator[Block]:
+def _loop_blocks(i: int, loop: Loop) -> Iterator[Block]:
     values = values_of(loop)
     for key, (prefix, table) in BLOCKS.items():
-        start = SPACE.number(prefix, getattr(loop, key))
+        start = SPACE.number_of(prefix, getattr(loop, key))
         yield Block(("loops", i), start, table, table.encode(values, {}), loop.name)
 
 
@@ -80,7 +82,7 @@ LOOP_OPTIONS = (
     LoopOption(("output", "pwm"), "pwm_bit", "whether the output is pulsed (PWM), which no register holds"),
 )
 """What options say when no settings stand beside the registers."""
-ALWAYS = frozenset({"mode", "tuning.derivative_gain", "output.pwm.period"})
+ALWAYS_WRITTEN = frozenset({"mode", "tuning.derivative_gain", "output.pwm.period"})
 """Fields that are written even where they are defaults."""
 
 
@@ -104,32 +106,32 @@ def decode(
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     loops, notes = [], []
     for loop, blocks in read_loops(LoopSettings, entries, words, SPACE, BLOCKS):
-        loops.append(_loop(loop, blocks))
-        notes += [*_mode_seen(loop, blocks[0]), *(note for block in blocks for note in block.left_out(MODE_BITS))]
+        loops.append(_loop_data(loop, blocks))
+        notes += [*_mode_notes(loop, blocks[0]), *(note for block in blocks for note in block.note_omitted(MODE_BITS))]
     data: Data = {"pidcfg": 1, "vendor": "click"}
-    data |= present({"name": plc_settings.name, "description": plc_settings.description})
+    data |= without_none({"name": plc_settings.name, "description": plc_settings.description})
     return Decoded({**data, "loops": loops}, tuple(notes))
 
 
-def _mode_seen(settings: LoopSettings, bits: LoopBlock) -> Iterator[str]:
+def _mode_notes(settings: LoopSettings, bits: LoopBlock) -> Iterator[str]:
     """A note on the mode that the bits of a loop tell, if D952 is right, and on what the file has."""
-    seen = [name for name in MODE_BITS if bits.word(name)]
-    if seen:
-        told = " and ".join(f"{name.partition('_')[0].title()} by {bits.address(name)}" for name in seen)
-        otherwise = f"if these bits mean something else, nothing tells the mode; it stays {settings.mode} in the file"
-        yield f"{settings.loop}: {told}, unconfirmed (D952): {otherwise}"
+    modes = [name for name in MODE_BITS if bits.raw_word(name)]
+    if modes:
+        shown = " and ".join(f"{name.partition('_')[0].title()} by {bits.address(name)}" for name in modes)
+        advice = f"if these bits mean something else, nothing tells the mode; it stays {settings.mode} in the file"
+        yield f"{settings.loop}: {shown}, unconfirmed (D952): {advice}"
 
 
-def _loop(settings: LoopSettings, blocks: Sequence[LoopBlock]) -> Data:
+def _loop_data(settings: LoopSettings, blocks: Sequence[LoopBlock]) -> Data:
     values = settings_values(settings, BANKS) | {"mode": settings.mode}
     unset: Data = {}
     for block in blocks:
-        values |= block.values({})
-        unset |= block.table.held(defaults_of(Loop, [block.table], UNUSED), {})
+        values |= block.read_values({})
+        unset |= block.table.read_back(defaults_of(Loop, [block.table], UNUSED), {})
     if settings.output.pwm is None:
         values["output.pwm"] = None
     values["sample_rate"] = f"{decimal_text(values['sample_rate'].scaleb(3))} ms"
-    return file_data(Loop, values, unset, ALWAYS | {"setpoint.value"} if settings.setpoint else ALWAYS)
+    return file_data(Loop, values, unset, ALWAYS_WRITTEN | {"setpoint.value"} if settings.setpoint else ALWAYS_WRITTEN)
 
 
 # --- The three blocks of each CLICK loop: no register says where they are, so a configuration or options do -----------
@@ -151,7 +153,7 @@ def areas(_words: Mapping[int, int], like: Image | None, options: Mapping[str, o
     """The blocks of all loops; raises `DecodeError` naming the option that is missing."""
     entries = with_options(() if like is None else like.settings, options, PLACES, default_name)
     return [
-        Area(SPACE.number(prefix, FIELDS[key].parse(entry[key])), table, str(entry["loop"]))
+        Area(SPACE.number_of(prefix, FIELDS[key].parse(entry[key])), table, str(entry["loop"]))
         for entry in entries
         for key, (prefix, table) in BLOCKS.items()
     ]
@@ -159,7 +161,7 @@ def areas(_words: Mapping[int, int], like: Image | None, options: Mapping[str, o
 
 # --- How a CLICK loop holds its gains: % of the output per PV unit, and seconds ---------------------------------------
 
-UNFILTERED = 100
+NO_FILTER_PERCENT = 100
 """The derivative gain limit that filters nothing."""
 
 
@@ -167,16 +169,16 @@ def tuning_of(_: ClickFile, loop: Loop) -> LoopTuning:
     """The three numbers of a loop; its integral cannot be switched off, the longest reset time is as good."""
     tuning = loop.tuning
     limit = loop.derivative_gain_limit
-    limited = switched_on(loop.derivative_gain_limit_enabled, limit)
-    filtered = switched_on(loop.pv.filter_enabled, loop.pv.filter)
+    limited = is_switched_on(loop.derivative_gain_limit_enabled, limit)
+    filtered = is_switched_on(loop.pv.filter_enabled, loop.pv.filter)
     return LoopTuning(
         TUNED,
         raises_pv=loop.action == TUNED.heating,
-        now=(tuning.proportional_gain, tuning.reset_time, tuning.derivative_gain),
-        wrong="it squares its error (error.curve)" if loop.error.curve == "squared" else "",
+        current_values=(tuning.proportional_gain, tuning.reset_time, tuning.derivative_gain),
+        obstacle="it squares its error (error.curve)" if loop.error.curve == "squared" else "",
         no_derivative="its derivative_gain_limit of 0 removes the derivative" if limited and not limit else "",
-        off=(f"{TUNED.no_integral}", "0"),
+        off_texts=(f"{TUNED.no_integral}", "0"),
         sample_time=float(loop.sample_rate),
         pv_share=float(loop.pv.filter or 100) / 100 if filtered else 1.0,
-        derivative_limit=float(limit) if limited and limit and limit < UNFILTERED else None,
+        derivative_limit=float(limit) if limited and limit and limit < NO_FILTER_PERCENT else None,
     )

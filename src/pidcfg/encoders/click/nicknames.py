@@ -12,7 +12,15 @@ from typing import Any, NamedTuple
 
 from pidcfg.encoders.codecs import FLAG, Choice
 from pidcfg.encoders.image import Cell, Image
-from pidcfg.encoders.listing import CONFLICT, Listing, ListingError, UnwritableError, cells_stand, decimal_content, few
+from pidcfg.encoders.listing import (
+    CONFLICT,
+    Listing,
+    ListingError,
+    UnwritableError,
+    cell_count_text,
+    decimal_content,
+    shorten_names,
+)
 from pidcfg.encoders.maps.click import ALL_BANKS, BLOCKS, SPACE, SUFFIXES, address_of, modbus_place
 from pidcfg.encoders.regmap import Word
 from pidcfg.text.frozen import frozen
@@ -54,13 +62,13 @@ D107 = Decision(
     "Short suffixes (_P, _SP) are common in nicknames that have nothing to do with a loop.",
 )
 
-LONGEST = 24
-LONGEST_COMMENT = 128
-LEGAL = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_ ")
+MAX_NICKNAME = 24
+MAX_COMMENT = 128
+LEGAL_SIGNS = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_ ")
 UNITS = {"s": "s", "%": "%"}
 
 
-class Named(NamedTuple):
+class NamedRegister(NamedTuple):
     """A register with a nickname of its own."""
 
     bank: str
@@ -69,17 +77,17 @@ class Named(NamedTuple):
     suffix: str
 
 
-def _named() -> Iterator[Named]:
+def _named_registers() -> Iterator[NamedRegister]:
     for bank, table in BLOCKS.values():
         for word in table.words:
             # C alone has a reserved bit with a nickname; the other banks call registers by the same name
             if word.name in SUFFIXES and (word.access != "reserved" or bank == "C"):
-                yield Named(bank, word.offset, word, SUFFIXES[word.name])
+                yield NamedRegister(bank, word.offset, word, SUFFIXES[word.name])
 
 
-NAMED = tuple(_named())
-BY_FIELD = {(row.bank, row.word.name): row for row in NAMED}
-LONGEST_LOOP = LONGEST - max(len(row.suffix) for row in NAMED)
+NAMED_REGISTERS = tuple(_named_registers())
+BY_FIELD = {(row.bank, row.word.name): row for row in NAMED_REGISTERS}
+MAX_LOOP_NAME = MAX_NICKNAME - max(len(row.suffix) for row in NAMED_REGISTERS)
 """Characters of the longest loop name that all nicknames have room for."""
 ACTION = BY_FIELD["C", "action"]
 
@@ -98,37 +106,37 @@ def nicknames(image: Image) -> list[Nickname]:
     units = {entry["loop"]: entry for entry in image.settings}
     rows = []
     for cell in image.cells:
-        bank, _ = SPACE.place(cell.number)
-        named = BY_FIELD.get((bank.prefix, cell.field))
-        if named is not None and cell.loop is not None:
-            name = _legal(cell.loop, cell.loop + named.suffix)
+        bank, _ = SPACE.bank_and_number(cell.number)
+        register = BY_FIELD.get((bank.prefix, cell.field))
+        if register is not None and cell.loop is not None:
+            name = _legal_nickname(cell.loop, cell.loop + register.suffix)
             value = initial_value(cell) if cell.access == "setting" else ""
-            rows.append(Nickname(cell.address, name, value, _comment(named.word, units.get(cell.loop, {}))))
-    _once(rows)
+            rows.append(Nickname(cell.address, name, value, _comment_text(register.word, units.get(cell.loop, {}))))
+    _refuse_repeated(rows)
     return rows
 
 
-def _legal(loop: str, nickname: str) -> str:
-    wrong = sorted(set(nickname) - LEGAL)
-    if wrong:
+def _legal_nickname(loop: str, nickname: str) -> str:
+    illegal = sorted(set(nickname) - LEGAL_SIGNS)
+    if illegal:
         raise UnwritableError(
-            f"loop {loop}: CLICK allows no {' '.join(map(repr, wrong))} in the nickname {nickname!r}; rename the loop "
-            "with letters, digits, blanks and _"
+            f"loop {loop}: CLICK allows no {' '.join(map(repr, illegal))} in the nickname {nickname!r}; rename the "
+            "loop with letters, digits, blanks and _"
         )
     if nickname.startswith("_"):
         raise UnwritableError(f"loop {loop}: the nickname {nickname!r} begins with _, which CLICK keeps for its own")
-    if len(nickname) > LONGEST:
+    if len(nickname) > MAX_NICKNAME:
         raise UnwritableError(
-            f"loop {loop}: the nickname {nickname!r} has {len(nickname)} characters, CLICK allows {LONGEST}; "
-            f"the longest loop name that fits has {LONGEST_LOOP}"
+            f"loop {loop}: the nickname {nickname!r} has {len(nickname)} characters, CLICK allows {MAX_NICKNAME}; "
+            f"the longest loop name that fits has {MAX_LOOP_NAME}"
         )
     return nickname
 
 
-def _once(rows: Sequence[Nickname]) -> None:
-    seen: dict[str, Nickname] = {}
+def _refuse_repeated(rows: Sequence[Nickname]) -> None:
+    rows_by_name: dict[str, Nickname] = {}
     for row in rows:
-        other = seen.setdefault(row.nickname.casefold(), row)
+        other = rows_by_name.setdefault(row.nickname.casefold(), row)
         if other is not row:
             raise UnwritableError(
                 f"{other.address} and {row.address} would both be called {row.nickname!r}, whose case CLICK ignores; "
@@ -142,17 +150,17 @@ def initial_value(cell: Cell) -> str:
     return text.removesuffix(".0")
 
 
-def _comment(word: Word, entry: Mapping[str, object]) -> str:
+def _comment_text(word: Word, entry: Mapping[str, object]) -> str:
     """What the register is; a switch begins with what 0 means (D100)."""
     if isinstance(word.codec, Choice):
-        text = word.title if word is ACTION.word else f"{_states(word.codec)}: {word.title}"
+        text = word.title if word is ACTION.word else f"{_state_text(word.codec)}: {word.title}"
     else:
-        unit = "" if " in " in word.title else _unit(word.unit, entry)
+        unit = "" if " in " in word.title else _unit_text(word.unit, entry)
         text = f"{word.title}, {unit}" if unit else word.title
-    return text if len(text) <= LONGEST_COMMENT else word.title
+    return text if len(text) <= MAX_COMMENT else word.title
 
 
-def _states(codec: Choice) -> str:
+def _state_text(codec: Choice) -> str:
     """Both states of a switch, that of 0 first."""
     if codec == FLAG:
         return "Off or on"
@@ -160,7 +168,7 @@ def _states(codec: Choice) -> str:
     return f"{first[0].upper()}{first[1:]} or {second}"
 
 
-def _unit(unit: str, entry: Mapping[str, object]) -> str:
+def _unit_text(unit: str, entry: Mapping[str, object]) -> str:
     pv = entry.get("pv")
     text = pv.get("unit") if isinstance(pv, dict) else None
     shown = " ".join(str(text).split()) if text else ""
@@ -183,9 +191,9 @@ ALIASES = {"TXT": "TEXT"}
 """Types by other names."""
 RETENTIVE = frozenset({"DS", "DF"})
 """Banks of a loop that keep their content while the PLC is off."""
-MARK = "\ufeff"
+BYTE_ORDER_MARK = "\ufeff"
 LOOP_BANKS = frozenset(prefix for prefix, _ in BLOCKS.values())
-SYSTEM = frozenset({"SC", "SD"})
+SYSTEM_BANKS = frozenset({"SC", "SD"})
 """Banks whose nicknames the PLC's software gives, some of them twice."""
 
 D1081 = Decision(
@@ -243,9 +251,9 @@ class Table:
     rows: list[Row] = field(default_factory=list)
     by_address: dict[str, Row] = field(default_factory=dict)
     by_name: dict[str, Row] = field(default_factory=dict)
-    odd: list[str] = field(default_factory=list)
+    oddities: list[str] = field(default_factory=list)
     """What is wrong with rows that no loop can touch (D990)."""
-    nameless: list[int] = field(default_factory=list)
+    nameless_lines: list[int] = field(default_factory=list)
     """Lines of such rows without an address."""
 
     def add(self, row: Row) -> None:
@@ -254,18 +262,18 @@ class Table:
         if first is not None and not row.is_foreign:
             raise ListingError(f"{row.address} stands here again, after line {first.line}", row.line)
         other = self.by_name.get(row.nickname.casefold()) if row.nickname else None
-        if other is not None and not {row.bank, other.bank} & SYSTEM:
+        if other is not None and not {row.bank, other.bank} & SYSTEM_BANKS:
             if not (row.is_foreign and other.is_foreign):
                 raise ListingError(
                     f"the nickname {row.nickname!r} of {row.address} is that of {other.address} in line {other.line} "
                     "too",
                     row.line,
                 )
-            self.odd.append(f"{row.address} has the nickname of {other.address}")
+            self.oddities.append(f"{row.address} has the nickname of {other.address}")
         if not row.address:
-            self.nameless.append(row.line)
-        elif row.is_foreign and (wrong := "stands here again" if first else _oddity(row)):
-            self.odd.append(f"{row.address} {wrong}")
+            self.nameless_lines.append(row.line)
+        elif row.is_foreign and (oddity := "stands here again" if first else _type_oddity(row)):
+            self.oddities.append(f"{row.address} {oddity}")
         self.rows.append(row)
         if row.address:
             self.by_address.setdefault(row.address, row)
@@ -275,13 +283,13 @@ class Table:
     @property
     def notes(self) -> tuple[str, ...]:
         """One note on the rows that no loop can touch and that are not as CLICK makes them (D990)."""
-        lines, told = self.nameless, list(self.odd)
+        lines, oddities = self.nameless_lines, list(self.oddities)
         if lines:
             span = f"lines {lines[0]} to {lines[-1]}" if lines[1:] else f"line {lines[0]}"
-            told.insert(0, f"{len(lines)} without an address ({span})")
-        return (f"rows that no loop uses are left as they are: {few(told)} (D990)",) if told else ()
+            oddities.insert(0, f"{len(lines)} without an address ({span})")
+        return (f"rows that no loop uses are left as they are: {shorten_names(oddities)} (D990)",) if oddities else ()
 
-    def column(self, name: str) -> int:
+    def column_index(self, name: str) -> int:
         """Where a column stands, from 0."""
         return self.columns.index(name)
 
@@ -294,29 +302,29 @@ class Table:
 def write_nicknames(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """The nicknames of all loops; raises `UnwritableError` for one that CLICK would refuse."""
     del checklist
-    return "".join((",".join(HEADER), "\n", *map(_line, sorted(nicknames(image), key=_place))))
+    return "".join((",".join(HEADER), "\n", *map(_csv_row, sorted(nicknames(image), key=_address_number))))
 
 
-def _place(row: Nickname) -> int:
+def _address_number(row: Nickname) -> int:
     return SPACE.parse(row.address) or 0
 
 
-def _line(row: Nickname) -> str:
-    bank, _ = SPACE.place(_place(row))
+def _csv_row(row: Nickname) -> str:
+    bank, _ = SPACE.bank_and_number(_address_number(row))
     comment = row.comment.replace('"', '""')
     cells = (f'"{row.nickname}"', row.value or "0", "Yes" if bank.prefix in RETENTIVE else "No", f'"{comment}"')
     return ",".join((row.address, ALL_BANKS[bank.prefix][1], *cells)) + "\n"
 
 
-def parse(text: str) -> Table:
+def parse_nicknames(text: str) -> Table:
     """The rows of a nickname CSV, each checked."""
     table = Table()
-    for line, raw, cells in _records(text.removeprefix(MARK)):
+    for line, raw, cells in _csv_records(text.removeprefix(BYTE_ORDER_MARK)):
         stripped = [cell.strip() for cell in cells]
         if not table.head:
-            table.head, table.columns = raw, _header(stripped, line)
+            table.head, table.columns = raw, _read_header(stripped, line)
         elif any(stripped):
-            table.add(_row(line, raw, stripped, table.columns))
+            table.add(_read_row(line, raw, stripped, table.columns))
         else:
             table.rows.append(Row(line, raw, "", "", "", "", "", "", ""))
     if not table.head:
@@ -324,7 +332,7 @@ def parse(text: str) -> Table:
     return table
 
 
-def _records(text: str) -> Iterator[tuple[int, str, list[str]]]:
+def _csv_records(text: str) -> Iterator[tuple[int, str, list[str]]]:
     """Each record with its first line and its raw text; a quoted comment may run over several lines."""
     if "\0" in text:
         raise ListingError("a NUL character", text[: text.index("\0")].count("\n") + 1)
@@ -334,19 +342,19 @@ def _records(text: str) -> Iterator[tuple[int, str, list[str]]]:
         raise ListingError("a character that is not Unicode", text[: error.start].count("\n") + 1) from None
     lines = io.StringIO(text, newline="").readlines()
     reader = csv.reader(iter(lines), strict=True)
-    done = 0
+    lines_read = 0
     while True:
         try:
             cells = next(reader)
         except StopIteration:
             return
         except csv.Error as error:
-            raise ListingError(f"not CSV: {error}", done + 1) from None
-        yield done + 1, "".join(lines[done : reader.line_num]), cells
-        done = reader.line_num
+            raise ListingError(f"not CSV: {error}", lines_read + 1) from None
+        yield lines_read + 1, "".join(lines[lines_read : reader.line_num]), cells
+        lines_read = reader.line_num
 
 
-def _header(cells: list[str], line: int) -> tuple[str, ...]:
+def _read_header(cells: list[str], line: int) -> tuple[str, ...]:
     """The columns of a file, whatever the letters of its header."""
     for header in HEADERS:
         if [cell.casefold() for cell in cells] == [name.casefold() for name in header]:
@@ -358,27 +366,29 @@ def _header(cells: list[str], line: int) -> tuple[str, ...]:
     )
 
 
-def _row(line: int, raw: str, cells: list[str], columns: tuple[str, ...]) -> Row:
+def _read_row(line: int, raw: str, cells: list[str], columns: tuple[str, ...]) -> Row:
     if len(cells) != len(columns):
-        raise ListingError(f"{cells_stand(cells)} under a header of {len(columns)} columns", line)
-    named = dict(zip(columns, cells, strict=True))
-    written, kind, nickname, value, retentive, comment = (named[name] for name in HEADER)
-    if not written and not nickname:
-        return Row(line, raw, "", "", kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
-    address = address_of(written)
+        raise ListingError(f"{cell_count_text(cells)} under a header of {len(columns)} columns", line)
+    by_column = dict(zip(columns, cells, strict=True))
+    address_text, kind, nickname, value, retentive, comment = (by_column[name] for name in HEADER)
+    if not address_text and not nickname:
+        return Row(line, raw, "", "", kind, nickname, value, retentive, comment, by_column.get(MODBUS, ""))
+    address = address_of(address_text)
     if address is None:
-        raise ListingError(f"{written[:40]!r} is not an address of CLICK", line)
-    row = Row(line, raw, address.name, address.bank, kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
+        raise ListingError(f"{address_text[:40]!r} is not an address of CLICK", line)
+    row = Row(
+        line, raw, address.name, address.bank, kind, nickname, value, retentive, comment, by_column.get(MODBUS, "")
+    )
     if not row.is_foreign:
         if retentive.lower() not in {"yes", "no", ""}:
             raise ListingError(f"{row.address}: {retentive[:40]!r} stands where Yes or No is wanted", line)
-        if wrong := _oddity(row):
-            raise ListingError(f"{row.address} {wrong}", line)
-        initial(row)
+        if oddity := _type_oddity(row):
+            raise ListingError(f"{row.address} {oddity}", line)
+        initial_content(row)
     return row
 
 
-def _oddity(row: Row) -> str:
+def _type_oddity(row: Row) -> str:
     """What CLICK would not write of a row: another data type than that of the bank."""
     kind = ALL_BANKS[row.bank][1]
     if not row.kind or ALIASES.get(row.kind.upper(), row.kind.upper()) == kind:
@@ -386,12 +396,12 @@ def _oddity(row: Row) -> str:
     return f"is of type {kind}, but the file says {row.kind[:40]!r}"
 
 
-def initial(row: Row) -> int | None:
+def initial_content(row: Row) -> int | None:
     """The raw content of a C, DS or DF row; None where it has no initial value, and for other banks."""
     number = SPACE.parse(row.address)
     if number is None or not row.value:
         return None
-    kind = SPACE.kind(number)
+    kind = SPACE.kind_of(number)
     raw = decimal_content(row.value, kind)
     if raw is None:
         raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.holds}", row.line)
@@ -400,10 +410,10 @@ def initial(row: Row) -> int | None:
 
 # --- A nickname CSV read back: its initial values, and the loops and blocks that the nicknames tell -------------------
 
-KEYS = {prefix: key for key, (prefix, _) in BLOCKS.items()}
+BLOCK_KEYS = {prefix: key for key, (prefix, _) in BLOCKS.items()}
 
 NO_LOOP = f"no nickname of the list is <loop>{ACTION.suffix}, so none of its rows is known to be a loop's (D107)"
-ALIKE = 3
+MIN_AGREEING = 3
 """So many nicknames that agree on where a block begins are no chance."""
 
 
@@ -419,31 +429,31 @@ class Claim(NamedTuple):
 
 def read_nicknames(text: str) -> Listing:
     """The initial values of all C, DS and DF rows, and beside them the loops with their blocks (D107)."""
-    listing = Listing(mixed=True)
-    table = parse(text)
+    listing = Listing(is_mixed=True)
+    table = parse_nicknames(text)
     rows = table.rows
     for row in rows:
-        number, raw = SPACE.parse(row.address), initial(row)
+        number, raw = SPACE.parse(row.address), initial_content(row)
         if number is not None and raw is not None:
             listing.add(number, raw, row.address, row.line)
-    claims = list(_claims(rows))
-    listing.settings = tuple(_loops(claims))
+    claims = list(_find_claims(rows))
+    listing.settings = tuple(_loop_settings(claims))
     almost = tuple(_almost_loops(claims))
     listing.notes = (*table.notes, *(almost if almost or listing.settings else (NO_LOOP,)))
     return listing
 
 
-def _claims(rows: Iterable[Row]) -> Iterator[Claim]:
+def _find_claims(rows: Iterable[Row]) -> Iterator[Claim]:
     """Nicknames with a known suffix; none of a bank's suffixes is the end of another."""
     for row in rows:
         number = SPACE.parse(row.address)
         if number is None:
             continue
-        bank, n = SPACE.place(number)
-        for named in NAMED:
-            name = row.nickname.removesuffix(named.suffix)
-            if named.bank == bank.prefix and name and name != row.nickname:
-                yield Claim(name, named.bank, n - named.offset, row, named.word)
+        bank, n = SPACE.bank_and_number(number)
+        for register in NAMED_REGISTERS:
+            name = row.nickname.removesuffix(register.suffix)
+            if register.bank == bank.prefix and name and name != row.nickname:
+                yield Claim(name, register.bank, n - register.offset, row, register.word)
 
 
 def _almost_loops(claims: list[Claim]) -> Iterator[str]:
@@ -451,7 +461,7 @@ def _almost_loops(claims: list[Claim]) -> Iterator[str]:
     names = {claim.loop for claim in claims if claim.row.nickname == claim.loop + ACTION.suffix}
     for name in dict.fromkeys(claim.loop for claim in claims if claim.loop not in names):
         agreeing = Counter((claim.bank, claim.start) for claim in claims if claim.loop == name)
-        count = sum(number for number in agreeing.values() if number >= ALIKE)
+        count = sum(number for number in agreeing.values() if number >= MIN_AGREEING)
         if not count:
             continue
         place = next((f" at C{start + ACTION.offset}" for bank, start in agreeing if bank == ACTION.bank), "")
@@ -461,14 +471,14 @@ def _almost_loops(claims: list[Claim]) -> Iterator[str]:
         )
 
 
-def _loops(claims: list[Claim]) -> Iterator[Mapping[str, Any]]:
+def _loop_settings(claims: list[Claim]) -> Iterator[Mapping[str, Any]]:
     names = [claim.loop for claim in claims if claim.row.nickname == claim.loop + ACTION.suffix]
     for name in dict.fromkeys(names):
         entry: dict[str, object] = {"loop": name}
-        for bank, key in KEYS.items():
+        for bank, key in BLOCK_KEYS.items():
             block_claims = [claim for claim in claims if claim.loop == name and claim.bank == bank]
             if block_claims:
-                entry[key] = _start(block_claims)
+                entry[key] = _block_start(block_claims)
         unit = _unit_in_comments(claim for claim in claims if claim.loop == name)
         yield entry | ({"pv": {"unit": unit}} if unit else {})
 
@@ -481,7 +491,7 @@ def _unit_in_comments(claims: Iterable[Claim]) -> str:
     return units.pop() if is_told else ""
 
 
-def _start(claims: list[Claim]) -> str:
+def _block_start(claims: list[Claim]) -> str:
     """Where a block begins when all nicknames agree."""
     first = claims[0]
     other = next((claim for claim in claims if claim.start != first.start), None)
@@ -509,56 +519,58 @@ FUNCTION_CODES = {"coil": "FC=01,05,15", "holding": "FC=03,06,16"}
 
 def merge_nicknames(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     """The text of the user's file with all rows, and what was done; only an initial value of theirs is renewed."""
-    mark = MARK if text.startswith(MARK) else ""
-    theirs, wanted = parse(text), parse(write_nicknames(image))
-    hexadecimal = _modbus_style(theirs)
-    set_here = {row.address for row in nicknames(image) if row.value}
+    mark = BYTE_ORDER_MARK if text.startswith(BYTE_ORDER_MARK) else ""
+    table, own_table = parse_nicknames(text), parse_nicknames(write_nicknames(image))
+    hexadecimal = _modbus_style(table)
+    set_addresses = {row.address for row in nicknames(image) if row.value}
     changed: dict[str, str] = {}
-    created, named, same, notes = [], 0, [], []
-    for row in wanted.rows:
-        at, called = theirs.by_address.get(row.address), theirs.by_name.get(row.nickname.casefold())
-        if called is None and (at is None or at.is_unused):
-            line = _in_columns(row, theirs, hexadecimal=hexadecimal)
-            if at is None:
+    created, filled, unchanged, notes = [], 0, [], []
+    for row in own_table.rows:
+        same_address, same_name = table.by_address.get(row.address), table.by_name.get(row.nickname.casefold())
+        if same_name is None and (same_address is None or same_address.is_unused):
+            line = _in_columns(row, table, hexadecimal=hexadecimal)
+            if same_address is None:
                 created.append(line)
             else:
-                changed[row.address], named = line + _line_end(at.raw), named + 1
-        elif at is not None and at is called:
-            same.append(row.address)
-            if row.address in set_here and (initial(at) or 0) != initial(row):
-                changed[row.address] = _with_cell(at.raw, theirs.column("Initial Value"), row.value)
-                notes.append(f"initial value renewed: {row.nickname} ({row.address}), {at.value or 0} to {row.value}")
+                changed[row.address], filled = line + _line_end(same_address.raw), filled + 1
+        elif same_address is not None and same_address is same_name:
+            unchanged.append(row.address)
+            if row.address in set_addresses and (initial_content(same_address) or 0) != initial_content(row):
+                changed[row.address] = _with_cell(same_address.raw, table.column_index("Initial Value"), row.value)
+                notes.append(
+                    f"initial value renewed: {row.nickname} ({row.address}), {same_address.value or 0} to {row.value}"
+                )
         else:
-            notes.append(_conflict(row, at, called))
-    body = "".join(changed.get(row.address, row.raw) for row in theirs.rows)
-    if created and not (theirs.head + body).endswith(("\n", "\r")):
-        body += theirs.line_end
-    body += "".join(line + theirs.line_end for line in created)
-    merged = theirs.head + body
-    if len(parse(merged).rows) != len(theirs.rows) + len(created):
+            notes.append(_conflict_note(row, same_address, same_name))
+    body = "".join(changed.get(row.address, row.raw) for row in table.rows)
+    if created and not (table.head + body).endswith(("\n", "\r")):
+        body += table.line_end
+    body += "".join(line + table.line_end for line in created)
+    merged = table.head + body
+    if len(parse_nicknames(merged).rows) != len(table.rows) + len(created):
         raise ListingError("the rows could not be added to this file")
-    return mark + merged, (f"created {len(created) + named}, already there: {len(same)}", *notes, *theirs.notes)
+    return mark + merged, (f"created {len(created) + filled}, already there: {len(unchanged)}", *notes, *table.notes)
 
 
 def _modbus_style(table: Table) -> bool:
     """Whether the file writes Modbus addresses in hexadecimal; what it says of a C, DS or DF row must be so."""
     if MODBUS not in table.columns:
         return False
-    told = [row for row in table.rows if row.modbus]
-    ours = [row for row in told if not row.is_foreign]
-    hexadecimal = any(row.modbus.endswith(("h", "H")) for row in ours or told)
-    for row in ours:
-        wanted = _modbus(row.address, hexadecimal=hexadecimal)[0]
-        if row.modbus.lstrip("0").casefold() != wanted.lstrip("0").casefold():
+    stated = [row for row in table.rows if row.modbus]
+    own = [row for row in stated if not row.is_foreign]
+    hexadecimal = any(row.modbus.endswith(("h", "H")) for row in own or stated)
+    for row in own:
+        expected = _modbus_address(row.address, hexadecimal=hexadecimal)[0]
+        if row.modbus.lstrip("0").casefold() != expected.lstrip("0").casefold():
             raise ListingError(
-                f"{row.address} has the {MODBUS} {wanted}, but the file says {row.modbus[:40]!r}; export it again, or "
-                "correct the cell",
+                f"{row.address} has the {MODBUS} {expected}, but the file says {row.modbus[:40]!r}; export it again, "
+                "or correct the cell",
                 row.line,
             )
     return hexadecimal
 
 
-def _modbus(address: str, *, hexadecimal: bool) -> tuple[str, str]:
+def _modbus_address(address: str, *, hexadecimal: bool) -> tuple[str, str]:
     """The Modbus address of a C, DS or DF register as CLICK's exports write it, and its function codes."""
     table, register, _ = modbus_place(SPACE.parse(address) or 0)
     first = 1 if table == "coil" else FIRST_HOLDING
@@ -570,9 +582,9 @@ def _in_columns(row: Row, table: Table, *, hexadecimal: bool) -> str:
     line = row.raw.removesuffix("\n")
     if MODBUS not in table.columns:
         return line
-    address, kind, rest = line.split(",", 2)
-    register, codes = _modbus(row.address, hexadecimal=hexadecimal)
-    return f'{address},{kind},{register},"{codes}",{rest}'
+    address, kind, behind = line.split(",", 2)
+    register, codes = _modbus_address(row.address, hexadecimal=hexadecimal)
+    return f'{address},{kind},{register},"{codes}",{behind}'
 
 
 def _with_cell(raw: str, column: int, value: str) -> str:
@@ -589,11 +601,15 @@ def _line_end(raw: str) -> str:
     return raw[len(raw.rstrip("\r\n")) :]
 
 
-def _conflict(row: Row, at: Row | None, called: Row | None) -> str:
+def _conflict_note(row: Row, same_address: Row | None, same_name: Row | None) -> str:
     """Why a row was not added."""
     reasons = []
-    if at is not None:
-        reasons.append(f"{at.address} is {at.nickname!r}" if at.nickname else f"{at.address} has no nickname there")
-    if called is not None:
-        reasons.append(f"the nickname is that of {called.address}")
+    if same_address is not None:
+        reasons.append(
+            f"{same_address.address} is {same_address.nickname!r}"
+            if same_address.nickname
+            else f"{same_address.address} has no nickname there"
+        )
+    if same_name is not None:
+        reasons.append(f"the nickname is that of {same_name.address}")
     return f"{CONFLICT}, left as it is: {row.nickname} ({row.address}) was not created, since {' and '.join(reasons)}"

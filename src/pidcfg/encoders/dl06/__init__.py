@@ -11,21 +11,23 @@ DATA_FORMATS = ("12-bit unipolar", "12-bit bipolar", "15-bit unipolar", "15-bit 
 BCD_DIGITS = 4
 
 
-def _address(text: str) -> int | None:
+def _read_address(text: str) -> int | None:
     from pidcfg.encoders.maps.dl06 import SPACE
 
     return SPACE.parse(text)
 
 
-def _count(text: str) -> int | None:
+def _read_count(text: str) -> int | None:
     return int(text) if text.isdecimal() and len(text) <= BCD_DIGITS else None
 
 
-LOOP_TABLE = Option("loop_table", "ADDRESS", "Start of the loop table, for a listing without V7640.", "V2000", _address)
+LOOP_TABLE = Option(
+    "loop_table", "ADDRESS", "Start of the loop table, for a listing without V7640.", "V2000", _read_address
+)
 RESET_DECIMALS = Option("reset_decimals", "1|2", "Implied decimals of the reset words.", "1", {"1": 1, "2": 2}.get)
 DECODE_OPTIONS = (
     LOOP_TABLE,
-    Option("number_of_loops", "COUNT", "How many loops, for a listing without V7641.", "4", _count),
+    Option("number_of_loops", "COUNT", "How many loops, for a listing without V7641.", "4", _read_count),
     RESET_DECIMALS,
 )
 _NAMES = {name.replace(" ", "-"): name for name in DATA_FORMATS}

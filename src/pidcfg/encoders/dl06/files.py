@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from pidcfg.encoders.dl06.image import loop_start
 from pidcfg.encoders.image import Image
-from pidcfg.encoders.listing import FileKind, Listing, ListingError, Place, listings
+from pidcfg.encoders.listing import FileKind, Listing, ListingError, Place, listing_kinds
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES, SPACE
 from pidcfg.schemas.base import v_name
 from pidcfg.schemas.dl06 import Dl06File
@@ -16,37 +16,37 @@ from pidcfg.text.references import Decision
 
 # --- Intel HEX: bytes by address (Intel, Hexadecimal Object File Format Specification, revision A, 1988) --------------
 #
-# Read is all that the specification has and nothing else; start addresses say nothing of the memory. See `write`,
-# `read_bytes`.
+# Read is all that the specification has and nothing else; start addresses say nothing of the memory. See
+# `write_records`, `read_bytes`.
 
-DATA, END, SEGMENT, START_SEGMENT, LINEAR, START_LINEAR = range(6)
-LENGTHS = {END: 0, SEGMENT: 2, START_SEGMENT: 4, LINEAR: 2, START_LINEAR: 4}
-UNITS = {SEGMENT: 1 << 4, LINEAR: 1 << 16}  # what one of an extended address counts, in bytes
-PAGE, LONGEST = 1 << 16, 16
+DATA_RECORD, END_RECORD, SEGMENT, START_SEGMENT, LINEAR, START_LINEAR = range(6)
+RECORD_LENGTHS = {END_RECORD: 0, SEGMENT: 2, START_SEGMENT: 4, LINEAR: 2, START_LINEAR: 4}
+SEGMENT_UNITS = {SEGMENT: 1 << 4, LINEAR: 1 << 16}  # what one of an extended address counts, in bytes
+PAGE_BYTES, MAX_RECORD_BYTES = 1 << 16, 16
 RECORD = re.compile(":(?:[0-9A-Fa-f]{2}){5,}")
 
 
-def write(memory: Mapping[int, int]) -> str:
+def write_records(memory: Mapping[int, int]) -> str:
     """The bytes as records, in the order of their addresses."""
-    page, paged, lines = None, max(memory, default=0) >= PAGE, []
-    for first, data in _runs(memory):
-        if paged and first // PAGE != page:
-            page = first // PAGE
-            lines.append(_record(LINEAR, 0, page.to_bytes(2)))
-        lines.append(_record(DATA, first % PAGE, data))
-    return "".join(f"{line}\n" for line in (*lines, _record(END, 0, b"")))
+    page, paged, lines = None, max(memory, default=0) >= PAGE_BYTES, []
+    for first, data in _byte_runs(memory):
+        if paged and first // PAGE_BYTES != page:
+            page = first // PAGE_BYTES
+            lines.append(_record_text(LINEAR, 0, page.to_bytes(2)))
+        lines.append(_record_text(DATA_RECORD, first % PAGE_BYTES, data))
+    return "".join(f"{line}\n" for line in (*lines, _record_text(END_RECORD, 0, b"")))
 
 
-def _runs(memory: Mapping[int, int]) -> Iterator[tuple[int, bytes]]:
+def _byte_runs(memory: Mapping[int, int]) -> Iterator[tuple[int, bytes]]:
     """Bytes that stand in one record, with the address of the first."""
     places = sorted(memory)
-    ends = [i for i, at in enumerate(places) if i and (at != places[i - 1] + 1 or at % PAGE == 0)]
+    ends = [i for i, at in enumerate(places) if i and (at != places[i - 1] + 1 or at % PAGE_BYTES == 0)]
     for begin, end in zip([0, *ends], [*ends, len(places)], strict=True):
-        for i in range(begin, end, LONGEST):
-            yield places[i], bytes(memory[at] for at in places[i : min(i + LONGEST, end)])
+        for i in range(begin, end, MAX_RECORD_BYTES):
+            yield places[i], bytes(memory[at] for at in places[i : min(i + MAX_RECORD_BYTES, end)])
 
 
-def _record(kind: int, address: int, data: bytes) -> str:
+def _record_text(kind: int, address: int, data: bytes) -> str:
     body = bytes((len(data), *address.to_bytes(2), kind, *data))
     return f":{body.hex()}{-sum(body) & 0xFF:02x}".upper()
 
@@ -54,24 +54,27 @@ def _record(kind: int, address: int, data: bytes) -> str:
 def read_bytes(text: str) -> dict[int, int]:
     """The bytes of a file by their addresses; raises `ListingError`."""
     memory: dict[int, int] = {}
-    base, ended, number = 0, False, 0
+    base, has_ended, number = 0, False, 0
     for number, line in enumerate(text.splitlines(), start=1):
-        if ended and line.strip():
+        if has_ended and line.strip():
             raise ListingError("something stands behind the end-of-file record", number)
         if line.strip():
-            kind, address, data = _parsed(line.rstrip(), number)
-            base, ended = int.from_bytes(data) * UNITS[kind] if kind in UNITS else base, kind == END
-            for place, byte in enumerate(data if kind == DATA else b"", start=base + address):
-                if place in memory or place >= base + PAGE:
-                    wrong = "stands there twice" if place in memory else "is beyond the 64 KiB of its record"
-                    raise ListingError(f"byte 0x{place:X} {wrong}", number)
+            kind, address, data = _parse_record(line.rstrip(), number)
+            base, has_ended = (
+                int.from_bytes(data) * SEGMENT_UNITS[kind] if kind in SEGMENT_UNITS else base,
+                kind == END_RECORD,
+            )
+            for place, byte in enumerate(data if kind == DATA_RECORD else b"", start=base + address):
+                if place in memory or place >= base + PAGE_BYTES:
+                    fault = "stands there twice" if place in memory else "is beyond the 64 KiB of its record"
+                    raise ListingError(f"byte 0x{place:X} {fault}", number)
                 memory[place] = byte
-    if not ended:
+    if not has_ended:
         raise ListingError("the file ends without its end-of-file record", number or 1)
     return memory
 
 
-def _parsed(line: str, number: int) -> tuple[int, int, bytes]:
+def _parse_record(line: str, number: int) -> tuple[int, int, bytes]:
     """Type, address and data of a record."""
     if not RECORD.fullmatch(line):
         raise ListingError("a record is a colon and pairs of hexadecimal digits, five at least", number)
@@ -81,24 +84,26 @@ def _parsed(line: str, number: int) -> tuple[int, int, bytes]:
         raise ListingError(f"the record says {length} bytes of data and has {len(data)}", number)
     if sum(body) & 0xFF:
         raise ListingError(f"the checksum is {body[-1]:02X}, not {-sum(body[:-1]) & 0xFF:02X}", number)
-    if kind != DATA and (LENGTHS.get(kind) != length or (address and kind != END)):
+    if kind != DATA_RECORD and (RECORD_LENGTHS.get(kind) != length or (address and kind != END_RECORD)):
         raise ListingError(f"no record of type {kind:02X} has {length} bytes of data at {address:04X}", number)
     return kind, address, data
 
 
 # --- Intel HEX of 16-bit words: word address n is byte address 2n, low byte first -------------------------------------
 
-BYTES = 2
+WORD_BYTES = 2
 
 
 def write_ihex(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """All words; names, ranges and units have no place in this format (and neither has the checklist)."""
     del checklist
-    return write({cell.number * BYTES + i: byte for cell in image.cells for i, byte in enumerate(_bytes(cell.raw))})
+    return write_records(
+        {cell.number * WORD_BYTES + i: byte for cell in image.cells for i, byte in enumerate(_word_bytes(cell.raw))}
+    )
 
 
-def _bytes(word: int) -> bytes:
-    return word.to_bytes(BYTES, "little")
+def _word_bytes(word: int) -> bytes:
+    return word.to_bytes(WORD_BYTES, "little")
 
 
 def read_ihex(text: str) -> Listing:
@@ -109,12 +114,14 @@ def read_ihex(text: str) -> Listing:
         raise ListingError(f"not Intel HEX: {error}", error.line) from None
     listing = Listing()
     for byte in sorted(memory):
-        if byte % BYTES == 0:
+        if byte % WORD_BYTES == 0:
             if byte + 1 not in memory:
-                raise ListingError(f"byte 0x{byte + 1:X} is missing, so the word at 0x{byte // BYTES:X} is incomplete")
-            listing.add(byte // BYTES, memory[byte] | memory[byte + 1] << 8, f"word 0x{byte // BYTES:X}")
+                raise ListingError(
+                    f"byte 0x{byte + 1:X} is missing, so the word at 0x{byte // WORD_BYTES:X} is incomplete"
+                )
+            listing.add(byte // WORD_BYTES, memory[byte] | memory[byte + 1] << 8, f"word 0x{byte // WORD_BYTES:X}")
         elif byte - 1 not in memory:
-            raise ListingError(f"byte 0x{byte - 1:X} is missing, so the word at 0x{byte // BYTES:X} is incomplete")
+            raise ListingError(f"byte 0x{byte - 1:X} is missing, so the word at 0x{byte // WORD_BYTES:X} is incomplete")
     return listing
 
 
@@ -135,7 +142,7 @@ class Numbering:
         return (register, 0) if table == "holding" else None
 
 
-def _rows(text: str) -> Listing:
+def _read_rows(text: str) -> Listing:
     from pidcfg.encoders.dl06.spellings import read_rows
 
     return read_rows(text)
@@ -147,7 +154,7 @@ def _is_rows(text: str) -> bool:
     return looks_like_rows(text)
 
 
-def _table(text: str) -> Listing:
+def _read_table(text: str) -> Listing:
     from pidcfg.encoders.dl06.spellings import read_table
 
     return read_table(text)
@@ -160,23 +167,23 @@ def _is_table(text: str) -> bool:
 
 
 NUMBERING = Numbering()
-LISTINGS = listings(SPACE, "V-memory listing", NUMBERING)
+LISTINGS = listing_kinds(SPACE, "V-memory listing", NUMBERING)
 FORMATS = LISTINGS | {
-    "text": replace(LISTINGS["text"], read=_rows, looks_like=_is_rows),
-    "csv": replace(LISTINGS["csv"], read=_table, looks_like=_is_table),
+    "text": replace(LISTINGS["text"], read=_read_rows, looks_like=_is_rows),
+    "csv": replace(LISTINGS["csv"], read=_read_table, looks_like=_is_table),
     "ihex": FileKind(
         "ihex",
         "Intel HEX, 16-bit words",
         write_ihex,
         read_ihex,
         lambda text: text.startswith(":"),
-        partial=True,
+        may_be_partial=True,
     ),
 }
 
 
-TRANSITION = "change the CPU from Program to Run: it reads V7640 and V7641 only then"
-CHANGES = "change words of the loop table later only with the loop in Manual and the PLC stopped"
+CHECK_TRANSITION = "change the CPU from Program to Run: it reads V7640 and V7641 only then"
+CHANGE_WORDS = "change words of the loop table later only with the loop in Manual and the PLC stopped"
 
 
 D956 = Decision(
@@ -190,18 +197,18 @@ D956 = Decision(
     "(same site, click-plc-c0-01dr-d-sram-backup-battery-memory-retention-time). The texts at hand name no retentive "
     "ranges, and pages of that site contradict each other.",
 )
-RETENTIVE = (
+CHECK_RETENTIVE = (
     "check that V7640, V7641, {first} to {last}{profiles} lie in retentive memory, and look at the battery: without "
     "them no loop runs after a power cycle, or with another set point"
 )
 
 
-def _retentive(config: Dl06File) -> str:
+def _retentive_words(config: Dl06File) -> str:
     """What must outlast a power cycle: the set-up words and the loop table."""
     first = loop_start(config.plc, 0)
     last = loop_start(config.plc, len(config.loops)) - 1
     profiles = " and the ramp/soak tables" if any(loop.ramp_soak for loop in config.loops) else ""
-    return RETENTIVE.format(first=v_name(first), last=v_name(last), profiles=profiles)
+    return CHECK_RETENTIVE.format(first=v_name(first), last=v_name(last), profiles=profiles)
 
 
 def checklist(config: Dl06File) -> tuple[str, ...]:
@@ -209,18 +216,22 @@ def checklist(config: Dl06File) -> tuple[str, ...]:
     items = (
         _compare_resets(config),
         _copy_values(config),
-        TRANSITION,
+        CHECK_TRANSITION,
         _request_modes(config),
         _later_changes(config),
-        _retentive(config) if config.loops else "",
+        _retentive_words(config) if config.loops else "",
     )
     return tuple(item for item in items if item) if config.loops else ()
 
 
 def _request_modes(config: Dl06File) -> str:
     """Loops that are meant for another mode than the one in which they begin."""
-    meant = [f"{loop.name} ({loop.mode})" for loop in config.loops if loop.mode != "manual"]
-    return f"request the mode of {', '.join(meant)}, inner loops first: new loops begin in Manual" if meant else ""
+    other_modes = [f"{loop.name} ({loop.mode})" for loop in config.loops if loop.mode != "manual"]
+    return (
+        f"request the mode of {', '.join(other_modes)}, inner loops first: new loops begin in Manual"
+        if other_modes
+        else ""
+    )
 
 
 def _copy_values(config: Dl06File) -> str:
@@ -229,7 +240,7 @@ def _copy_values(config: Dl06File) -> str:
 
     def places(word: str, part: str) -> str:
         found = [
-            f"{loop.name} ({v_name(loop_start(config.plc, i) + table.offset(word))})"
+            f"{loop.name} ({v_name(loop_start(config.plc, i) + table.offset_of(word))})"
             for i, loop in enumerate(config.loops)
             if getattr(loop, part).transfer is None and not (part == "output" and loop.name in majors)
         ]
@@ -244,20 +255,19 @@ def _copy_values(config: Dl06File) -> str:
 
 def _later_changes(config: Dl06File) -> str:
     """How words are changed, also of loops that do not follow the CPU."""
-    apart = [loop.name for loop in config.loops if loop.independent_of_cpu_mode]
-    if not apart:
-        return CHANGES
-    return (
-        f"{CHANGES}; of {', '.join(apart)} set bit 15 of +00 to 0 before, so that they follow it, and to 1 afterwards"
-    )
+    independent = [loop.name for loop in config.loops if loop.independent_of_cpu_mode]
+    if not independent:
+        return CHANGE_WORDS
+    names = ", ".join(independent)
+    return f"{CHANGE_WORDS}; of {names} set bit 15 of +00 to 0 before, so that they follow it, and to 1 afterwards"
 
 
 def _compare_resets(config: Dl06File) -> str:
     """The reset word has one decimal in one place of the manual and two in another."""
-    timed = [loop.name for loop in config.loops if loop.tuning.reset.duration is not None]
-    if not timed or "reset_decimals" in config.plc.model_fields_set:
+    with_reset = [loop.name for loop in config.loops if loop.tuning.reset.duration is not None]
+    if not with_reset or "reset_decimals" in config.plc.model_fields_set:
         return ""
     return (
-        f"compare the reset time of {', '.join(timed)} in the PID dialog with the file: the manual gives its word one "
-        "decimal in one place and two in another; then state `reset_decimals` under `plc`"
+        f"compare the reset time of {', '.join(with_reset)} in the PID dialog with the file: the manual gives its word "
+        "one decimal in one place and two in another; then state `reset_decimals` under `plc`"
     )

@@ -25,11 +25,11 @@ from pidcfg.encoders.image import (
     defaults_of,
     file_data,
     is_enabled,
-    present,
+    is_switched_on,
     read_settings,
     settings_of,
     settings_values,
-    switched_on,
+    without_none,
 )
 from pidcfg.encoders.image import values_of as mapped
 from pidcfg.encoders.maps.dl06 import (
@@ -86,7 +86,7 @@ class Setup:
     """V7642."""
 
     @property
-    def running(self) -> bool:
+    def is_running(self) -> bool:
         """Whether the loop task runs at all."""
         return self.flags == 0 and self.count > 0
 
@@ -122,7 +122,7 @@ def check_ramp_soak(pointer: int) -> int:
     return TABLE_OUTSIDE_LOWER if pointer < CPU.upper[0] else TABLE_OUTSIDE_UPPER
 
 
-def alarm_order_broken(pv: Sequence[int] | None, deviation: Sequence[int] | None) -> bool:
+def is_alarm_order_broken(pv: Sequence[int] | None, deviation: Sequence[int] | None) -> bool:
     """Bit 10 of +06: low-low < low < high < high-high and yellow < red, for the groups that are on (None: off)."""
     return any(low >= high for group in (pv, deviation) if group is not None for low, high in pairwise(group))
 
@@ -131,10 +131,10 @@ def alarm_order_broken(pv: Sequence[int] | None, deviation: Sequence[int] | None
 
 TABLE = (LOOP_TABLES[1],)
 LOOP_SIZE = LOOP_TABLES[1].size
-OUTPUT_OFFSET = LOOP_TABLES[1].offset("output")
+OUTPUT_OFFSET = LOOP_TABLES[1].offset_of("output")
 Range = tuple[Decimal, Decimal] | None
 UNUSED_PAIR = RAMP_SOAK_PAIR.encode({}, {})
-STATED = ("reset_decimals", "derivative")
+STATED_CHOICES = ("reset_decimals", "derivative")
 ONE_COUNT = Quantity(Decimal(1), counts=True)
 
 
@@ -145,10 +145,12 @@ def loop_start(plc: Plc, index: int) -> int:
 
 def scales_of(loop: Loop) -> dict[str, Scale]:
     """The scales that the registers of a loop are on."""
-    return scales(loop.pv.format, loop.output.format, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
+    return make_scales(loop.pv.format, loop.output.format, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
 
 
-def scales(pv_format: str, output_format: str | None, ranges: tuple[Range, Range], *, root: bool) -> dict[str, Scale]:
+def make_scales(
+    pv_format: str, output_format: str | None, ranges: tuple[Range, Range], *, root: bool
+) -> dict[str, Scale]:
     """The scales ``pv``, ``sp`` and ``output`` from the formats and the ranges of PV and output."""
     return {
         "pv": Scale(FORMATS[pv_format], ranges[0]),
@@ -212,18 +214,18 @@ def values_of(config: Dl06File, loop: Loop) -> Data:
     rate = loop.alarms.rate_of_change
     values = mapped(loop, TABLE, unset_values(loop))
     return values | {
-        "tuning.reset": table_reset(config, loop),
+        "tuning.reset": reset_word_value(config, loop),
         "remote_setpoint": remote_setpoint(config, loop),
-        "pv.transfer": _transfer(loop.pv.transfer),
-        "output.transfer": _transfer(loop.output.transfer),
+        "pv.transfer": _transfer_value(loop.pv.transfer),
+        "output.transfer": _transfer_value(loop.output.transfer),
         "alarms.rate_of_change": None if rate is None else rate.per_sample(loop.sample_rate),
     }
 
 
 def unset_values(loop: Loop) -> Data:
     """What follows for words whose values are not given: the hysteresis of alarms that are on."""
-    on = pv_alarms_on(loop) or deviation_alarms_on(loop)
-    return unset_limits(scales_of(loop)) | ({"alarms.hysteresis": ONE_COUNT} if on else {})
+    has_alarms = pv_alarms_on(loop) or deviation_alarms_on(loop)
+    return unset_limits(scales_of(loop)) | ({"alarms.hysteresis": ONE_COUNT} if has_alarms else {})
 
 
 def unset_limits(scales: Mapping[str, Scale]) -> Data:
@@ -242,7 +244,7 @@ def deviation_alarms_on(loop: Loop) -> bool:
     return is_enabled(loop, "alarms.deviation.enabled")
 
 
-def table_reset(config: Dl06File, loop: Loop) -> Decimal:
+def reset_word_value(config: Dl06File, loop: Loop) -> Decimal:
     """The reset time that its word holds: one of the two codes when it is off."""
     return RESET[config.plc.reset_decimals].high if loop.tuning.reset.nines else reset_value(loop)
 
@@ -265,7 +267,7 @@ def remote_setpoint(config: Dl06File, loop: Loop) -> int | None:
     return loop.remote_setpoint
 
 
-def _transfer(transfer: Transfer | None) -> tuple[int, int, int] | int | None:
+def _transfer_value(transfer: Transfer | None) -> tuple[int, int, int] | int | None:
     if transfer is None or transfer.address is not None:
         return None if transfer is None else transfer.address
     return transfer.base, transfer.slot or 0, transfer.channel or 0
@@ -273,8 +275,8 @@ def _transfer(transfer: Transfer | None) -> tuple[int, int, int] | int | None:
 
 def _plc_settings(config: Dl06File) -> dict[str, object]:
     """What no register holds for the whole file; a choice only when the file has made it."""
-    stated = {key: getattr(config.plc, key) for key in STATED if key in config.plc.model_fields_set}
-    return present({"name": config.name, "description": config.description}) | stated
+    choices = {key: getattr(config.plc, key) for key in STATED_CHOICES if key in config.plc.model_fields_set}
+    return without_none({"name": config.name, "description": config.description}) | choices
 
 
 # --- The mode that a DL06 loop is meant to run in, as its status word and what stands beside its words tell -----------
@@ -283,14 +285,14 @@ MODES = {1: "manual", 2: "auto", 4: "cascade"}
 MODE_BITS = 0b111
 
 
-def intended_mode(status: int, otherwise: str) -> str:
-    """From the status word (+06), or the requests (+00): where no bit or several are on, ``otherwise``."""
-    return MODES.get(status & MODE_BITS) or otherwise
+def intended_mode(status: int, default: str) -> str:
+    """From the status word (+06), or the requests (+00): where no bit or several are on, ``default``."""
+    return MODES.get(status & MODE_BITS) or default
 
 
 # --- One loop's V-memory words back to a configuration, with everything left out that is a default --------------------
 
-ALWAYS = frozenset({"mode", "tuning.reset", "tuning.rate", "pv.format"})
+ALWAYS_WRITTEN = frozenset({"mode", "tuning.reset", "tuning.rate", "pv.format"})
 """Fields that are written even where they are defaults."""
 MODE_TITLES = {"Manual mode", "Automatic mode", "Cascade mode"}
 
@@ -306,41 +308,45 @@ class LoopReader:
     notes: list[str] = field(default_factory=list)
 
     @property
-    def wanted_mode(self) -> str:
+    def requested_mode(self) -> str:
         """What stands beside the words; else the one mode that is requested (+00), as before the first run."""
-        stated = "mode" in self.settings.model_fields_set
-        return self.settings.mode if stated else intended_mode(self.block.word("mode_setting_1"), self.settings.mode)
+        is_stated = "mode" in self.settings.model_fields_set
+        return (
+            self.settings.mode
+            if is_stated
+            else intended_mode(self.block.raw_word("mode_setting_1"), self.settings.mode)
+        )
 
-    def data(self, words: Mapping[int, int], names: Mapping[int, str]) -> Data:
+    def read_data(self, words: Mapping[int, int], names: Mapping[int, str]) -> Data:
         """The loop as a mapping, in the order of a hand-written file; ``names``: loops by their output words."""
-        scales = self.scales()
-        values = settings_values(self.settings) | self.block.values(scales)
+        scales = self.read_scales()
+        values = settings_values(self.settings) | self.block.read_values(scales)
         self.note_status()
-        always = set(ALWAYS)
+        always = set(ALWAYS_WRITTEN)
         if self.settings.setpoint:
             always.add("setpoint.value")
         if values["alarms.pv.enabled"] or values["alarms.deviation.enabled"]:
             always.add("alarms.hysteresis")
         values |= {
-            "mode": intended_mode(self.block.word("mode_and_alarm_status"), self.wanted_mode),
-            **_source(values["remote_setpoint"], names),
-            "tuning.reset": reset_of(self.block.word("reset"), values["tuning.reset"]),
+            "mode": intended_mode(self.block.raw_word("mode_and_alarm_status"), self.requested_mode),
+            **_setpoint_source(values["remote_setpoint"], names),
+            "tuning.reset": reset_of(self.block.raw_word("reset"), values["tuning.reset"]),
             "pv.transfer": _transfer_data(values["pv.transfer"]),
             "output.transfer": _transfer_data(values["output.transfer"]),
-            "ramp_soak": self.ramp_soak(values, words, scales),
+            "ramp_soak": self.read_ramp_soak(values, words, scales),
         }
-        return file_data(Loop, values, self.unset(scales), frozenset(always))
+        return file_data(Loop, values, self.unset_values(scales), frozenset(always))
 
-    def scales(self) -> dict[str, Scale]:
+    def read_scales(self) -> dict[str, Scale]:
         """The scales, from the format bits and the ranges beside the words."""
-        bits = self.block.choices()
+        bits = self.block.read_choices()
         ranges = self.settings.pv.range, self.settings.output.range
-        return scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
+        return make_scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
 
-    def unset(self, scales: Mapping[str, Scale]) -> Data:
+    def unset_values(self, scales: Mapping[str, Scale]) -> Data:
         """What the words mean where the file gives no values; the reset time is always given."""
         table = self.block.table
-        return table.held(defaults_of(Loop, [table], unset_limits(scales)) | {"tuning.reset": None}, scales)
+        return table.read_back(defaults_of(Loop, [table], unset_limits(scales)) | {"tuning.reset": None}, scales)
 
     def note_status(self) -> None:
         """Says which bits are not carried: momentary requests, flags that the controller writes, reserved bits."""
@@ -350,7 +356,7 @@ class LoopReader:
                 address = v_name(self.block.start + row.offset)
                 self.notes.append(f"{self.block.loop}: {address} {word:04X}: {row.title} is not carried over")
 
-    def ramp_soak(self, values: Data, words: Mapping[int, int], scales: Mapping[str, Scale]) -> Data | None:
+    def read_ramp_soak(self, values: Data, words: Mapping[int, int], scales: Mapping[str, Scale]) -> Data | None:
         """The section ``ramp_soak``, with the steps when the listing holds the whole table."""
         table, on, request = values["ramp_soak.table"], values["ramp_soak.enabled"], values["ramp_soak.request"]
         if not table and not on and request == "none":
@@ -368,23 +374,23 @@ class LoopReader:
                 "steps"
             )
         elif missing is None:
-            data["steps"] = self.steps([words[a] for a in addresses], table, scales)
+            data["steps"] = self.read_steps([words[a] for a in addresses], table, scales)
         else:
             self.notes.append(
                 f"{self.block.loop}: {v_name(missing)} of the ramp/soak table is missing; its steps are left out"
             )
         return data
 
-    def steps(self, raw: Sequence[int], table: int, scales: Mapping[str, Scale]) -> list[Data]:
+    def read_steps(self, raw: Sequence[int], table: int, scales: Mapping[str, Scale]) -> list[Data]:
         """The pairs of a ramp/soak table without the unused ones at its end."""
-        size, unset = RAMP_SOAK_PAIR.size, RAMP_SOAK_PAIR.held({}, scales)
+        size, unset = RAMP_SOAK_PAIR.size, RAMP_SOAK_PAIR.read_back({}, scales)
         pairs = [tuple(raw[j * size : (j + 1) * size]) for j in range(RAMP_SOAK_PAIRS)]
         while pairs and not any(pairs[-1]):
             pairs.pop()
         blocks = (
             LoopBlock(self.block.loop, SPACE, table + j * size, RAMP_SOAK_PAIR, pair) for j, pair in enumerate(pairs)
         )
-        return [file_data(RampSoakStep, block.values(scales), unset, frozenset({"soak"})) for block in blocks]
+        return [file_data(RampSoakStep, block.read_values(scales), unset, frozenset({"soak"})) for block in blocks]
 
 
 def reset_of(word: int, time: Decimal) -> Decimal | str:
@@ -392,7 +398,7 @@ def reset_of(word: int, time: Decimal) -> Decimal | str:
     return {0x0000: "off", 0x9999: OFF_NINES}.get(word, time)
 
 
-def _source(pointer: int, names: Mapping[int, str]) -> Data:
+def _setpoint_source(pointer: int, names: Mapping[int, str]) -> Data:
     """Where the remote set point comes from: a loop's output, or an address."""
     return {
         "cascade_from": names.get(pointer),
@@ -404,7 +410,7 @@ def _transfer_data(value: tuple[int, int, int] | int | None) -> Data | None:
     if value is None or isinstance(value, int):
         return None if value is None else {"address": v_name(value)}
     base, slot, channel = value
-    return {**present({"base": base or None}), "slot": slot, "channel": channel}
+    return {**without_none({"base": base or None}), "slot": slot, "channel": channel}
 
 
 # --- V-memory words back to a DL06 configuration ----------------------------------------------------------------------
@@ -430,24 +436,24 @@ def decode(
     options = options or {}
     entries = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
-    pointer = _option(
+    pointer = _option_value(
         options,
         "loop_table",
         words.get(TABLE_POINTER),
         v_name(TABLE_POINTER),
     )
-    count = _count(options, words, entries)
+    count = _loop_count(options, words, entries)
     decimals = int(options.get("reset_decimals") or plc_settings.reset_decimals)
     table = range(pointer, pointer + count * LOOP_SIZE)
-    loops = [_reader(words, entries, table, i, decimals) for i in range(count)]
+    loops = [_loop_reader(words, entries, table, i, decimals) for i in range(count)]
     names = {loop.block.start + OUTPUT_OFFSET: loop.block.loop for loop in loops}
     data: Data = {"pidcfg": 1, "vendor": "dl06"}
-    data |= present({"name": plc_settings.name, "description": plc_settings.description})
-    stated = {key: getattr(plc_settings, key) for key in STATED if key in plc_settings.model_fields_set}
+    data |= without_none({"name": plc_settings.name, "description": plc_settings.description})
+    choices = {key: getattr(plc_settings, key) for key in STATED_CHOICES if key in plc_settings.model_fields_set}
     if options.get("reset_decimals"):
-        stated["reset_decimals"] = decimals
-    data["plc"] = _plc_data(pointer, words, count) | stated
-    data["loops"] = [loop.data(words, names) for loop in loops]
+        choices["reset_decimals"] = decimals
+    data["plc"] = _plc_data(pointer, words, count) | choices
+    data["loops"] = [loop.read_data(words, names) for loop in loops]
     notes = [note for loop in loops for note in loop.notes]
     if _is_no_count(words.get(LOOP_COUNT)):
         notes.append(f"{v_name(LOOP_COUNT)} is no BCD number: the PLC sets bit 2 of V7642 and calculates no loop (D53)")
@@ -455,7 +461,7 @@ def decode(
         notes.append(_no_loop_runs(count))
     if empty := [loop.block.loop for loop in loops if not any(loop.block.raw)]:
         notes.append(f"every word of {', '.join(empty)} is 0: nothing was written there, or a save wrote zeros over it")
-    if "reset_decimals" not in stated and any(loop.block.word("reset") for loop in loops):
+    if "reset_decimals" not in choices and any(loop.block.raw_word("reset") for loop in loops):
         notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
     if flags := words.get(ERROR_FLAGS):
         notes.append(f"{v_name(ERROR_FLAGS)} {flags:04X}: the PLC's error flags of the set-up are not carried over")
@@ -468,14 +474,14 @@ def _no_loop_runs(count: int) -> str:
     return f"{v_name(LOOP_COUNT)} is 0: the PLC calculates no loop{cure}"
 
 
-def _option(options: Settings, key: str, stored: int | None, title: str) -> int:
+def _option_value(options: Settings, key: str, stored: int | None, title: str) -> int:
     value = stored if options.get(key) is None else options[key]
     if value is None:
         raise DecodeError(f"the listing does not hold {title}; give it with --{key.replace('_', '-')}")
     return int(value)
 
 
-def _count(options: Settings, words: Mapping[int, int], settings: Sequence[LoopSettings]) -> int:
+def _loop_count(options: Settings, words: Mapping[int, int], settings: Sequence[LoopSettings]) -> int:
     """How many loops to read; the listing of a set-up that is wrong on purpose says so in its settings."""
     stored = words.get(LOOP_COUNT)
     if options.get("number_of_loops") is not None:
@@ -486,7 +492,7 @@ def _count(options: Settings, words: Mapping[int, int], settings: Sequence[LoopS
         cure = "--number-of-loops says how many loops to read"
         raise DecodeError(f"{v_name(LOOP_COUNT)}: 0x{stored:04X} has a digit above 9; {cure}", LOOP_COUNT)
     digits = None if stored is None else bcd_digits(stored)
-    return _option(options, "number_of_loops", digits, v_name(LOOP_COUNT))
+    return _option_value(options, "number_of_loops", digits, v_name(LOOP_COUNT))
 
 
 def _is_no_count(stored: int | None) -> bool:
@@ -507,11 +513,11 @@ def _octal_cure(words: Mapping[int, int], table: range) -> str:
     digits = f"{table.start:04X}"
     if words.get(TABLE_POINTER) != table.start or set("89ABCDEF") & set(digits) or int(digits, 8) not in words:
         return ""
-    meant = v_name(int(digits, 8))
-    return f": V7640 is {digits}, hexadecimal; {meant} is {int(digits, 8):04X} (or --loop-table {meant})"
+    address = v_name(int(digits, 8))
+    return f": V7640 is {digits}, hexadecimal; {address} is {int(digits, 8):04X} (or --loop-table {address})"
 
 
-def _reader(
+def _loop_reader(
     words: Mapping[int, int], settings: Sequence[LoopSettings], table: range, index: int, decimals: int
 ) -> LoopReader:
     start = table[index * LOOP_SIZE]
@@ -544,29 +550,29 @@ def areas(words: Mapping[int, int], like: Image | None, options: Settings) -> li
     found = [Area(TABLE_POINTER, SETUP_WORDS)]
     if TABLE_POINTER not in words:
         return found
-    start = _start(words, like, options)
+    start = _table_start(words, like, options)
     names = [str(entry["loop"]) for entry in like.settings] if like is not None else []
     table = LOOP_TABLES[int(options.get("reset_decimals") or 1)]
-    for i in range(_loop_count(words, like, options)):
+    for i in range(_stored_loop_count(words, like, options)):
         name = names[i] if i < len(names) else default_name(i)
         found.append(Area(start + i * LOOP_SIZE, table, name))
-        found += _ramp_soak(words.get(start + i * LOOP_SIZE + LOOP_TABLE.offset("ramp_soak_table"), 0), name)
+        found += _ramp_soak_areas(words.get(start + i * LOOP_SIZE + LOOP_TABLE.offset_of("ramp_soak_table"), 0), name)
     return found
 
 
-def _start(words: Mapping[int, int], like: Image | None, options: Settings) -> int:
+def _table_start(words: Mapping[int, int], like: Image | None, options: Settings) -> int:
     """Where the loop table begins: as an option says, as the PLC says, else as the file says."""
-    given = options.get("loop_table")
-    start = int(words[TABLE_POINTER] if given is None else given)
+    option = options.get("loop_table")
+    start = int(words[TABLE_POINTER] if option is None else option)
     if _in_user_memory(start):
         return start
     if like is not None:
         return like.words[TABLE_POINTER]
-    said = f"{v_name(TABLE_POINTER)} holds 0x{start:04X}, which is no place of a loop table"
-    raise AreaError(f"{said}; give it with --loop-table", TABLE_POINTER)
+    problem = f"{v_name(TABLE_POINTER)} holds 0x{start:04X}, which is no place of a loop table"
+    raise AreaError(f"{problem}; give it with --loop-table", TABLE_POINTER)
 
 
-def _loop_count(words: Mapping[int, int], like: Image | None, options: Settings) -> int:
+def _stored_loop_count(words: Mapping[int, int], like: Image | None, options: Settings) -> int:
     """How many loops there are, in the same order of who says so."""
     if options.get("number_of_loops") is not None:
         return min(int(options["number_of_loops"]), CPU.loops)
@@ -578,16 +584,16 @@ def _loop_count(words: Mapping[int, int], like: Image | None, options: Settings)
         return count
     if like is not None:
         return len(like.settings)
-    held = f"{v_name(LOOP_COUNT)} holds 0x{words[LOOP_COUNT]:04X}"
-    said = (
-        f"{held}, which is no number of loops from 1 to {CPU.loops}"
+    content = f"{v_name(LOOP_COUNT)} holds 0x{words[LOOP_COUNT]:04X}"
+    problem = (
+        f"{content}, which is no number of loops from 1 to {CPU.loops}"
         if words[LOOP_COUNT]
-        else f"{held}: the PLC calculates no loop"
+        else f"{content}: the PLC calculates no loop"
     )
-    raise AreaError(f"{said}; --number-of-loops reads the table all the same", LOOP_COUNT)
+    raise AreaError(f"{problem}; --number-of-loops reads the table all the same", LOOP_COUNT)
 
 
-def _ramp_soak(start: int, loop: str) -> Iterator[Area]:
+def _ramp_soak_areas(start: int, loop: str) -> Iterator[Area]:
     """The pairs of a loop's ramp/soak table; none where its pointer names no user memory."""
     size = RAMP_SOAK_PAIR.size
     if start and _in_user_memory(start) and _in_user_memory(start + RAMP_SOAK_PAIRS * size - 1):
@@ -608,18 +614,18 @@ def tuning_of(config: Dl06File, loop: Loop) -> LoopTuning:
     reset, codec = reset_value(loop), RESET[config.plc.reset_decimals]
     is_off = any(reset == digits * codec.step for digits in codec.off)
     limit = loop.derivative_gain_limit
-    limited = switched_on(loop.derivative_gain_limit_enabled, limit)
-    filtered, share = switched_on(loop.pv.filter_enabled, loop.pv.filter), float(loop.pv.filter or 0)
+    limited = is_switched_on(loop.derivative_gain_limit_enabled, limit)
+    filtered, share = is_switched_on(loop.pv.filter_enabled, loop.pv.filter), float(loop.pv.filter or 0)
     return LoopTuning(
         replace(TUNED, table=LOOP_TABLES[config.plc.reset_decimals]),
         raises_pv=loop.action == TUNED.heating,
         pv_span=None if pv is None else pv[1] - pv[0],
         output_span=None if output is None else output[1] - output[0],
         minutes=tuning.reset_unit == "minutes",
-        now=(tuning.gain, Decimal(0) if is_off else reset, tuning.rate),
-        wrong="it squares its error (error.curve)" if loop.error.curve == "squared" else "",
+        current_values=(tuning.gain, Decimal(0) if is_off else reset, tuning.rate),
+        obstacle="it squares its error (error.curve)" if loop.error.curve == "squared" else "",
         no_derivative="its derivative_gain_limit of 0 removes the derivative" if limited and not limit else "",
-        off=("off", "0"),
+        off_texts=("off", "0"),
         sample_time=float(loop.sample_rate),
         pv_share=share if filtered and 0 < share <= 1 else 1.0,
         derivative_limit=float(limit) if limited and limit else None,

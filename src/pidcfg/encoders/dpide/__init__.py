@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from pidcfg.encoders import Option, listed
+from pidcfg.encoders import Option, read_per_loop
 
 # --- What a listing of operands may not say, and where converted instructions have their registers --------------------
 
 FORMATS = ("text", "csv", "json", "st", "operands", "symbols", "modbus-map")
 
 
-def _register(text: str) -> str:
+def _read_register(text: str) -> str:
     from pidcfg.schemas.dpide import parse_register
 
     return parse_register(text)
 
 
 DECODE_OPTIONS = (
-    Option("device", "D,D…", "Where the 30 registers of each loop's I_MV begin.", "D500,D530", listed(_register)),
+    Option(
+        "device",
+        "D,D…",
+        "Where the 30 registers of each loop's I_MV begin.",
+        "D500,D530",
+        read_per_loop(_read_register),
+    ),
 )
 CONVERT_OPTIONS = DECODE_OPTIONS

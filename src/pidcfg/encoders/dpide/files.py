@@ -25,38 +25,38 @@ from pidcfg.encoders.dpide.symbols import (
     ENCODING,
     Symbol,
     identifier,
+    make_symbols,
     merge_symbols,
     read_csv_devices,
     read_json_devices,
     read_operands,
-    symbols,
     write_operands,
     write_symbols,
 )
-from pidcfg.encoders.listing import FileKind, UnwritableError, columns
+from pidcfg.encoders.listing import FileKind, UnwritableError, column_names
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS, WRITTEN, WRITTEN_BY_AUTOTUNE
-from pidcfg.encoders.modbus_map import Device, Point, Symbols, map_kind, symbol_rows
+from pidcfg.encoders.modbus_map import Device, Point, Symbols, map_kind, symbol_template_rows
 from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.encoders.parameters import Entry, Parameter, Program
 from pidcfg.encoders.regmap import writer_of
-from pidcfg.encoders.structured_text import comment_text, literal, opening, settings_text, wrap_call
+from pidcfg.encoders.structured_text import comment_text, first_word_offset, literal_text, settings_text, wrap_call
 from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, Call, DpideFile, Loop, LoopSettings, device_range
 from pidcfg.text.references import Decision
 
 OFFERED = ("PV", "MV", "PID_RUN", "PID_MAN", "PID_MODE")
 """Operands that run, and that a trend or an operator wants."""
-UNIT = re.compile(r"(?:PROGRAM|FUNCTION_BLOCK|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
-CALL = re.compile(r"^[^,;#\"]*\bDPIDE\s*\(", re.IGNORECASE | re.MULTILINE)
+UNIT_START = re.compile(r"(?:PROGRAM|FUNCTION_BLOCK|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
+CALL_START = re.compile(r"^[^,;#\"]*\bDPIDE\s*\(", re.IGNORECASE | re.MULTILINE)
 
 
 def looks_like_st(text: str) -> bool:
     """Whether a text begins like a program behind its comments, or calls the instruction."""
-    return bool(UNIT.match(text, opening(text))) or bool(CALL.search(text))
+    return bool(UNIT_START.match(text, first_word_offset(text))) or bool(CALL_START.search(text))
 
 
 # --- DPIDE instructions as Structured Text: declarations with devices and initial values, and the calls ---------------
 
-IN_TEXT = ("device", "devices", "call")
+TEXT_SETTINGS = ("device", "devices", "call")
 """Settings that stand in declarations and calls."""
 
 
@@ -83,20 +83,20 @@ class Instruction:
             or (self.call.function_block is not None and operand in IN_OUT)
         )
 
-    def argument(self, row: Parameter) -> str:
+    def operand_text(self, row: Parameter) -> str:
         """What stands at an operand."""
         if self.is_symbol(row.name):
             return self.symbols[row.name].name
-        return literal(row.type, self.cells[row.name].content)
+        return literal_text(row.type, self.cells[row.name].content)
 
-    def declared(self) -> Iterator[str]:
+    def declarations(self) -> Iterator[str]:
         """The variables of the loop."""
         for row in DPIDE_TABLE.rows:
             if self.is_symbol(row.name):
                 symbol = self.symbols[row.name]
                 cell = None if row.name in {"I_MV", "MV"} else self.cells.get(row.name)
                 place = f" AT {symbol.address}" if symbol.address else ""
-                value = "" if cell is None else f" := {literal(row.type, cell.content)}"
+                value = "" if cell is None else f" := {literal_text(row.type, cell.content)}"
                 note = comment_text(symbol.comment)
                 yield f"{symbol.name}{place} : {row.type.name}{value}; (* {note} *)"
         if self.call.GPWM is not None:
@@ -105,14 +105,14 @@ class Instruction:
             yield f"{identifier(self.name, INSTANCE)} : {self.call.function_block};"
 
     @property
-    def cycle(self) -> str:
+    def cycle_text(self) -> str:
         """What stands at CYCLE."""
-        return self.argument(ROWS["CYCLE"])
+        return self.operand_text(ROWS["CYCLE"])
 
-    def statements(self, sharing: list[Instruction]) -> Iterator[str]:
+    def call_lines(self, sharing: list[Instruction]) -> Iterator[str]:
         """The call, and what stands around it; ``sharing``: all loops with its timer, which runs once for them."""
         call, block = self.call, self.call.function_block
-        arguments = {row.name: self.argument(row) for row in DPIDE_TABLE.rows}
+        arguments = {row.name: self.operand_text(row) for row in DPIDE_TABLE.rows}
         if block is None:
             lines = call_text(INSTRUCTION, {EN: call.EN or ALWAYS}, arguments)
         else:
@@ -122,7 +122,7 @@ class Instruction:
             yield from lines
         else:
             if self is sharing[0]:
-                yield f"{TIMER}({ALWAYS}, {call.timer}, {self.cycle});"
+                yield f"{TIMER}({ALWAYS}, {call.timer}, {self.cycle_text});"
             yield f"IF {call.timer} THEN"
             yield from (f"    {line}" for line in lines)
             if self is sharing[-1]:
@@ -137,41 +137,41 @@ class Instruction:
 def call_text(name: str, enable: Mapping[str, str], arguments: Mapping[str, str]) -> list[str]:
     """A call with its operands by name; outputs have another sign."""
     outputs = {row.name for row in DPIDE_TABLE.rows if row.access == "output"}
-    listed = [f"{key} := {value}" for key, value in enable.items()]
-    listed += [f"{key} {'=>' if key in outputs else ':='} {value}" for key, value in arguments.items()]
-    return wrap_call(f"{name}(", listed)
+    arguments_text = [f"{key} := {value}" for key, value in enable.items()]
+    arguments_text += [f"{key} {'=>' if key in outputs else ':='} {value}" for key, value in arguments.items()]
+    return wrap_call(f"{name}(", arguments_text)
 
 
 def write_st(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """The program as text; raises `UnwritableError` for a loop whose name gives no symbols."""
-    loops = [*instructions(image)]
-    lines = [f"(* {text} *)" for text in header(image, checklist)]
-    for block in blocks(loops):
-        lines += [*function_block(block), ""]
+    loops = [*make_instructions(image)]
+    lines = [f"(* {text} *)" for text in header_comments(image, checklist)]
+    for block in function_blocks(loops):
+        lines += [*function_block_text(block), ""]
     if "interrupt_task" in image.plc:
         lines += ["(* in a cyclic task *)", "PROGRAM Main", f"{ENABLE_INTERRUPTS}();", "END_PROGRAM", ""]
         lines += [f"(* in the timed interrupt task of {image.plc['interrupt_task']} ms *)"]
-    declared = [f"    {line}" for loop in loops for line in loop.declared()]
+    declared = [f"    {line}" for loop in loops for line in loop.declarations()]
     lines += [f"PROGRAM {PROGRAM}", "VAR", *declared, "END_VAR"]
     timers = loops_of_timers(loops)
     for loop in loops:
-        lines += ["", *loop.statements(timers.get(loop.call.timer or "", []))]
+        lines += ["", *loop.call_lines(timers.get(loop.call.timer or "", []))]
     return "\n".join([*lines, "END_PROGRAM"]) + "\n"
 
 
-def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
+def header_comments(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
     """The comments above: the checklist for people, and what no variable holds for the way back."""
     yield "Delta AS: DPIDE instructions (API 0708) in Structured Text"
     for item in checklist:
         yield f"check after the download: {comment_text(item)}"
     yield f"plc: {settings_text(image.plc)}"
     for entry in image.settings:
-        yield f"loop: {settings_text({key: value for key, value in entry.items() if key not in IN_TEXT})}"
+        yield f"loop: {settings_text({key: value for key, value in entry.items() if key not in TEXT_SETTINGS})}"
 
 
-def instructions(image: Program) -> Iterator[Instruction]:
+def make_instructions(image: Program) -> Iterator[Instruction]:
     """The loops of an image with their symbols."""
-    named = iter([*symbols(image)])
+    symbol_iterator = iter([*make_symbols(image)])
     for entry in image.settings:
         loop = str(entry["loop"])
         yield Instruction(
@@ -179,44 +179,44 @@ def instructions(image: Program) -> Iterator[Instruction]:
             Call.model_validate(entry.get("call") or {}),
             frozenset(entry.get("devices") or ()) | {"I_MV"},
             {cell.field: cell for cell in image.cells if cell.loop == loop},
-            {row.name: next(named) for row in DPIDE_TABLE.rows},
+            {row.name: next(symbol_iterator) for row in DPIDE_TABLE.rows},
         )
 
 
 def loops_of_timers(loops: Iterable[Instruction]) -> dict[str, list[Instruction]]:
     """The loops that each timer calls; raises `UnwritableError` where one timer would run for two times."""
-    found: dict[str, list[Instruction]] = {}
+    by_timer: dict[str, list[Instruction]] = {}
     for loop in loops:
         if loop.call.timer is not None:
-            first = found.setdefault(loop.call.timer, [])
-            first.append(loop)
-            if loop.cells["CYCLE"].raw != first[0].cells["CYCLE"].raw:
-                cycles = f"{first[0].cells['CYCLE'].raw} ms of {first[0].name}"
+            sharing = by_timer.setdefault(loop.call.timer, [])
+            sharing.append(loop)
+            if loop.cells["CYCLE"].raw != sharing[0].cells["CYCLE"].raw:
+                cycles = f"{sharing[0].cells['CYCLE'].raw} ms of {sharing[0].name}"
                 message = (
                     f"loop {loop.name}: {loop.call.timer} cannot run for {loop.cells['CYCLE'].raw} ms and {cycles}"
                 )
                 raise UnwritableError(f"{message}; give every CYCLE a timer of its own")
-    return found
+    return by_timer
 
 
-def blocks(loops: Iterable[Instruction]) -> list[str]:
+def function_blocks(loops: Iterable[Instruction]) -> list[str]:
     """The function blocks, each once; raises `UnwritableError` for one that takes another's name, or a symbol's."""
     loops = [*loops]
     taken = {symbol.name.casefold() for loop in loops for symbol in loop.symbols.values()}
     taken |= {identifier(loop.name, suffix).casefold() for loop in loops for suffix in (WIDTH, INSTANCE)}
     taken |= {name.casefold() for name in (INSTRUCTION, TIMER, PULSES, ENABLE_INTERRUPTS, PROGRAM, "Main")}
-    found: dict[str, str] = {}
+    by_name: dict[str, str] = {}
     for loop in loops:
         block = loop.call.function_block
         if block is None:
             continue
-        other = found.setdefault(block.casefold(), block)
+        other = by_name.setdefault(block.casefold(), block)
         if other != block or block.casefold() in taken:
             raise UnwritableError(f"loop {loop.name}: the function block {block} has a name that something else has")
-    return [*found.values()]
+    return [*by_name.values()]
 
 
-def function_block(name: str) -> Iterator[str]:
+def function_block_text(name: str) -> Iterator[str]:
     """A function block with the instruction inside (D605)."""
     yield f"FUNCTION_BLOCK {name}"
     for section, rows in (
@@ -233,14 +233,14 @@ def function_block(name: str) -> Iterator[str]:
 
 # --- The files, and what a person checks after a download -------------------------------------------------------------
 
-PLAIN = parameter_listings("operand listing")
+PLAIN_LISTINGS = parameter_listings("operand listing")
 FORMATS = {
-    "text": PLAIN["text"],
-    "csv": replace(PLAIN["csv"], read=read_csv_devices),
+    "text": PLAIN_LISTINGS["text"],
+    "csv": replace(PLAIN_LISTINGS["csv"], read=read_csv_devices),
     "json": replace(
-        PLAIN["json"],
+        PLAIN_LISTINGS["json"],
         read=read_json_devices,
-        looks_like=lambda text: PLAIN["json"].looks_like(text) and not looks_like_st(text),
+        looks_like=lambda text: PLAIN_LISTINGS["json"].looks_like(text) and not looks_like_st(text),
     ),
     "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st, carries_checklist=True),
     "operands": FileKind(
@@ -248,19 +248,19 @@ FORMATS = {
         "operand table (CSV)",
         write_operands,
         read_operands,
-        lambda text: {"operand", "value"} <= set(columns(text)),
+        lambda text: {"operand", "value"} <= set(column_names(text)),
     ),
     "symbols": FileKind(
         "symbols",
         "symbol table of ISPSoft (CSV)",
         write_symbols,
         read_symbols,
-        lambda text: {name.lower() for name in COLUMNS[:3]} <= set(columns(text)),
+        lambda text: {name.lower() for name in COLUMNS[:3]} <= set(column_names(text)),
         encoding=ENCODING,
         merge=merge_symbols,
-        whole=False,
+        is_complete=False,
     ),
-    "modbus-map": map_kind(lambda image: symbol_rows(points(image), OFFERED)),
+    "modbus-map": map_kind(lambda image: symbol_template_rows(points(image), OFFERED)),
 }
 
 
@@ -271,7 +271,7 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
     blocks = ", ".join(f"{loop.name} {device_range('I_MV', loop.device)}" for loop in config.loops)
     items = [
         f"nothing else in the program may use the registers of I_MV: {blocks}",
-        f"direction of control: {'; '.join(_direction(loop) for loop in config.loops)}",
+        f"direction of control: {'; '.join(_direction_text(loop) for loop in config.loops)}",
     ]
     numbers = [f"{loop.name} {', '.join(rows)}" for loop in config.loops if (rows := _without_device(loop))]
     if numbers:
@@ -282,7 +282,7 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
     if interval is not None:
         items.append(f"call the instructions in a timed interrupt task of {interval} ms; CYCLE has no effect there")
     else:
-        items += _calls(config.loops)
+        items += _call_advice(config.loops)
     pulses = [f"{loop.name} {loop.call.GPWM.output}" for loop in config.loops if loop.call.GPWM is not None]
     if pulses:
         items.append(
@@ -293,7 +293,7 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
     return tuple(items)
 
 
-def _calls(loops: Iterable[Loop]) -> Iterator[str]:
+def _call_advice(loops: Iterable[Loop]) -> Iterator[str]:
     """How often the program calls the instructions."""
     scanned = [f"{loop.name} {loop.CYCLE} ms" for loop in loops if loop.call.timer is None]
     timed = [f"{loop.name} {loop.call.timer}, {loop.CYCLE} ms" for loop in loops if loop.call.timer is not None]
@@ -304,7 +304,7 @@ def _calls(loops: Iterable[Loop]) -> Iterator[str]:
         yield f"these instructions are called by timers that run for CYCLE: {'; '.join(timed)}"
 
 
-def _direction(loop: Loop) -> str:
+def _direction_text(loop: Loop) -> str:
     if loop.PID_DIR:
         return f"{loop.name} PID_DIR TRUE, MV rises while PV is below SV (heating)"
     return f"{loop.name} PID_DIR FALSE, MV rises while PV is above SV (cooling)"
@@ -312,8 +312,12 @@ def _direction(loop: Loop) -> str:
 
 def _without_device(loop: Loop) -> list[str]:
     """Operands that the PLC may write and that have no device in the file."""
-    written = [*OUTSIDE, *(WRITTEN_BY_AUTOTUNE if loop.PID_MODE == 1 else ()), *(["MOUT"] if loop.MOUT_AUTO else [])]
-    return [name for name in written if name != "I_MV" and name not in loop.devices.by_operand()]
+    written_operands = [
+        *OUTSIDE,
+        *(WRITTEN_BY_AUTOTUNE if loop.PID_MODE == 1 else ()),
+        *(["MOUT"] if loop.MOUT_AUTO else []),
+    ]
+    return [name for name in written_operands if name != "I_MV" and name not in loop.devices.by_operand()]
 
 
 # --- Where the operands of DPIDE may stand in a Delta AS: those with a device, and those that a map names -------------
@@ -356,21 +360,21 @@ def device_of(text: str) -> Device | None:
 
 def points(program: Program) -> Symbols:
     """All operands of the loops of a program."""
-    found = {point.name: point for entry in program.settings for point in _of_loop(program, entry)}
+    found = {point.name: point for entry in program.settings for point in _loop_points(program, entry)}
     return Symbols("a device or an operand of DPIDE", found, frozenset(ROWS), device_of)
 
 
-def _of_loop(program: Program, entry: object) -> Iterator[Point]:
+def _loop_points(program: Program, entry: object) -> Iterator[Point]:
     settings = LoopSettings.model_validate(entry)
     loop = settings.loop
     devices = settings.devices.by_operand() | {"I_MV": settings.device}
-    held = {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
-    values = {row.name: held.get(row.name, row.type.default) for row in DPIDE_TABLE.rows}
+    contents = {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
+    values = {row.name: contents.get(row.name, row.type.default) for row in DPIDE_TABLE.rows}
     for row in DPIDE_TABLE.rows:
         writer = writer_of(WRITTEN, row.name, values)
-        runs = writer is not None and writer.kind == "live"
+        is_live = writer is not None and writer.kind == "live"
         device = devices.get(row.name, "")
-        is_setting = row.name in held and not runs
+        is_setting = row.name in contents and not is_live
         is_placed = bool(device)
         yield Point(
             f"{loop}.{row.name}", row.type, loop, is_setting and is_placed, is_setting and not is_placed, device

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Decoded, Settings
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, NEEDED, TUNED
-from pidcfg.encoders.parameters import Content, Elsewhere
+from pidcfg.encoders.parameters import Content, UnknownContent
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.schemas.iec import Wire
@@ -33,37 +33,37 @@ def decode(
     An operand of which a program says only where it stands is FALSE or 0, and noted; it must be known where the
     instruction cannot do without (D609).
     """
-    places = {name: content.text[:40] for name, content in words.items() if isinstance(content, Elsewhere)}
+    places = {name: content.text[:40] for name, content in words.items() if isinstance(content, UnknownContent)}
     for name, place in places.items():
-        if LOOPS.split(name)[1] in NEEDED:
+        if LOOPS.split_name(name)[1] in NEEDED:
             cure = "name a symbol table beside the program, or declare its initial value"
             raise DecodeError(f"{name} stands in {place}, and nothing says what it holds; {cure}", name)
     decoded = LOOPS.decode({name: words[name] for name in words if name not in places}, settings, plc, options)
-    notes = [f"{name} stands in {at}; nothing says what it holds: {_default(name)}" for name, at in places.items()]
+    notes = [f"{name} stands in {at}; nothing says what it holds: {_default_text(name)}" for name, at in places.items()]
     return replace(decoded, notes=(*notes, *decoded.notes))
 
 
-def _default(name: str) -> str:
+def _default_text(name: str) -> str:
     """What a configuration has for an operand that it does not give."""
-    default = LOOPS.loop.model_fields[LOOPS.split(name)[1]].default
+    default = LOOPS.loop.model_fields[LOOPS.split_name(name)[1]].default
     return f"it is taken for {str(default).upper() if isinstance(default, bool) else default}"
 
 
 # --- How a DPIDE instruction holds its gains: engineering units, as times or as independent gains ---------------------
 
-MILLISECONDS = 1000
+MS_PER_SECOND = 1000
 """In a second."""
 
 
 def tuning_of(config: DpideFile, loop: Loop) -> LoopTuning:
     """The three operands of an instruction."""
     task = config.plc.interrupt_task
-    seconds = float(min(max(loop.CYCLE, SHORTEST_CYCLE), LONGEST_CYCLE) if task is None else task) / MILLISECONDS
+    seconds = float(min(max(loop.CYCLE, SHORTEST_CYCLE), LONGEST_CYCLE) if task is None else task) / MS_PER_SECOND
     return LoopTuning(
         TUNED,
         raises_pv=loop.PID_DIR,
         independent=not loop.PID_EQ,
-        now=(loop.Kc_Kp, loop.Ti_Ki, loop.Td_Kd),
+        current_values=(loop.Kc_Kp, loop.Ti_Ki, loop.Td_Kd),
         sample_time=seconds,
         derivative_share=seconds / (float(loop.Tf) + seconds),
     )
@@ -80,9 +80,9 @@ D256 = Decision(
     "A cut name could be that of another loop. An export of ISPSoft with 1,317 symbols has names of up to 34 "
     "characters, 1,088 of them of more than 16; none is known with a longer one.",
 )
-LONGEST = 34
+MAX_SYMBOL = 34
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-BREAK = re.compile(r"[ .\-/#]+")
+WORD_BREAK = re.compile(r"[ .\-/#]+")
 SUFFIXES = {
     "PID_RUN": "RUN",
     "PID_MODE": "MODE",
@@ -101,18 +101,18 @@ SUFFIXES = {
     "I_MV": "IMV",
 }
 """Ends of identifiers; the others are the operand's name."""
-LONGEST_LOOP = LONGEST - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
+MAX_LOOP_NAME = MAX_SYMBOL - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
 
 
 def symbol_name(loop: str, operand: str) -> str:
     """The symbol of an operand of a loop whose name gives one."""
-    return f"{BREAK.sub('_', loop)}_{SUFFIXES.get(operand, operand)}"
+    return f"{WORD_BREAK.sub('_', loop)}_{SUFFIXES.get(operand, operand)}"
 
 
-def unusable(loop: str) -> str | None:
+def unusable_reason(loop: str) -> str | None:
     """Why a loop's name gives no symbols; None: it does."""
-    if not IDENTIFIER.fullmatch(BREAK.sub("_", loop)):
+    if not IDENTIFIER.fullmatch(WORD_BREAK.sub("_", loop)):
         return "it must begin with a letter; letters, digits and signs may follow"
-    if len(loop) > LONGEST_LOOP:
-        return f"it has {len(loop)} characters; at most {LONGEST_LOOP} leave room for the suffix"
+    if len(loop) > MAX_LOOP_NAME:
+        return f"it has {len(loop)} characters; at most {MAX_LOOP_NAME} leave room for the suffix"
     return None

@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from pidcfg.encoders.dpide.image import SUFFIXES
-from pidcfg.encoders.dpide.symbols import Row, Table, parse, registers_of, units_in_comments
+from pidcfg.encoders.dpide.symbols import Row, Table, parse_symbols, registers_of, units_in_comments
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import ParameterListing
-from pidcfg.encoders.parameters import Content, Elsewhere, Parameter, read_content
+from pidcfg.encoders.parameters import Content, Parameter, UnknownContent, read_content
 from pidcfg.encoders.structured_text import (
     END,
-    ENDS,
     NAME,
     NUMBER,
     QUALIFIERS,
+    STATEMENT_ENDS,
     TRUTHS,
     TYPED_LITERAL,
     VARIABLES,
@@ -26,9 +26,9 @@ from pidcfg.encoders.structured_text import (
     Cursor,
     Declaration,
     Token,
-    declarations,
     number_of,
-    statement,
+    read_declarations,
+    read_statement,
     tokens_of,
 )
 from pidcfg.schemas.dpide import BLOCK_REGISTERS, parse_flag_device, parse_register
@@ -122,7 +122,7 @@ ALWAYS = "SM400"
 """The bit that enables what is always executed (D604)."""
 IN_OUT = (*WRITTEN_BY_AUTOTUNE, "MOUT", "I_MV")
 """What a function block has as VAR_IN_OUT (D605)."""
-OPERANDS = tuple(row.name for row in DPIDE_TABLE.rows)
+OPERAND_NAMES = tuple(row.name for row in DPIDE_TABLE.rows)
 """All operands in the manual's order."""
 WITHOUT_NUMBER = frozenset(OUTSIDE)
 """Operands that cannot be numbers: the process or the instruction writes them."""
@@ -133,16 +133,16 @@ WIDTH, INSTANCE = "WIDTH", "FB"
 # --- A text as programs and function blocks, and their statements one by one with the conditions around them ----------
 
 UNITS = ("PROGRAM", "FUNCTION_BLOCK")
-SKIPPED = ("FUNCTION", "TYPE")
+SKIPPED_UNITS = ("FUNCTION", "TYPE")
 """What has no place for the instruction, and is left out up to its end."""
-THEN = frozenset(("THEN",))
+THEN_WORD = frozenset(("THEN",))
 
 
 class Guard(NamedTuple):
     """A condition around a statement; one that is not ``plain`` is of ELSE, ELSIF or what comes behind one."""
 
     tokens: tuple[Token, ...]
-    plain: bool = True
+    is_plain: bool = True
 
 
 class Step(NamedTuple):
@@ -152,14 +152,14 @@ class Step(NamedTuple):
     guards: tuple[Guard, ...] = ()
 
     @property
-    def first(self) -> Token:
+    def first_token(self) -> Token:
         """Where it begins."""
         return self.tokens[0]
 
     @property
     def is_compound(self) -> bool:
         """Whether others are inside."""
-        return self.first.kind == NAME and self.first.upper in ENDS
+        return self.first_token.kind == NAME and self.first_token.upper in STATEMENT_ENDS
 
 
 @dataclass(slots=True)
@@ -175,52 +175,54 @@ class Unit:
 def units_of(text: str) -> tuple[list[Unit], list[Comment], list[int]]:
     """Units, comments, and the lines of what is skipped; raises `ListingError` at what cannot be read."""
     tokens, comments = tokens_of(text)
-    cursor, bare, skipped = Cursor(tokens), Unit(), list[int]()
-    units = [bare]
-    while cursor.here.kind != END:
-        word = cursor.here.upper if cursor.here.kind == NAME else ""
+    cursor, outside, skipped_lines = Cursor(tokens), Unit(), list[int]()
+    units = [outside]
+    while cursor.next_token.kind != END:
+        word = cursor.next_token.upper if cursor.next_token.kind == NAME else ""
         if word in UNITS:
-            units.append(_unit(cursor))
-        elif word in SKIPPED:
-            skipped.append(cursor.here.line)
-            _skip(cursor)
+            units.append(_read_unit(cursor))
+        elif word in SKIPPED_UNITS:
+            skipped_lines.append(cursor.next_token.line)
+            _skip_unit(cursor)
         else:
-            _part(cursor, bare)
-    return units, comments, skipped
+            _read_part(cursor, outside)
+    return units, comments, skipped_lines
 
 
-def _unit(cursor: Cursor) -> Unit:
+def _read_unit(cursor: Cursor) -> Unit:
     """A program or a function block up to its end."""
-    head = cursor.take()
-    name = cursor.take()
+    head = cursor.take_token()
+    name = cursor.take_token()
     if name.kind != NAME:
         raise name.error(f"a name is missing after {head.text}, before {name.text!r}")
     unit, end = Unit(head.upper, name), f"END_{head.upper}"
-    while cursor.here.upper != end:
-        if cursor.here.kind == END or cursor.here.upper in UNITS:
+    while cursor.next_token.upper != end:
+        if cursor.next_token.kind == END or cursor.next_token.upper in UNITS:
             raise head.error(f"{head.text} {name.text} has no {end}")
-        _part(cursor, unit)
-    cursor.take()
+        _read_part(cursor, unit)
+    cursor.take_token()
     return unit
 
 
-def _part(cursor: Cursor, unit: Unit) -> None:
+def _read_part(cursor: Cursor, unit: Unit) -> None:
     """A block of variables, or a statement."""
-    if cursor.here.kind == NAME and cursor.here.upper in VARIABLES:
-        unit.declarations += declarations(cursor)
+    if cursor.next_token.kind == NAME and cursor.next_token.upper in VARIABLES:
+        unit.declarations += read_declarations(cursor)
         return
-    if cursor.here.kind == NAME and (cursor.here.upper.startswith("END_") or cursor.here.upper in QUALIFIERS):
-        raise cursor.here.error(f"{cursor.here.text} stands here without its beginning")
-    for whole in statement(cursor):
-        unit.steps += steps_of(whole.tokens)
+    if cursor.next_token.kind == NAME and (
+        cursor.next_token.upper.startswith("END_") or cursor.next_token.upper in QUALIFIERS
+    ):
+        raise cursor.next_token.error(f"{cursor.next_token.text} stands here without its beginning")
+    for statement_read in read_statement(cursor):
+        unit.steps += steps_of(statement_read.tokens)
 
 
-def _skip(cursor: Cursor) -> None:
-    head = cursor.take()
-    while cursor.here.upper != f"END_{head.upper}":
-        if cursor.take().kind == END:
+def _skip_unit(cursor: Cursor) -> None:
+    head = cursor.take_token()
+    while cursor.next_token.upper != f"END_{head.upper}":
+        if cursor.take_token().kind == END:
             raise head.error(f"{head.text} has no END_{head.upper}")
-    cursor.take()
+    cursor.take_token()
 
 
 def steps_of(tokens: tuple[Token, ...], guards: tuple[Guard, ...] = ()) -> Iterator[Step]:
@@ -229,22 +231,22 @@ def steps_of(tokens: tuple[Token, ...], guards: tuple[Guard, ...] = ()) -> Itera
         yield Step(tokens, guards)
         return
     cursor, is_first = Cursor(tokens), True
-    while cursor.take().upper in {"IF", "ELSIF"}:
-        condition = cursor.until(THEN)
-        word = cursor.expect("THEN", "the condition of IF")
+    while cursor.take_token().upper in {"IF", "ELSIF"}:
+        condition = cursor.take_until(THEN_WORD)
+        word = cursor.expect_token("THEN", "the condition of IF")
         if not condition:
             raise word.error("a condition is missing before THEN")
-        yield from _body(cursor, (*guards, Guard(condition, is_first)))
+        yield from _body_steps(cursor, (*guards, Guard(condition, is_first)))
         is_first = False
-    if cursor.tokens[cursor.at - 1].upper == "ELSE":
-        yield from _body(cursor, (*guards, Guard((cursor.tokens[cursor.at - 1],), plain=False)))
+    if cursor.tokens[cursor.position - 1].upper == "ELSE":
+        yield from _body_steps(cursor, (*guards, Guard((cursor.tokens[cursor.position - 1],), is_plain=False)))
 
 
-def _body(cursor: Cursor, guards: tuple[Guard, ...]) -> Iterator[Step]:
-    while cursor.here.upper not in {"ELSIF", "ELSE", "END_IF"}:
-        if cursor.here.kind == END:
-            raise cursor.here.error("END_IF is missing")
-        for inner in statement(cursor):
+def _body_steps(cursor: Cursor, guards: tuple[Guard, ...]) -> Iterator[Step]:
+    while cursor.next_token.upper not in {"ELSIF", "ELSE", "END_IF"}:
+        if cursor.next_token.kind == END:
+            raise cursor.next_token.error("END_IF is missing")
+        for inner in read_statement(cursor):
             yield from steps_of(inner.tokens, guards)
 
 
@@ -253,9 +255,9 @@ def _body(cursor: Cursor, guards: tuple[Guard, ...]) -> Iterator[Step]:
 DEVICE = re.compile(r"(?:X|Y|M|SM|S|D|SR|T|C|HC|E|FR)\d+(?:\.\d+)?", re.IGNORECASE)
 CONSTANT = re.compile(r"([KF])([-+]?[0-9.]+(?:E[-+]?[0-9]+)?)", re.IGNORECASE)
 """A number with its sign of ISPSoft before it: K whole, F real."""
-SAME_TYPE = {"DINT": frozenset(("DINT", "DWORD"))}
+COMPATIBLE_TYPES = {"DINT": frozenset(("DINT", "DWORD"))}
 """Types of a variable that an operand takes; the manual's table has both of these."""
-WHOLE = re.compile(r"[-+]?[0-9]+")
+WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
 
 
 class Symbol(NamedTuple):
@@ -277,7 +279,7 @@ class Binding(NamedTuple):
     content: Content | None = None
     device: str = ""
     symbol: str = ""
-    declared: Symbol | None = None
+    declared_symbol: Symbol | None = None
 
     @property
     def text(self) -> str:
@@ -287,7 +289,11 @@ class Binding(NamedTuple):
     @property
     def names(self) -> set[str]:
         """What it is called in statements, in capitals: its symbol, and its device."""
-        return {name.upper() for name in (self.text, self.device, self.declared.name if self.declared else "") if name}
+        return {
+            name.upper()
+            for name in (self.text, self.device, self.declared_symbol.name if self.declared_symbol else "")
+            if name
+        }
 
 
 def join_tokens(tokens: Iterable[Token]) -> str:
@@ -300,10 +306,10 @@ class Scope:
     """The variables of a unit and those of all units, in capitals, since the language ignores case."""
 
     symbols: dict[str, Symbol] = field(default_factory=dict)
-    at: dict[str, Symbol] = field(default_factory=dict)
+    by_device: dict[str, Symbol] = field(default_factory=dict)
     """The variable that stands at a device."""
 
-    def declare(self, declarations: Iterable[Declaration]) -> None:
+    def add_declarations(self, declarations: Iterable[Declaration]) -> None:
         """Takes variables; a name twice is refused."""
         for declaration in declarations:
             upper = declaration.name.upper
@@ -315,51 +321,51 @@ class Scope:
                 raise declaration.address[0].error(f"{text[:40]} is no device of the PLC; write it like D100 or M10")
             self.symbols[upper] = Symbol(declaration, device)
             if device:
-                self.at.setdefault(device, self.symbols[upper])
+                self.by_device.setdefault(device, self.symbols[upper])
 
     # --- operands ----------------------------------------------------------------------------------------------------
 
-    def bind(self, row: Parameter, tokens: tuple[Token, ...]) -> Binding:
+    def bind_operand(self, row: Parameter, tokens: tuple[Token, ...]) -> Binding:
         """What stands at an operand; raises `ListingError` for what it does not take."""
         text, first = join_tokens(tokens), tokens[0]
         symbol = self.symbols.get(text.upper())
         if symbol is not None:
             self._check_type(row, symbol, first)
             device = device_of(row, symbol.device, first) if symbol.device else ""
-            return Binding(tokens, device=device, symbol=symbol.name, declared=symbol)
+            return Binding(tokens, device=device, symbol=symbol.name, declared_symbol=symbol)
         if DEVICE.fullmatch(text):
             device = device_of(row, text.upper(), first)
-            return Binding(tokens, device=device, declared=self.at.get(device))
+            return Binding(tokens, device=device, declared_symbol=self.by_device.get(device))
         if is_constant(tokens):
             if row.name in WITHOUT_NUMBER:
                 who = "the process" if row.name == "PV" else "the instruction"
                 raise first.error(
                     f"{row.name}: {who} writes it, so that it cannot be {text}; write a symbol or a device"
                 )
-            return Binding(tokens, content=constant(row, tokens))
+            return Binding(tokens, content=constant_content(row, tokens))
         if len(tokens) == 1 and first.kind == NAME:
             return Binding(tokens, symbol=first.text)
         kinds = "a symbol or a device" if row.name in WITHOUT_NUMBER else "a number, a symbol or a device"
         raise first.error(f"{row.name}: {text[:60]} is an expression; an operand of DPIDE is {kinds}")
 
     def _check_type(self, row: Parameter, symbol: Symbol, at: Token) -> None:
-        declared = symbol.declaration
-        kind = " ".join(token.upper for token in declared.type)
-        wanted = SAME_TYPE.get(row.type.name, frozenset((row.type.name,)))
-        if row.name == "I_MV" and declared.type and declared.type[0].upper == "ARRAY":
-            taken = len(registers_of(" ".join(token.text for token in declared.type), symbol.device or "D0"))
-            if taken >= BLOCK_REGISTERS:
+        declaration = symbol.declaration
+        kind = " ".join(token.upper for token in declaration.type)
+        types_allowed = COMPATIBLE_TYPES.get(row.type.name, frozenset((row.type.name,)))
+        if row.name == "I_MV" and declaration.type and declaration.type[0].upper == "ARRAY":
+            count = len(registers_of(" ".join(token.text for token in declaration.type), symbol.device or "D0"))
+            if count >= BLOCK_REGISTERS:
                 return
             raise at.error(
-                f"I_MV takes {BLOCK_REGISTERS} registers; {symbol.name} has {taken} (line {declared.name.line})"
+                f"I_MV takes {BLOCK_REGISTERS} registers; {symbol.name} has {count} (line {declaration.name.line})"
             )
-        if kind not in wanted:
-            types = " or ".join(sorted(wanted))
+        if kind not in types_allowed:
+            types = " or ".join(sorted(types_allowed))
             raise at.error(
-                f"{row.name} is {types}; {symbol.name} is declared as {kind[:40]} in line {declared.name.line}"
+                f"{row.name} is {types}; {symbol.name} is declared as {kind[:40]} in line {declaration.name.line}"
             )
 
-    def flag(self, tokens: Sequence[Token]) -> str | None:
+    def flag_device(self, tokens: Sequence[Token]) -> str | None:
         """The bit of the PLC that a condition is; None: it is none, or more than one."""
         text = join_tokens(tokens).upper()
         symbol = self.symbols.get(text)
@@ -370,14 +376,14 @@ class Scope:
             return None
 
 
-def device_of(row: Parameter, device: str, at: Token) -> str:
+def device_of(row: Parameter, device: str, token: Token) -> str:
     """A device that an operand can have; raises `ListingError` with what it can be."""
     try:
         return parse_flag_device(device) if row.type is BOOL else parse_register(device)
     except ValueError as error:
         context = getattr(error, "context", None) or {}
         cure = f"; {context['help']}" if context.get("help") else ""
-        raise at.error(f"{row.name} is {row.type.name}: {error}{cure}") from None
+        raise token.error(f"{row.name} is {row.type.name}: {error}{cure}") from None
 
 
 # --- numbers ---------------------------------------------------------------------------------------------------------
@@ -385,40 +391,42 @@ def device_of(row: Parameter, device: str, at: Token) -> str:
 
 def is_constant(tokens: Sequence[Token]) -> bool:
     """Whether a number or a truth stands here, perhaps with a sign."""
-    rest = [token for token in tokens if token.text not in {"+", "-"}]
+    unsigned = [token for token in tokens if token.text not in {"+", "-"}]
     if CONSTANT.fullmatch(join_tokens(tokens)):
         return True
-    return len(rest) == 1 and (
-        rest[0].kind in {NUMBER, TYPED_LITERAL} or (rest[0].kind == NAME and rest[0].upper in TRUTHS)
+    return len(unsigned) == 1 and (
+        unsigned[0].kind in {NUMBER, TYPED_LITERAL} or (unsigned[0].kind == NAME and unsigned[0].upper in TRUTHS)
     )
 
 
-def constant(row: Parameter, tokens: Sequence[Token], *, initial: bool = False) -> Content:
+def constant_content(row: Parameter, tokens: Sequence[Token], *, initial: bool = False) -> Content:
     """The number at an operand, of exactly its type (D607); ``initial``: as an initial value of one."""
     text = join_tokens(tokens)
     if text.count("+") + text.count("-") > 1 + ("E" in text.upper()):
         raise tokens[0].error(f"{row.name}: {text[:40]} has several signs")
-    value, form = _value(tokens)
+    value, form = _literal_value(tokens)
     content = None
     if initial and form == "whole":
         if row.type is REAL:
             value, form = float(value), "real"
         elif row.type is BOOL and value in {0, 1}:
             value, form = bool(value), "bool"
-    if _fits(row.type, form):
+    if _has_form(row.type, form):
         content = read_content(row.type, value)
     if content is None:
-        raise tokens[0].error(f"{row.name} is {row.type.name}, not {text[:40]}; {_cure(row.type, value, form)}")
+        raise tokens[0].error(
+            f"{row.name} is {row.type.name}, not {text[:40]}; {_constant_cure(row.type, value, form)}"
+        )
     return content
 
 
-def _value(tokens: Sequence[Token]) -> tuple[bool | int | float, str]:
+def _literal_value(tokens: Sequence[Token]) -> tuple[bool | int | float, str]:
     """The value of a literal and what it is: bool, whole, real or time."""
-    signed = tokens[0].text in {"+", "-"}
+    has_sign = tokens[0].text in {"+", "-"}
     match = CONSTANT.fullmatch(join_tokens(tokens))
     if match is not None:
         text = match.group(2)
-        if match.group(1).upper() == "K" and not WHOLE.fullmatch(text):
+        if match.group(1).upper() == "K" and not WHOLE_NUMBER.fullmatch(text):
             raise tokens[0].error(f"{join_tokens(tokens)[:40]}: K stands before whole numbers")
         try:
             return (int(text), "whole") if match.group(1).upper() == "K" else (float(text), "real")
@@ -426,24 +434,24 @@ def _value(tokens: Sequence[Token]) -> tuple[bool | int | float, str]:
             raise tokens[0].error(f"{join_tokens(tokens)[:40]} is no number") from None
     token = tokens[-1]
     if token.kind == NAME:
-        return TRUTHS[token.upper], "other" if signed else "bool"
+        return TRUTHS[token.upper], "other" if has_sign else "bool"
     number = number_of(token)
     if isinstance(number, bool):
         return number, "bool"
     if isinstance(number, TimeNumber):
         return float(number), "time"
-    if signed and tokens[0].text == "-":
+    if has_sign and tokens[0].text == "-":
         number = -number
     if isinstance(number, int):
         return number, "real" if token.upper.startswith(("REAL#", "LREAL#")) else "whole"
     return float(number), "real"
 
 
-def _fits(kind: IecType, form: str) -> bool:
+def _has_form(kind: IecType, form: str) -> bool:
     return {"bool": form == "bool", "whole": form == "whole", "real": form == "real"}[kind.kind]
 
 
-def _cure(kind: IecType, value: float, form: str) -> str:
+def _constant_cure(kind: IecType, value: float, form: str) -> str:
     """What to write instead."""
     if kind is BOOL:
         return "write TRUE or FALSE"
@@ -456,16 +464,14 @@ def _cure(kind: IecType, value: float, form: str) -> str:
     return f"write a whole number from {kind.low} to {kind.high}"
 
 
-def initial_value(row: Parameter, declared: Symbol | None) -> Content | None:
+def initial_value(row: Parameter, symbol: Symbol | None) -> Content | None:
     """What a variable holds at first, where its declaration says that."""
-    initial = None if declared is None else declared.declaration.initial
-    if declared is None or not initial or isinstance(initial, dict):
+    initial = None if symbol is None else symbol.declaration.initial
+    if symbol is None or not initial or isinstance(initial, dict):
         return None
     if not is_constant(initial):
-        raise ListingError(
-            f"{declared.name} begins with something that is no number", initial[0].line, initial[0].column
-        )
-    return constant(row, initial, initial=True)
+        raise ListingError(f"{symbol.name} begins with something that is no number", initial[0].line, initial[0].column)
+    return constant_content(row, initial, initial=True)
 
 
 # --- A symbol table of ISPSoft to a listing: the loops whose symbols have the names that pidcfg gives them (D610) -----
@@ -490,13 +496,13 @@ class SymbolListing(ParameterListing):
 
 def read_symbols(text: str) -> Listing:
     """The loops of a symbol table; raises `ListingError` at a row that is none."""
-    listing = SymbolListing(table=parse(text.lstrip("\ufeff")))
-    listing.settings = tuple(_loops(listing))
-    listing.mixed = True
+    listing = SymbolListing(table=parse_symbols(text.lstrip("\ufeff")))
+    listing.settings = tuple(_loop_settings(listing))
+    listing.is_mixed = True
     return listing
 
 
-def _loops(listing: SymbolListing) -> Iterator[Data]:
+def _loop_settings(listing: SymbolListing) -> Iterator[Data]:
     rows = listing.table.by_name
     for block in [row for row in listing.table.rows if any(row.cells) and _is_block(row)]:
         loop = block.name[: -len(BLOCK_SUFFIX)]
@@ -516,7 +522,7 @@ def _loops(listing: SymbolListing) -> Iterator[Data]:
             if operand in {"I_MV", "MV"} or (operand == "PV" and content is None):
                 continue
             full = f"{loop}.{operand}"
-            listing.add(full, Elsewhere(row.name) if content is None else content, full, row.line)
+            listing.add(full, UnknownContent(row.name) if content is None else content, full, row.line)
         entry: dict[str, object] = {"loop": loop}
         entry |= {"device": devices.pop("I_MV")} if "I_MV" in devices else {}
         units = units_in_comments({operand: rows[name].comment for operand, name in names.items()})
@@ -541,4 +547,4 @@ def value_in(row: Parameter, symbol: Row) -> Content | None:
     tokens = tokens_of(symbol.value, symbol.line)[0][:-1]
     if not is_constant(tokens):
         raise ListingError(f"{symbol.name} begins with {symbol.value[:40]}, which is no number", symbol.line)
-    return constant(row, tokens, initial=True)
+    return constant_content(row, tokens, initial=True)

@@ -7,16 +7,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from pidcfg.encoders.dpide.image import symbol_name, unusable
+from pidcfg.encoders.dpide.image import symbol_name, unusable_reason
 from pidcfg.encoders.image import Settings
 from pidcfg.encoders.listing import (
     CONFLICT,
     Listing,
     ListingError,
     UnwritableError,
-    comments,
     csv_text,
     load_json,
+    settings_comments,
     table_rows,
 )
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
@@ -37,7 +37,7 @@ from pidcfg.text.signs import to_printable
 # and devices are taken from their column.
 
 OPERAND_COLUMNS = ("operand", "type", "device", "value", "unit", "description", "loop")
-SAME_TYPE = {"DINT": "DWORD"}
+OTHER_TYPES = {"DINT": "DWORD"}
 """Types that the manual names as well."""
 
 
@@ -47,11 +47,11 @@ def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
     rows: list[tuple[str, ...]] = []
     for settings in image.settings:
         entries = {cell.field: cell for cell in image.cells if cell.loop == settings["loop"]}
-        rows += (_row(row, entries, settings) for row in DPIDE_TABLE.rows)
-    return csv_text(OPERAND_COLUMNS, rows, comments(image))
+        rows += (_operand_row(row, entries, settings) for row in DPIDE_TABLE.rows)
+    return csv_text(OPERAND_COLUMNS, rows, settings_comments(image))
 
 
-def _row(row: Parameter, entries: Mapping[str, Entry], settings: Settings) -> tuple[str, ...]:
+def _operand_row(row: Parameter, entries: Mapping[str, Entry], settings: Settings) -> tuple[str, ...]:
     entry = entries.get(row.name)
     value = "" if entry is None or row.name == "I_MV" else content_text(row.type, entry.content)
     device = device_of(settings, row.name) or ""
@@ -78,13 +78,13 @@ def read_operands(text: str) -> Listing:
     listing = Listing()
     devices: dict[str, dict[str, str]] = {}
     for number, row in table_rows(text, listing, required=("operand", "value")):
-        loop, operand = _named(row)
+        loop, operand = _loop_and_operand(row)
         kind = ROWS.get(operand)
         if kind is None or not _is_name(loop):
             raise ListingError(
                 f"{row['operand'][:60]!r} is not an operand of a loop; the table has columns operand and loop", number
             )
-        if row.get("type") and row["type"] not in {kind.type.name, SAME_TYPE.get(kind.type.name)}:
+        if row.get("type") and row["type"] not in {kind.type.name, OTHER_TYPES.get(kind.type.name)}:
             raise ListingError(f"{loop}.{operand} is {kind.type.name}, not {row['type'][:20]!r}", number)
         if row["value"]:
             name = f"{loop}.{operand}"
@@ -96,10 +96,10 @@ def read_operands(text: str) -> Listing:
     return listing
 
 
-def _named(row: Mapping[str, str]) -> tuple[str, str]:
+def _loop_and_operand(row: Mapping[str, str]) -> tuple[str, str]:
     """Loop and operand; a loop in its own column may stand before the operand as well."""
     loop = row.get("loop", "")
-    return (loop, row["operand"].removeprefix(f"{loop}.")) if loop else LOOPS.split(row["operand"])
+    return (loop, row["operand"].removeprefix(f"{loop}.")) if loop else LOOPS.split_name(row["operand"])
 
 
 def _is_name(loop: str) -> bool:
@@ -156,7 +156,7 @@ def read_json_devices(text: str) -> Listing:
 def _take_column(listing: Listing, rows: Iterator[tuple[str, object, int]]) -> None:
     devices: dict[str, dict[str, str]] = {}
     for name, device, line in rows:
-        loop, operand = LOOPS.split(name)
+        loop, operand = LOOPS.split_name(name)
         if loop:
             if not isinstance(device, str):
                 raise ListingError(f"{name}: the device is not a text", line)
@@ -176,7 +176,7 @@ D257 = Decision(
 
 COLUMNS = ("Class", "Identifiers", "Address", "Type", "Initial Value", "Comment")
 ENCODING = "gbk"
-ZERO = "0"
+ZERO_TEXT = "0"
 """How exports of ISPSoft write the initial value of a REAL that is 0 (D257)."""
 
 
@@ -195,7 +195,7 @@ class Symbol(NamedTuple):
 def write_symbols(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """A symbol for each operand; raises `UnwritableError` for a loop whose name gives none."""
     del checklist
-    lines = [",".join(COLUMNS), *(symbol_line(symbol) for symbol in symbols(image))]
+    lines = [",".join(COLUMNS), *(symbol_line(symbol) for symbol in make_symbols(image))]
     return "".join(f"{line}\r\n" for line in lines)
 
 
@@ -204,38 +204,38 @@ def symbol_line(symbol: Symbol) -> str:
     return f"VAR,{symbol.name},{symbol.address},{symbol.type},{symbol.value},{symbol.comment}"
 
 
-def symbols(image: Program) -> Iterator[Symbol]:
+def make_symbols(image: Program) -> Iterator[Symbol]:
     """The symbols of all operands; raises `UnwritableError` for a loop whose name gives none."""
-    taken: dict[str, str] = {}
+    loops_by_name: dict[str, str] = {}
     for settings in image.settings:
         contents = {cell.field: cell for cell in image.cells if cell.loop == settings["loop"]}
         dependent = bool(contents["PID_EQ"].raw)
         for row in DPIDE_TABLE.rows:
             name = identifier(str(settings["loop"]), row.name)
-            other = taken.setdefault(name.casefold(), str(settings["loop"]))
+            other = loops_by_name.setdefault(name.casefold(), str(settings["loop"]))
             if other != settings["loop"]:
                 raise UnwritableError(f"loops {other} and {settings['loop']} would share the symbol {name}")
             content = "" if row.name in OUTSIDE else content_text(row.type, contents[row.name].content)
-            content = ZERO if content == "0.0" else content
-            comment = _plain(", ".join(_comment(row, settings, dependent=dependent)))
+            content = ZERO_TEXT if content == "0.0" else content
+            comment = _plain_comment(", ".join(_comment_parts(row, settings, dependent=dependent)))
             device = device_of(settings, row.name) or ""
-            yield Symbol(name, device, row.type.name, content, comment, _registers(row.name, device))
+            yield Symbol(name, device, row.type.name, content, comment, _device_registers(row.name, device))
 
 
-def _registers(operand: str, device: str) -> range:
+def _device_registers(operand: str, device: str) -> range:
     place = device_range(operand, device) if device else None
     return range(place.first, place.last + 1) if place is not None and place.bank == "D" else range(0)
 
 
 def identifier(loop: str, operand: str) -> str:
     """The symbol of an operand; raises `UnwritableError` for a name that gives none."""
-    reason = unusable(loop)
+    reason = unusable_reason(loop)
     if reason is not None:
         raise UnwritableError(f"loop {loop}: no symbols can be made of the name: {reason}")
     return symbol_name(loop, operand)
 
 
-def _comment(row: Parameter, settings: Settings, *, dependent: bool) -> Iterator[str]:
+def _comment_parts(row: Parameter, settings: Settings, *, dependent: bool) -> Iterator[str]:
     yield f"{row.name}: {row.title}"
     if row.name == "I_MV":
         yield f"30 registers {device_range(row.name, settings['device'])}"
@@ -248,20 +248,20 @@ def units_in_comments(comments: Mapping[str, str]) -> dict[str, dict[str, str]]:
 
     ``comments``: of a loop's symbols, by operand.
     """
-    found: dict[str, dict[str, str]] = {}
+    units_by_scale: dict[str, dict[str, str]] = {}
     for scale in ("pv", "output"):
         rows = [row for row in DPIDE_TABLE.rows if row.unit == scale and row.name != "I_MV"]
-        starts = [(_plain(f"{row.name}: {row.title}, "), comments.get(row.name, "")) for row in rows]
+        starts = [(_plain_comment(f"{row.name}: {row.title}, "), comments.get(row.name, "")) for row in rows]
         units = {text.removeprefix(start) for start, text in starts if text.startswith(start)}
         if len(units) == 1 and all(text.startswith(start) for start, text in starts):
-            found[scale] = {"unit": units.pop()}
-    return found
+            units_by_scale[scale] = {"unit": units.pop()}
+    return units_by_scale
 
 
-def _plain(text: str) -> str:
+def _plain_comment(text: str) -> str:
     """A comment without commas and quotes, of characters that GBK has."""
-    bare = text.replace(",", ";").replace('"', "'")
-    return bare.encode(ENCODING, "replace").decode(ENCODING)
+    plain = text.replace(",", ";").replace('"', "'")
+    return plain.encode(ENCODING, "replace").decode(ENCODING)
 
 
 # --- A symbol table of the user's: read as ISPSoft exports it, and the symbols of all loops added to it (D358) --------
@@ -277,12 +277,12 @@ D358 = Decision(
     "As with nicknames (D106); a register of I_MV that something else writes would move the output.",
 )
 
-IDENTIFIER_COLUMN, ADDRESS, TYPE, VALUE = (
+IDENTIFIER_COLUMN, ADDRESS_COLUMN, TYPE_COLUMN, VALUE_COLUMN = (
     COLUMNS.index(name) for name in ("Identifiers", "Address", "Type", "Initial Value")
 )
-LEAST_CELLS = 4
+MIN_CELLS = 4
 """Class, identifier, address and type; the initial value and the comment may be missing."""
-WORDS = {
+TYPE_REGISTERS = {
     "BOOL": 0,
     "WORD": 1,
     "INT": 1,
@@ -315,12 +315,12 @@ class Row:
     @property
     def address(self) -> str:
         """Its device; empty where ISPSoft places it."""
-        return self.cells[ADDRESS].upper()
+        return self.cells[ADDRESS_COLUMN].upper()
 
     @property
     def value(self) -> str:
         """Its initial value; empty where it has none."""
-        return self.cells[VALUE] if len(self.cells) > VALUE else ""
+        return self.cells[VALUE_COLUMN] if len(self.cells) > VALUE_COLUMN else ""
 
     @property
     def comment(self) -> str:
@@ -337,11 +337,11 @@ class Table:
     by_name: dict[str, Row] = field(default_factory=dict)
 
 
-def parse(text: str) -> Table:
+def parse_symbols(text: str) -> Table:
     """The rows of a symbol table; raises `ListingError` with the line of what is none."""
     table = Table()
     for line, raw in enumerate(text.splitlines(keepends=True), start=1):
-        cells = tuple(raw[a:b].strip() for a, b in _spans(raw.rstrip("\r\n")))
+        cells = tuple(raw[a:b].strip() for a, b in _cell_spans(raw.rstrip("\r\n")))
         if not table.head:
             if [cell.casefold() for cell in cells] != [name.casefold() for name in COLUMNS]:
                 raise ListingError(f"the header of a symbol table is {','.join(COLUMNS)}; export it again", line)
@@ -349,7 +349,7 @@ def parse(text: str) -> Table:
             continue
         row = Row(line, raw, cells)
         if any(cells):
-            _check(row, table)
+            _check_row(row, table)
             table.by_name[row.name.casefold()] = row
         table.rows.append(row)
     if not table.head:
@@ -357,10 +357,10 @@ def parse(text: str) -> Table:
     return table
 
 
-def _check(row: Row, table: Table) -> None:
-    if len(row.cells) < LEAST_CELLS:
+def _check_row(row: Row, table: Table) -> None:
+    if len(row.cells) < MIN_CELLS:
         raise ListingError(
-            f"{len(row.cells)} cells; a row has {', '.join(COLUMNS[:LEAST_CELLS])}, and may have a value and a comment",
+            f"{len(row.cells)} cells; a row has {', '.join(COLUMNS[:MIN_CELLS])}, and may have a value and a comment",
             row.line,
         )
     if not row.name:
@@ -370,7 +370,7 @@ def _check(row: Row, table: Table) -> None:
         raise ListingError(f"the symbol {row.name[:60]} stands here again, after line {other.line}", row.line)
 
 
-def _spans(line: str) -> Iterator[tuple[int, int]]:
+def _cell_spans(line: str) -> Iterator[tuple[int, int]]:
     """Where the cells of a line stand; commas in brackets (arrays) and in the comment separate nothing."""
     start = depth = count = 0
     for i, sign in enumerate(line):
@@ -383,11 +383,11 @@ def _spans(line: str) -> Iterator[tuple[int, int]]:
 
 def registers_of(kind: str, address: str) -> range:
     """The D registers of a symbol: none on other devices, and one where the type's length is not known."""
-    found = REGISTER.fullmatch(address.split(".", maxsplit=1)[0])
-    if found is None:
+    match = REGISTER.fullmatch(address.split(".", maxsplit=1)[0])
+    if match is None:
         return range(0)
-    first, array = int(found[1]), ARRAY.fullmatch(kind)
-    words = WORDS.get((array[3] if array else kind).upper(), 1)
+    first, array = int(match[1]), ARRAY.fullmatch(kind)
+    words = TYPE_REGISTERS.get((array[3] if array else kind).upper(), 1)
     if array:
         words *= int(array[2]) - int(array[1]) + 1
     return range(first, first + (1 if "." in address else max(words, 1)))
@@ -395,44 +395,46 @@ def registers_of(kind: str, address: str) -> range:
 
 def merge_symbols(image: Program, text: str) -> tuple[str, tuple[str, ...]]:
     """The text of the user's table with the symbols of all loops, and what was done."""
-    table = parse(text)
-    taken = [(row, registers_of(row.cells[TYPE], row.address)) for row in table.rows if len(row.cells) > TYPE]
-    renewed: dict[int, str] = {}
+    table = parse_symbols(text)
+    placed_rows = [
+        (row, registers_of(row.cells[TYPE_COLUMN], row.address)) for row in table.rows if len(row.cells) > TYPE_COLUMN
+    ]
+    renewed_rows: dict[int, str] = {}
     created: list[str] = []
-    same: list[str] = []
+    unchanged: list[str] = []
     notes: list[str] = []
-    for symbol in symbols(image):
-        called = table.by_name.get(symbol.name.casefold())
-        if called is not None and called.address == symbol.address.upper():
-            same.append(symbol.name)
-            if symbol.value and not _equal(called.value, symbol.value):
-                renewed[called.line] = _with_value(called, symbol.value)
-                before = called.value or "none"
+    for symbol in make_symbols(image):
+        same_name = table.by_name.get(symbol.name.casefold())
+        if same_name is not None and same_name.address == symbol.address.upper():
+            unchanged.append(symbol.name)
+            if symbol.value and not _has_same_value(same_name.value, symbol.value):
+                renewed_rows[same_name.line] = _with_value(same_name, symbol.value)
+                before = same_name.value or "none"
                 notes.append(f"initial value renewed: {symbol.name} ({symbol.address}), {before} to {symbol.value}")
             continue
-        reasons = list(_reasons(symbol, called, taken))
+        reasons = list(_conflict_reasons(symbol, same_name, placed_rows))
         if reasons:
-            where = symbol.address or "no device"
-            why = " and ".join(reasons)
-            notes.append(f"{CONFLICT}, left as it is: {symbol.name} ({where}) was not created, since {why}")
+            device = symbol.address or "no device"
+            reason_text = " and ".join(reasons)
+            notes.append(f"{CONFLICT}, left as it is: {symbol.name} ({device}) was not created, since {reason_text}")
         else:
             created.append(symbol_line(symbol))
     end = "\n" if "\r\n" not in table.head and table.head.endswith("\n") else "\r\n"
-    body = table.head + "".join(renewed.get(row.line, row.raw) for row in table.rows)
+    body = table.head + "".join(renewed_rows.get(row.line, row.raw) for row in table.rows)
     if created and not body.endswith(("\n", "\r")):
         body += end
     merged = body + "".join(line + end for line in created)
-    if len(parse(merged).by_name) != len(table.by_name) + len(created):
+    if len(parse_symbols(merged).by_name) != len(table.by_name) + len(created):
         raise ListingError("the symbols could not be added to this file")
-    return merged, (f"created {len(created)}, already there: {len(same)}", *notes)
+    return merged, (f"created {len(created)}, already there: {len(unchanged)}", *notes)
 
 
-def _reasons(symbol: Symbol, called: Row | None, taken: list[tuple[Row, range]]) -> Iterator[str]:
+def _conflict_reasons(symbol: Symbol, same_name: Row | None, placed_rows: list[tuple[Row, range]]) -> Iterator[str]:
     """Why a symbol is not added."""
-    if called is not None:
-        yield f"the symbol is that of {called.address or 'a variable without a device'} in line {called.line}"
-    for row, registers in taken:
-        if row is called or not symbol.address or not row.address:
+    if same_name is not None:
+        yield f"the symbol is that of {same_name.address or 'a variable without a device'} in line {same_name.line}"
+    for row, registers in placed_rows:
+        if row is same_name or not symbol.address or not row.address:
             continue
         shared = range(max(registers.start, symbol.registers.start), min(registers.stop, symbol.registers.stop))
         bits = "." in row.address and "." in symbol.address
@@ -441,7 +443,7 @@ def _reasons(symbol: Symbol, called: Row | None, taken: list[tuple[Row, range]])
             return
 
 
-def _equal(value: str, other: str) -> bool:
+def _has_same_value(value: str, other: str) -> bool:
     """Whether two initial values are the same, however they are written."""
     if value.upper() == other.upper() or {"0": "FALSE", "1": "TRUE"}.get(value) == other:
         return True
@@ -450,9 +452,9 @@ def _equal(value: str, other: str) -> bool:
 
 def _with_value(row: Row, value: str) -> str:
     """A row's text with another initial value; every other character as it was."""
-    bare = row.raw.rstrip("\r\n")
-    spans = [*_spans(bare)]
-    if len(spans) <= VALUE:
-        return f"{bare},{value}{row.raw[len(bare) :]}"
-    start, stop = spans[VALUE]
-    return bare[:start] + value + row.raw[stop:]
+    line = row.raw.rstrip("\r\n")
+    spans = [*_cell_spans(line)]
+    if len(spans) <= VALUE_COLUMN:
+        return f"{line},{value}{row.raw[len(line) :]}"
+    start, stop = spans[VALUE_COLUMN]
+    return line[:start] + value + row.raw[stop:]

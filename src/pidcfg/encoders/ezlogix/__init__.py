@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pidcfg.encoders import Option, listed, one_of
+from pidcfg.encoders import Option, read_choice, read_per_loop
 
 # --- What EZLogix listings do not say of a loop, and where blocks and tags of converted loops go ----------------------
 
 FORMATS = ("text", "csv", "json", "tags", "modbus-map")
 
 
-def _block(key: str) -> Callable[[str], str]:
+def _read_block_address(key: str) -> Callable[[str], str]:
     """A reader of addresses of the bank that a block is in."""
 
     def address(text: str) -> str:
@@ -23,7 +23,7 @@ def _block(key: str) -> Callable[[str], str]:
     return address
 
 
-def _tag(*prefixes: str) -> Callable[[str], str]:
+def _read_tag(*prefixes: str) -> Callable[[str], str]:
     """A reader of tags with one of these prefixes."""
 
     def tag(text: str) -> str:
@@ -34,11 +34,11 @@ def _tag(*prefixes: str) -> Callable[[str], str]:
     return tag
 
 
-def _output(text: str) -> dict[str, str] | None:
-    return None if text == "none" else {"tag": _tag("O")(text)}
+def _read_output_tag(text: str) -> dict[str, str] | None:
+    return None if text == "none" else {"tag": _read_tag("O")(text)}
 
 
-def _counts(text: str) -> tuple[int, int]:
+def _read_counts(text: str) -> tuple[int, int]:
     from pidcfg.schemas.ezlogix import parse_counts
 
     low, _, high = text.partition("-")
@@ -48,26 +48,26 @@ def _counts(text: str) -> tuple[int, int]:
 # fmt: off
 BLOCKS = (
     Option("registers", "R,R…", "Where each loop's registers begin.", "R100,R132",
-           listed(_block("registers")), needed=True),
+           read_per_loop(_read_block_address("registers")), needed=True),
     Option("discretes", "S,S…", "Where each loop's discretes begin.", "S100,S108",
-           listed(_block("discretes")), needed=True),
+           read_per_loop(_read_block_address("discretes")), needed=True),
 )
 DIALOG = (
     Option("action", "direct|reverse,…", "Each loop's controller action; reverse is heating.", "reverse",
-           listed(one_of("direct", "reverse")), needed=True),
+           read_per_loop(read_choice("direct", "reverse")), needed=True),
     Option("algorithm", "position|velocity,…", "Each loop's algorithm.", "position",
-           listed(one_of("position", "velocity")), needed=True),
+           read_per_loop(read_choice("position", "velocity")), needed=True),
 )
 TAGS = (
     Option("pv_tag", "IR|R,…", "The tag of each loop's PV.", "IR1,IR2",
-           listed(_tag("IR", "R")), needed=True),
+           read_per_loop(_read_tag("IR", "R")), needed=True),
     Option("cv_tag", "OR|R,…", "The tag of each loop's CV.", "OR1,OR2",
-           listed(_tag("OR", "R")), needed=True),
+           read_per_loop(_read_tag("OR", "R")), needed=True),
     Option("output_tag", "O|none,…", "The tag of each loop's control output; none: not enabled.", "O1,none",
-           listed(_output)),
+           read_per_loop(_read_output_tag)),
 )
 PV_COUNTS = Option("pv_counts", "LOW-HIGH,…", "Counts at both ends of each loop's PV range.", "0-32767",
-                   listed(_counts))
+                   read_per_loop(_read_counts))
 # fmt: on
 DECODE_OPTIONS = (*BLOCKS, *DIALOG, *TAGS)
 CONVERT_OPTIONS = (*BLOCKS, *TAGS, PV_COUNTS)

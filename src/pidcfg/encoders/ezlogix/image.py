@@ -16,13 +16,13 @@ from pidcfg.encoders.image import (
     Settings,
     defaults_of,
     file_data,
-    present,
     read_loops,
     read_settings,
     settings_of,
     settings_values,
     values_of,
     with_options,
+    without_none,
 )
 from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, CV, MAP_SPACE, SPACE, TABLES, TUNED, counts_format
 from pidcfg.encoders.regmap import LoopTuning
@@ -46,22 +46,22 @@ from pidcfg.text.paths import Data
 
 # --- An EZLogix configuration to its registers and discretes ----------------------------------------------------------
 
-EXPLICIT = frozenset({"output.pulse"})
+EXPLICIT_FIELDS = frozenset({"output.pulse"})
 """Without it the control output is not enabled, which no register holds."""
 
 
 def encode(config: EzlogixFile) -> Encoding:
     """Both blocks of every loop; what the PLC itself writes, and the request to tune, are 0."""
-    blocks = tuple(block for i, loop in enumerate(config.loops) for block in _blocks(i, loop))
-    settings = tuple(settings_of(LoopSettings, loop, BANKS, EXPLICIT) for loop in config.loops)
+    blocks = tuple(block for i, loop in enumerate(config.loops) for block in _loop_blocks(i, loop))
+    settings = tuple(settings_of(LoopSettings, loop, BANKS, EXPLICIT_FIELDS) for loop in config.loops)
     return Encoding("ezlogix", blocks, SPACE, settings, _plc_settings(config))
 
 
-def _blocks(i: int, loop: Loop) -> Iterator[Block]:
+def _loop_blocks(i: int, loop: Loop) -> Iterator[Block]:
     scales = scales_of(loop.pv, loop.output, root=loop.pv.square_root)
     values = values_of(loop, TABLES, unset_limits(scales))
     for key, (prefix, table) in BLOCKS.items():
-        start = SPACE.number(prefix, getattr(loop, key))
+        start = SPACE.number_of(prefix, getattr(loop, key))
         yield Block(("loops", i), start, table, table.encode(values, scales), loop.name, scales=scales)
 
 
@@ -79,7 +79,7 @@ def unset_limits(scales: Mapping[str, Scale]) -> Data:
 def _plc_settings(config: EzlogixFile) -> dict[str, object]:
     """What no register holds for the whole file; that the PLC goes on when it is stopped, always."""
     names = config.plc.tag_names
-    return present(
+    return without_none(
         {
             "name": config.name,
             "description": config.description,
@@ -106,13 +106,13 @@ LOOP_OPTIONS = (
     LoopOption(("output", "pulse"), "output_tag", "whether there is a control output", needed=False),
 )
 """What options say when no settings stand beside the registers."""
-TIMES = ("tuning.integral_time", "tuning.derivative_time")
+TERM_TIMES = ("tuning.integral_time", "tuning.derivative_time")
 """Times of terms that 0 switches off."""
 PV_WORDS = ("setpoint", "deadband", "setpoint_low", "setpoint_high")
 """Registers on the PV's scale."""
-WHOLE_REGISTER = (0, WORD_MAX)
+REGISTER_RANGE = (0, WORD_MAX)
 """Counts of a PV that is scaled by the ladder program."""
-ALWAYS = frozenset({"mode", *TIMES})
+ALWAYS_WRITTEN = frozenset({"mode", *TERM_TIMES})
 """Fields that are written even where they are defaults."""
 
 
@@ -130,55 +130,58 @@ def decode(
     entries = with_options(settings, options or {}, LOOP_OPTIONS)
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     loops, notes = [], []
-    for given, (registers, discretes) in read_loops(LoopSettings, entries, words, SPACE, BLOCKS):
-        _know_pulses(given, registers)
-        loop, counted = _know_counts(given, registers, discretes)
-        notes += counted
-        loops.append(_loop(loop, registers, discretes))
-        notes += [*registers.left_out(), *discretes.left_out()]
+    for loop_settings, (registers, discretes) in read_loops(LoopSettings, entries, words, SPACE, BLOCKS):
+        _require_pulses(loop_settings, registers)
+        loop, count_notes = _complete_counts(loop_settings, registers, discretes)
+        notes += count_notes
+        loops.append(_loop_data(loop, registers, discretes))
+        notes += [*registers.note_omitted(), *discretes.note_omitted()]
     data: Data = {"pidcfg": 1, "vendor": "ezlogix"}
-    data |= present({"name": plc_settings.name, "description": plc_settings.description})
+    data |= without_none({"name": plc_settings.name, "description": plc_settings.description})
     section = file_data(Plc, dict(plc_settings))
     if not plc:
         notes.append("process_when_stopped is taken as true, the dialog's default; no register holds it")
     return Decoded({**data, **({"plc": section} if section else {}), "loops": loops}, tuple(notes))
 
 
-def _know_pulses(settings: LoopSettings, registers: LoopBlock) -> None:
+def _require_pulses(settings: LoopSettings, registers: LoopBlock) -> None:
     """A cycle time without a word on the control output could be either."""
-    if registers.word("cycle_time") and "pulse" not in settings.output.model_fields_set:
+    if registers.raw_word("cycle_time") and "pulse" not in settings.output.model_fields_set:
         raise DecodeError(
             f"{settings.loop}: {registers.address('cycle_time')} holds a cycle time, but the listing does not say "
             "whether the control output is enabled; give --output-tag (none: it is not)",
-            registers.start + registers.table.offset("cycle_time"),
+            registers.start + registers.table.offset_of("cycle_time"),
         )
 
 
-def _know_counts(settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock) -> tuple[LoopSettings, list[str]]:
+def _complete_counts(
+    settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock
+) -> tuple[LoopSettings, list[str]]:
     """The settings with all counts that a register holds where the PV's registers go beyond 4095 (D951), and a note."""
-    top = scales_of(settings.pv, settings.output, root=bool(discretes.word("square_root")))["sp"].top
-    most = max(PV_WORDS, key=registers.word)
-    if settings.pv.counts is not None or registers.word(most) <= top:
+    top = scales_of(settings.pv, settings.output, root=bool(discretes.raw_word("square_root")))["sp"].top_counts
+    largest = max(PV_WORDS, key=registers.raw_word)
+    if settings.pv.counts is not None or registers.raw_word(largest) <= top:
         return settings, []
-    beyond = f"{settings.loop}: {registers.address(most)} ({most}) holds {registers.word(most)}, more than {top}"
+    held = registers.raw_word(largest)
+    problem = f"{settings.loop}: {registers.address(largest)} ({largest}) holds {held}, more than {top}"
     if settings.pv.range is not None:
-        return settings, [f"{beyond}, the end of pv.range: say in pv.counts which counts its ends are"]
-    taken = f"pv.counts is taken as {[*WHOLE_REGISTER]}, all that a register holds (D951)"
-    pv = settings.pv.model_copy(update={"counts": WHOLE_REGISTER})
-    better = "write what it holds at the ends of its range, which is what runs are judged by"
-    return settings.model_copy(update={"pv": pv}), [f"{beyond}: {taken}; {better}"]
+        return settings, [f"{problem}, the end of pv.range: say in pv.counts which counts its ends are"]
+    assumption = f"pv.counts is taken as {[*REGISTER_RANGE]}, all that a register holds (D951)"
+    pv = settings.pv.model_copy(update={"counts": REGISTER_RANGE})
+    advice = "write what it holds at the ends of its range, which is what runs are judged by"
+    return settings.model_copy(update={"pv": pv}), [f"{problem}: {assumption}; {advice}"]
 
 
-def _loop(settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock) -> Data:
-    chosen = discretes.values({})
-    scales = scales_of(settings.pv, settings.output, root=chosen["pv.square_root"])
-    values = settings_values(settings, BANKS) | chosen | registers.values(scales)
+def _loop_data(settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock) -> Data:
+    choices = discretes.read_values({})
+    scales = scales_of(settings.pv, settings.output, root=choices["pv.square_root"])
+    values = settings_values(settings, BANKS) | choices | registers.read_values(scales)
     if settings.output.pulse is None:
         values["output.pulse"] = None
-    for path in TIMES:
+    for path in TERM_TIMES:
         values[path] = values[path] or "off"
-    unset = registers.table.held(defaults_of(Loop, [registers.table], unset_limits(scales)), scales)
-    return file_data(Loop, values, unset, ALWAYS | {"setpoint.value"} if settings.setpoint else ALWAYS)
+    unset = registers.table.read_back(defaults_of(Loop, [registers.table], unset_limits(scales)), scales)
+    return file_data(Loop, values, unset, ALWAYS_WRITTEN | {"setpoint.value"} if settings.setpoint else ALWAYS_WRITTEN)
 
 
 # --- The two blocks of each EZLogix loop: no register says where they are, so a configuration or options do -----------
@@ -198,7 +201,7 @@ def areas(_words: Mapping[int, int], like: Image | None, options: Mapping[str, o
     """The blocks of all loops; raises `DecodeError` naming the option that is missing."""
     entries = with_options(() if like is None else like.settings, options, PLACES)
     return [
-        Area(SPACE.number(prefix, FIELDS[key].parse(entry[key])), table, str(entry["loop"]))
+        Area(SPACE.number_of(prefix, FIELDS[key].parse(entry[key])), table, str(entry["loop"]))
         for entry in entries
         for key, (prefix, table) in BLOCKS.items()
     ]
@@ -224,7 +227,7 @@ def tuning_of(_: EzlogixFile, loop: Loop) -> LoopTuning:
         raises_pv=loop.action == TUNED.heating,
         pv_span=None if pv is None else EXACT_CONTEXT.divide((pv[1] - pv[0]) * CV_FULL, counts),
         output_span=None if output is None else output[1] - output[0],
-        now=(tuning.proportional_gain, tuning.integral_time, tuning.derivative_time),
-        off=("off", "off"),
+        current_values=(tuning.proportional_gain, tuning.integral_time, tuning.derivative_time),
+        off_texts=("off", "off"),
         sample_time=float(loop.sample_rate),
     )

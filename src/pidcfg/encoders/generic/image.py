@@ -75,15 +75,15 @@ def tuning_of(_: GenericFile, loop: Loop) -> LoopTuning:
     return LoopTuning(
         TUNED,
         raises_pv=loop.output_raises_pv,
-        now=(tuning.gain, tuning.integral_time, tuning.derivative_time),
-        wrong="" if tuning.proportional else "it acts without its proportional term (tuning.proportional)",
-        off=("off", "off"),
+        current_values=(tuning.gain, tuning.integral_time, tuning.derivative_time),
+        obstacle="" if tuning.proportional else "it acts without its proportional term (tuning.proportional)",
+        off_texts=("off", "off"),
         sample_time=seconds,
-        pv_share=_share(float(loop.pv.filter), seconds),
-        derivative_share=_share(float(tuning.derivative_filter), seconds),
+        pv_share=_filter_share(float(loop.pv.filter), seconds),
+        derivative_share=_filter_share(float(tuning.derivative_filter), seconds),
     )
 
 
-def _share(time: float, seconds: float) -> float:
+def _filter_share(time: float, seconds: float) -> float:
     """What a filter with this time constant takes of a difference in each sample."""
     return -expm1(-seconds / time) if time > 0 else 1.0

@@ -16,9 +16,9 @@ from pidcfg.encoders.regmap import (
     Meaning,
     RegisterMap,
     Space,
-    TunedWords,
+    TuningWords,
     Word,
-    Written,
+    Writer,
 )
 from pidcfg.schemas import click as limits
 from pidcfg.schemas.base import Limits
@@ -139,14 +139,14 @@ MODBUS: dict[str, tuple[Literal["coil", "holding"], int]] = {
 
 def modbus_place(number: int) -> tuple[Literal["coil", "holding"], int, int]:
     """Modbus table and first register of an address of a loop's bank, and how many registers it has."""
-    bank, n = SPACE.place(number)
+    bank, n = SPACE.bank_and_number(number)
     table, first = MODBUS[bank.prefix]
     width = 2 if bank.kind is SINGLE else 1
     return table, first + width * (n - bank.first), width
 
 
-WHOLE = Implied(least=-0x8000, most=0x7FFF)
-MILLISECONDS = Implied(3, least=-0x8000, most=0x7FFF)
+WHOLE = Implied(low_count=-0x8000, high_count=0x7FFF)
+MILLISECONDS = Implied(3, low_count=-0x8000, high_count=0x7FFF)
 FLOAT = Single()
 OPEN_CLOSED = Choice({0: "open", 1: "closed"})
 PID_PI = Choice({0: "PID", 1: "PI"})
@@ -189,7 +189,7 @@ C_BLOCK = RegisterMap(
         Word(36, "alarm_deviation_high_high",       None,                                   FLAG,        "", "Deviation high-high alarm",        "-", ALARMS, "status", suffix="_ALM_DevHighHigh"),
         Word(37, "alarm_rate_of_change",            None,                                   FLAG,        "", "PV rate-of-change alarm",          "-", ALARMS, "status", suffix="_ALM_RateChange"),
     ),
-).filled(D102)
+).fill_reserved(D102)
 
 DS_BLOCK = RegisterMap(
     title="Integers (15 consecutive DS)",
@@ -202,7 +202,7 @@ DS_BLOCK = RegisterMap(
         Word(7,  "pwm_period",                      "output.pwm.period",                    WHOLE,        "s",  "PWM time period",                    "-", CLICK.cite("PWM Control"), suffix="_PWM_Period"),
         Word(8,  "filter",                          "pv.filter",                            WHOLE,        "%",  "PV filter constant",                 "-", CLICK.cite("PV Filter"), suffix="_PV_InputFiltr"),
     ),
-).filled(D102)
+).fill_reserved(D102)
 
 DF_BLOCK = RegisterMap(
     title="Floats (25 consecutive DF)",
@@ -234,11 +234,11 @@ DF_BLOCK = RegisterMap(
         Word(22, "pv_lower",                        "pv.range.0",                           FLOAT,       "pv",   "PV lower limit (process range)",  "-", CLICK.cite("PV Upper and Lower Limits"), suffix="_PV_LimitLower"),
         Word(23, "pv_upper",                        "pv.range.1",                           FLOAT,       "pv",   "PV upper limit (process range)",  "-", CLICK.cite("PV Upper and Lower Limits"), suffix="_PV_LimitUpper"),
     ),
-).filled(D102)
+).fill_reserved(D102)
 
 # fmt: on
 
-TUNED = TunedWords(
+TUNED = TuningWords(
     DF_BLOCK, "proportional_gain", "reset_time", "derivative_gain", "percent", Decimal(6000), "direct", "reverse"
 )
 """A reset time cannot be switched off; the longest one is as good."""
@@ -300,25 +300,25 @@ SETPOINT_CROSSED = next(error.number for error in ERRORS if error.above is not N
 OUTPUT_BELOW_ZERO = next(error.number for error in ERRORS if error.register == "output_lower")
 
 WRITTEN = (
-    Written("raw_pv", "live", "the program", CLICK.cite("Raw Process Variable (DFn+11)")),
-    Written(
+    Writer("raw_pv", "live", "the program", CLICK.cite("Raw Process Variable (DFn+11)")),
+    Writer(
         "output",
         "live",
         "the PLC in Auto; in Manual the operator or the program",
         CLICK.cite("Control Output (DFn+08)"),
     ),
-    Written(
+    Writer(
         "bias", "live", "the PLC: a CLICK loop always has an integral", CLICK.cite("Freeze Bias (Anti-Windup) (Cn+05)")
     ),
-    Written(
+    Writer(
         "setpoint",
         "operated",
         "the operator or the program; the PLC, beyond a limit that is enabled",
         CLICK.cite("Setpoint Upper and Lower Limits"),
     ),
-    Written("mode", "live", "the operator or the program, by requests", MODES),
+    Writer("mode", "live", "the operator or the program, by requests", MODES),
     *(
-        Written(name, "compared", "an autotune", MODES)
+        Writer(name, "compared", "an autotune", MODES)
         for name in ("sample_rate", "proportional_gain", "reset_time", "derivative_gain")
     ),
 )
@@ -327,7 +327,7 @@ WRITTEN = (
 # --- The PID errors of the CLICK in words: the register, and what it may hold -----------------------------------------
 
 WORDS_BY_NAME = {word.name: word for table in TABLES for word in table.words}
-LABELS = {word.name: table.at(word.offset) for table in TABLES for word in table.words}
+LABELS = {word.name: table.offset_text(word.offset) for table in TABLES for word in table.words}
 
 
 def error_text(error: PidError) -> str:
@@ -393,7 +393,7 @@ WORDS = {
 # fmt: on
 """By the name of a register that the configuration does not set."""
 
-WRITERS = {row.name: row.by for row in WRITTEN if row.name in {"raw_pv", "output"}}
+WRITERS = {row.name: row.writer for row in WRITTEN if row.name in {"raw_pv", "output"}}
 """Who writes a register that is not the PLC's alone."""
 DOUBTS = dict.fromkeys(
     ("action", "autotune_method", "autotune_type"), f"inferred, not printed: compare the PID window, D{D100.number}"

@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import Any
 
 from pidcfg.encoders.codecs import (
-    SIGN,
+    SIGN_BIT,
     Bcd,
     Binary,
     Distance,
@@ -20,7 +20,7 @@ from pidcfg.encoders.codecs import (
     SignMagnitude,
     is_raw,
 )
-from pidcfg.encoders.regmap import D345, WORD, Bank, Bits, Meaning, RegisterMap, Space, TunedWords, Word, Written
+from pidcfg.encoders.regmap import D345, WORD, Bank, Bits, Meaning, RegisterMap, Space, TuningWords, Word, Writer
 from pidcfg.schemas.base import LAST_V_ADDRESS, RESET_UNIT, v_name
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import DL06, Decision
@@ -77,9 +77,9 @@ class Source:
     def encode(self, value: tuple[int, int, int] | int) -> int:
         """``(base, slot, channel)`` or an address to its word: slot 1, channel 2 is 0102."""
         if isinstance(value, int):
-            if not 0 <= value < SIGN:
+            if not 0 <= value < SIGN_BIT:
                 raise EncodeError("range", "an address beyond V77777 does not fit the lower 15 bits")
-            return SIGN | value
+            return SIGN_BIT | value
         base, slot, channel = value
         if not (0 <= base <= 7 and 0 <= slot <= 15 and 0 <= channel <= 255):
             raise EncodeError("range", "base, slot or channel does not fit its digits")
@@ -94,8 +94,8 @@ class Source:
 
     def decode(self, word: int) -> tuple[int, int, int] | int | None:
         """A word to ``(base, slot, channel)``, an address, or None for no transfer."""
-        if word & SIGN:
-            return word & ~SIGN
+        if word & SIGN_BIT:
+            return word & ~SIGN_BIT
         return (word >> 12, word >> 8 & 0xF, word & 0xFF) if word else None
 
 
@@ -221,7 +221,7 @@ LOOP_TABLE = RegisterMap(
         Word(0o27, "setpoint_high",          "setpoint.limits.1",     Position("sp"),      "pv",     "SP upper limit",                       "yes", TABLE),
         Word(0o30, "output_low",             "output.limits.0",       Position("output"),  "output", "Control output lower limit",           "no**", TABLE),
         Word(0o31, "output_high",            "output.limits.1",       Position("output"),  "output", "Control output upper limit",           "no**", TABLE),
-        Word(0o32, "remote_setpoint",        "remote_setpoint",       ADDRESS,             "",       "Remote SP V-memory address pointer",   "yes", TABLE, instead="cascade_from"),
+        Word(0o32, "remote_setpoint",        "remote_setpoint",       ADDRESS,             "",       "Remote SP V-memory address pointer",   "yes", TABLE, other_key="cascade_from"),
         Word(0o33, "ramp_soak_flags",        None,                    BITS,                "",       "Ramp/soak setting flags",              "yes", TABLE),
         Word(0o34, "ramp_soak_table",        "ramp_soak.table",       ADDRESS,             "",       "Ramp/soak table starting address",     "no**", TABLE),
         Word(0o35, "ramp_soak_errors",       None,                    BITS,                "",       "Ramp/soak table programming errors",   "no**", TABLE, "status"),
@@ -337,7 +337,7 @@ LOOP_TABLES = {
 """The loop table by the number of decimals that the reset word is read with (decision D01)."""
 
 
-TUNED = TunedWords(LOOP_TABLE, "gain", "reset", "rate", "span", Decimal(0), "direct", "reverse")
+TUNED = TuningWords(LOOP_TABLE, "gain", "reset", "rate", "span", Decimal(0), "direct", "reverse")
 
 
 @frozen
@@ -380,23 +380,23 @@ SOURCES = DL06.cite("Data Sources")
 TUNE = DL06.cite("Open-Loop Auto Tuning, Closed-Loop Auto Tuning")
 RUNS = DL06.cite("Loop Modes")
 WRITTEN = (
-    Written("pv", "live", "the ladder program, or the PLC by auto transfer (+36)", SOURCES),
-    Written("output", "live", "the PLC in Automatic and Cascade; in Manual the operator or the program", RUNS),
-    Written(
+    Writer("pv", "live", "the ladder program, or the PLC by auto transfer (+36)", SOURCES),
+    Writer("output", "live", "the PLC in Automatic and Cascade; in Manual the operator or the program", RUNS),
+    Writer(
         "bias",
         "live",
         "the PLC; the program too, for feedforward",
         DL06.cite("Bias Term"),
         lambda values: values["tuning.reset"] not in RESET_OFF,
     ),
-    Written("bias", "compared", "the program", D345),
-    Written("setpoint", "live", "the ramp/soak generator", SOURCES, lambda values: values["ramp_soak.enabled"]),
-    Written(
+    Writer("bias", "compared", "the program", D345),
+    Writer("setpoint", "live", "the ramp/soak generator", SOURCES, lambda values: values["ramp_soak.enabled"]),
+    Writer(
         "setpoint", "live", "the loop or the word that +32 points at", SOURCES, lambda values: values["remote_setpoint"]
     ),
-    Written("setpoint", "operated", "the operator or the program", SOURCES),
-    Written("mode", "live", "the operator or the program, by requests", D04),
-    *(Written(name, "compared", "an auto-tune", TUNE) for name in ("sample_rate", "gain", "reset", "rate")),
+    Writer("setpoint", "operated", "the operator or the program", SOURCES),
+    Writer("mode", "live", "the operator or the program, by requests", D04),
+    *(Writer(name, "compared", "an auto-tune", TUNE) for name in ("sample_rate", "gain", "reset", "rate")),
 )
 """Who else writes a word of a loop; whatever no row names is yours, or the PLC's by its access."""
 

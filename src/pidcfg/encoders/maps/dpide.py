@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pidcfg.encoders.image import LoopOption
-from pidcfg.encoders.parameters import NamedLoops, Parameter, ParameterTable, TunedParameters
-from pidcfg.encoders.regmap import Code, Meaning, Written
+from pidcfg.encoders.parameters import NamedLoops, Parameter, ParameterTable, TuningParameters
+from pidcfg.encoders.regmap import Code, Meaning, Writer
 from pidcfg.schemas.dpide import D251, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType
 from pidcfg.text.references import DPIDE, Decision
@@ -67,7 +67,7 @@ DPIDE_TABLE = ParameterTable("DPIDE (API 0708)", (
 # fmt: on
 TABLES = (DPIDE_TABLE,)
 ROWS = {row.name: row for row in DPIDE_TABLE.rows}
-TUNED = TunedParameters(
+TUNED = TuningParameters(
     DPIDE_TABLE, ("Kc_Kp", "Ti_Ki", "Td_Kd"), "PID_DIR TRUE", "PID_DIR FALSE", dependent=("PID_EQ", True)
 )
 OUTSIDE = ("PV", "I_MV", "MV")
@@ -85,32 +85,32 @@ LOOPS = NamedLoops(
     title="an operand of DPIDE",
     kind="an operand of DPIDE",
     entry="operand of a DPIDE instruction, such as OVEN.SV",
-    needed=NEEDED,
+    needed_names=NEEDED,
     # they decide what the gains mean and on which side the loop acts
-    always=frozenset({"PID_EQ", "PID_DIR"}),
-    first={"I_MV": 0},
+    always_given=frozenset({"PID_EQ", "PID_DIR"}),
+    first_values={"I_MV": 0},
     options=(LoopOption(("device",), "device", "the device of I_MV (30 registers)"),),
     devices=lambda loop: loop.devices.by_operand() | {"I_MV": loop.device},
 )
 
 MODES = DPIDE.cite("The diagram of switching to PID_MAN / MOUT_AUTO")
 WRITTEN = (
-    Written("PV", "live", "the program: it is an input, the measurement", TABLE),
-    Written("MV", "live", "the PLC", TABLE),
-    Written("I_MV", "live", "the PLC; the program may read, clear or change it", REMARKS),
-    Written("SV", "operated", "the operator or the program", TABLE),
-    Written("PID_MAN", "live", "the operator or the program", MODES),
-    Written("PID_RUN", "operated", "the operator or the program", TABLE),
-    Written("MOUT", "live", "the PLC: with MOUT_AUTO it follows MV", MODES, lambda values: values["MOUT_AUTO"]),
-    Written("MOUT", "operated", "the operator: the output in manual", MODES),
-    Written(
+    Writer("PV", "live", "the program: it is an input, the measurement", TABLE),
+    Writer("MV", "live", "the PLC", TABLE),
+    Writer("I_MV", "live", "the PLC; the program may read, clear or change it", REMARKS),
+    Writer("SV", "operated", "the operator or the program", TABLE),
+    Writer("PID_MAN", "live", "the operator or the program", MODES),
+    Writer("PID_RUN", "operated", "the operator or the program", TABLE),
+    Writer("MOUT", "live", "the PLC: with MOUT_AUTO it follows MV", MODES, lambda values: values["MOUT_AUTO"]),
+    Writer("MOUT", "operated", "the operator: the output in manual", MODES),
+    Writer(
         "PID_MODE",
         "live",
         "the operator, who tunes with 1, and the PLC, which then writes 0",
         REMARKS,
         lambda values: values["PID_MODE"] == 1,
     ),
-    *(Written(name, "compared", "an autotune", TABLE) for name in WRITTEN_BY_AUTOTUNE),
+    *(Writer(name, "compared", "an autotune", TABLE) for name in WRITTEN_BY_AUTOTUNE),
 )
 """Who else writes an operand; whatever no row names is yours."""
 
@@ -142,7 +142,7 @@ STATES = {
 }
 """What a BOOL operand chooses."""
 
-WRITERS = {row.name: row.by for row in WRITTEN if row.name in {"PV", "I_MV"}}
+WRITERS = {row.name: row.writer for row in WRITTEN if row.name in {"PV", "I_MV"}}
 """Who writes an operand that is not yours alone."""
 
 INTEGRAL = (

@@ -7,7 +7,7 @@ from decimal import Decimal
 from functools import cache
 
 from pidcfg.encoders.codecs import FLAG, WORD_MAX, Choice, Distance, EncodeError, Format, Implied, Position
-from pidcfg.encoders.regmap import BIT, WORD, Bank, Code, Meaning, RegisterMap, Space, TunedWords, Word, Written
+from pidcfg.encoders.regmap import BIT, WORD, Bank, Code, Meaning, RegisterMap, Space, TuningWords, Word, Writer
 from pidcfg.schemas.base import Limits
 from pidcfg.schemas.ezlogix import (
     AUTOTUNE,
@@ -79,7 +79,7 @@ R_BLOCK = RegisterMap(
         Word(15, "min_on",                 "output.pulse.min_on",       Implied(1, off=(0,)),     "s",    "Control Output Min On Time",   "-", CONTROL_OUTPUT),
         Word(16, "min_off",                "output.pulse.min_off",      Implied(1, off=(0,)),     "s",    "Control Output Min Off Time",  "-", CONTROL_OUTPUT),
     ),
-).filled(BASE)
+).fill_reserved(BASE)
 
 S_BLOCK = RegisterMap(
     title="Discretes (8 consecutive S)",
@@ -93,7 +93,7 @@ S_BLOCK = RegisterMap(
         Word(4,  "start_autotune",         None,                        FLAG,                     "",     "Start Autotune",               "-", AUTOTUNE, "request"),
         Word(5,  "tuning_type",            "autotune.type",             PID_PI,                   "",     "Tuning Type",                  "-", AUTOTUNE),
     ),
-).filled(BASE)
+).fill_reserved(BASE)
 
 TAG_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """What a tag may be called."""
@@ -111,7 +111,7 @@ PULSE_REGISTERS = frozenset({"cycle_time", "min_on", "min_off"})
 """Variables that get a tag only where the control output is enabled."""
 # fmt: on
 
-TUNED = TunedWords(
+TUNED = TuningWords(
     R_BLOCK, "proportional_gain", "integral_time", "derivative_time", "span", Decimal(0), "reverse", "direct"
 )
 TABLES = (R_BLOCK, S_BLOCK)
@@ -160,11 +160,11 @@ def counts_format(low: int, high: int) -> Format:
 CV = counts_format(0, CV_FULL)
 
 WRITTEN = (
-    Written("setpoint", "operated", "the operator or the program", EZLOGIX.cite("PID Monitor")),
-    Written("mode", "live", "the operator or the program", MODE),
-    Written("autotune_timeout", "compared", "an autotune, which counts it down", AUTOTUNE),
+    Writer("setpoint", "operated", "the operator or the program", EZLOGIX.cite("PID Monitor")),
+    Writer("mode", "live", "the operator or the program", MODE),
+    Writer("autotune_timeout", "compared", "an autotune, which counts it down", AUTOTUNE),
     *(
-        Written(name, "compared", "an autotune", AUTOTUNE)
+        Writer(name, "compared", "an autotune", AUTOTUNE)
         for name in ("proportional_gain", "integral_time", "derivative_time")
     ),
 )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pidcfg.encoders.parameters import NamedLoops, Parameter, ParameterTable, TunedParameters
-from pidcfg.encoders.regmap import Written
+from pidcfg.encoders.parameters import NamedLoops, Parameter, ParameterTable, TuningParameters
+from pidcfg.encoders.regmap import Writer
 from pidcfg.schemas.generic import D280, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DERIVATIVE_OF, LOOP_MODE, LREAL, IecType
 
@@ -73,10 +73,10 @@ LOOPS = NamedLoops(
     title="a field of a neutral loop",
     kind="a field of a loop",
     entry="parameter of a loop, such as TIC-101.tuning.gain",
-    needed=NEEDED,
-    last=("setpoint.source", "setpoint.follows_pv", "pv.unit", "output.unit"),
+    needed_names=NEEDED,
+    last_settings=("setpoint.source", "setpoint.follows_pv", "pv.unit", "output.unit"),
 )
-TUNED = TunedParameters(
+TUNED = TuningParameters(
     LOOP_TABLE,
     ("tuning.gain", "tuning.integral_time", "tuning.derivative_time"),
     "output_raises_pv: true",
@@ -84,9 +84,9 @@ TUNED = TunedParameters(
 )
 
 WRITTEN = (
-    Written("mode", "live", "the operator or the program", D280),
-    Written("setpoint.value", "operated", "the operator or the program", D280),
-    Written("output.manual", "operated", "the operator", D280),
+    Writer("mode", "live", "the operator or the program", D280),
+    Writer("setpoint.value", "operated", "the operator or the program", D280),
+    Writer("output.manual", "operated", "the operator", D280),
 )
 """Who else writes a field of a running loop."""
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, get_args
 
-from pidcfg.encoders.parameters import Parameter, ParameterTable, TunedParameters
-from pidcfg.encoders.regmap import Meaning, Written
+from pidcfg.encoders.parameters import Parameter, ParameterTable, TuningParameters
+from pidcfg.encoders.regmap import Meaning, Writer
 from pidcfg.schemas import nextopid as schema
 from pidcfg.schemas.base import Limits, limits_at
 from pidcfg.schemas.iec import BOOL, INT, REAL, IecType
@@ -203,21 +203,21 @@ LOOP_TYPES = frozenset(("PIDA_REAL", "PIDA_INT", "PIDA_TUNE_REAL", "PIDA_TUNE_IN
 """Controllers."""
 MOST_SAMPLES = 100
 """Samples that a delay holds."""
-TUNED = TunedParameters(
+TUNED = TuningParameters(
     BLOCK_TYPES["PIDA_REAL"].table, ("Kp", "Ti_Ki", "Td_Kd"), "Direct FALSE", "Direct TRUE", dependent=("Indep", False)
 )
 INPUTS = NEXTOPID.cite("Input Parameters")
 SIGNAL = "signals"
 """What stands for the name of a signal."""
 WRITTEN = (
-    Written("PV", "live", "the program: it is an input, the measurement", INPUTS),
-    Written("InVar", "live", "the program: it is an input", INPUTS),
-    Written("SP", "operated", "the operator or the program", INPUTS),
-    Written("SP_CASC", "live", "the program: the set point of a cascade", INPUTS),
-    Written("ManualMV", "operated", "the operator: the output in manual", INPUTS),
-    Written("Manual", "live", "the operator or the program", INPUTS),
-    Written("CASC", "live", "the operator or the program", INPUTS),
-    Written(SIGNAL, "live", "the program around: a signal has only its first value in a file", D203),
+    Writer("PV", "live", "the program: it is an input, the measurement", INPUTS),
+    Writer("InVar", "live", "the program: it is an input", INPUTS),
+    Writer("SP", "operated", "the operator or the program", INPUTS),
+    Writer("SP_CASC", "live", "the program: the set point of a cascade", INPUTS),
+    Writer("ManualMV", "operated", "the operator: the output in manual", INPUTS),
+    Writer("Manual", "live", "the operator or the program", INPUTS),
+    Writer("CASC", "live", "the operator or the program", INPUTS),
+    Writer(SIGNAL, "live", "the program around: a signal has only its first value in a file", D203),
 )
 """Who else writes a parameter that is not wired; whatever no row names is yours."""
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 FORMATS = ("text", "csv", "json", "st", "plcopen", "modbus-map")
 
 
-def _seconds(text: str) -> Decimal | None:
+def _read_seconds(text: str) -> Decimal | None:
     from decimal import Decimal
 
     from pidcfg.schemas.base import parse_seconds
@@ -26,5 +26,7 @@ def _seconds(text: str) -> Decimal | None:
     return time if time > 0 else None
 
 
-DECODE_OPTIONS = (Option("sample_time", "TIME", "Interval of the task that calls the blocks.", "100 ms", _seconds),)
+DECODE_OPTIONS = (
+    Option("sample_time", "TIME", "Interval of the task that calls the blocks.", "100 ms", _read_seconds),
+)
 CONVERT_OPTIONS = DECODE_OPTIONS

@@ -11,10 +11,10 @@ from itertools import compress
 from xml.parsers import expat
 
 from pidcfg.encoders.image import Settings
-from pidcfg.encoders.listing import FileKind, Listing, ListingError, few
+from pidcfg.encoders.listing import FileKind, Listing, ListingError, shorten_names
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, SIGNAL, WRITTEN
-from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_rows
-from pidcfg.encoders.nextopid.st_read import read_source, read_st, with_zeros
+from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_template_rows
+from pidcfg.encoders.nextopid.st_read import add_zeros, read_source, read_st
 from pidcfg.encoders.nextopid.st_scope import (
     LIBRARY,
     Source,
@@ -33,7 +33,7 @@ from pidcfg.encoders.structured_text import (
     Initial,
     Member,
     Token,
-    opening,
+    first_word_offset,
     tokens_of,
 )
 from pidcfg.schemas.iec import Wire, time_seconds
@@ -48,11 +48,11 @@ from pidcfg.schemas.numbers import decimal_text
 # its line.
 
 NAMESPACES = ("http://www.plcopen.org/xml/tc6_0201", "http://www.plcopen.org/xml/tc6_0200")
-CONFIGURATION = ("instances", "configurations", "configuration")
+CONFIGURATION_PATH = ("instances", "configurations", "configuration")
 WORD = re.compile(r"[^\W\d]\w*")
 ISO_TIME = re.compile(r"PT(\d+(?:\.\d+)?)S", re.IGNORECASE)
 """As CODESYS writes the interval of a task."""
-DEEPEST = 64
+MAX_DEPTH = 64
 SEPARATOR = " "
 """Between the namespace and the name of an element."""
 
@@ -77,19 +77,19 @@ class Node:
         """The first element of this name inside."""
         return next((node for node in self.children if node.name == name), None)
 
-    def all(self, *path: str) -> Iterator[Node]:
+    def find_all(self, *path: str) -> Iterator[Node]:
         """All elements along a path; ``*`` is any."""
         if not path:
             yield self
             return
         for node in self.children:
             if path[0] in {"*", node.name}:
-                yield from node.all(*path[1:])
+                yield from node.find_all(*path[1:])
 
     @property
-    def words(self) -> str:
+    def all_text(self) -> str:
         """The text of this element and all inside."""
-        return "".join(self.text) + "".join(child.words for child in self.children)
+        return "".join(self.text) + "".join(child.all_text for child in self.children)
 
 
 class _Tree:
@@ -99,18 +99,18 @@ class _Tree:
         self.parser = expat.ParserCreate("utf-8", SEPARATOR)
         self.stack: list[Node] = []
         self.root: Node | None = None
-        self.parser.StartElementHandler = self.start
-        self.parser.EndElementHandler = self.end
-        self.parser.CharacterDataHandler = self.data
-        self.parser.StartDoctypeDeclHandler = self.refuse
-        self.parser.EntityDeclHandler = self.refuse
+        self.parser.StartElementHandler = self.start_element
+        self.parser.EndElementHandler = self.end_element
+        self.parser.CharacterDataHandler = self.add_text
+        self.parser.StartDoctypeDeclHandler = self.refuse_doctype
+        self.parser.EntityDeclHandler = self.refuse_doctype
 
-    def refuse(self, *_: object) -> None:
+    def refuse_doctype(self, *_: object) -> None:
         """Document types, which is where entities are made."""
         place = self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
         raise ListingError("a document type stands here; a PLCopen file has none", *place)
 
-    def start(self, name: str, attributes: dict[str, str]) -> None:
+    def start_element(self, name: str, attributes: dict[str, str]) -> None:
         """An element begins."""
         node = Node(
             name.rpartition(SEPARATOR)[2],
@@ -118,8 +118,8 @@ class _Tree:
             self.parser.CurrentLineNumber,
             self.parser.CurrentColumnNumber + 1,
         )
-        if len(self.stack) >= DEEPEST:
-            raise node.error(f"more than {DEEPEST} elements in each other")
+        if len(self.stack) >= MAX_DEPTH:
+            raise node.error(f"more than {MAX_DEPTH} elements in each other")
         if not self.stack:
             self.root = node
             if node.name != "project" or name.rpartition(SEPARATOR)[0] not in NAMESPACES:
@@ -128,11 +128,11 @@ class _Tree:
             self.stack[-1].children.append(node)
         self.stack.append(node)
 
-    def end(self, _: str) -> None:
+    def end_element(self, _: str) -> None:
         """An element ends."""
         self.stack.pop()
 
-    def data(self, text: str) -> None:
+    def add_text(self, text: str) -> None:
         """Text inside an element."""
         node = self.stack[-1]
         node.text_line = node.text_line or self.parser.CurrentLineNumber
@@ -154,125 +154,141 @@ def parse_xml(text: str) -> Node:
 def read_plcopen(text: str, name: str = "") -> Listing:
     """The parameters and wires of the program in a document; ``name``: which one, where several are there."""
     root = parse_xml(text)
-    resources = [*root.all(*CONFIGURATION, "resource"), *root.all("addData", "data", "resource")]
-    lists = [*root.all(*CONFIGURATION, "globalVars"), *(one for at in resources for one in at.all("globalVars"))]
-    pou = _pou(root, resources, lists, name)
+    resources = [*root.find_all(*CONFIGURATION_PATH, "resource"), *root.find_all("addData", "data", "resource")]
+    lists = [
+        *root.find_all(*CONFIGURATION_PATH, "globalVars"),
+        *(variable_list for resource in resources for variable_list in resource.find_all("globalVars")),
+    ]
+    pou = _find_pou(root, resources, lists, name)
     source = Source()
-    source.program = _token(pou, "name")
-    for variables in pou.all("interface", "*"):
-        source.declarations += (_declaration(node) for node in variables.all("variable"))
-    owners = _globals(source, lists)
-    for node in pou.all("documentation", "*"):
-        source.comments += _lines(node)
-    left = []
-    for body in pou.all("body", "*"):
+    source.program = _attribute_token(pou, "name")
+    for variables in pou.find_all("interface", "*"):
+        source.declarations += (_read_declaration(node) for node in variables.find_all("variable"))
+    owners = _declare_globals(source, lists)
+    for node in pou.find_all("documentation", "*"):
+        source.comments += _documentation_lines(node)
+    skipped_bodies = []
+    for body in pou.find_all("body", "*"):
         if body.name == "ST":
             inner = body.children[0] if body.children else body
-            parse_body(inner.words, inner.text_line or inner.line, source)
+            parse_body(inner.all_text, inner.text_line or inner.line, source)
         elif body.name not in {"addData", "documentation"}:
-            left.append(body)
+            skipped_bodies.append(body)
     source.statements = [drop_list_names(statement, owners) for statement in source.statements]
-    listing = read_source(source, _interval(resources, source.program))
-    notes = (f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in left)
+    listing = read_source(source, _task_interval(resources, source.program))
+    notes = (
+        f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in skipped_bodies
+    )
     listing.notes = (*listing.notes, *notes)
     return listing
 
 
-def _pou(root: Node, resources: list[Node], lists: list[Node], name: str) -> Node:
+def _find_pou(root: Node, resources: list[Node], lists: list[Node], name: str) -> Node:
     """The program with blocks of the library: that declares them, or whose text has those of a global list."""
-    pous = [*root.all("types", "pous", "pou"), *(pou for at in resources for pou in at.all("addData", "data", "pou"))]
+    pous = [
+        *root.find_all("types", "pous", "pou"),
+        *(pou for resource in resources for pou in resource.find_all("addData", "data", "pou")),
+    ]
     instances = {
         node.attributes.get("name", "").upper()
-        for node in _variables(lists)
-        if any(_of_library(node, "type", "derived"))
+        for node in _list_variables(lists)
+        if any(_are_library_types(node, "type", "derived"))
     }
-    declares = [any(_of_library(pou, "interface", "*", "variable", "type", "derived")) for pou in pous]
-    fitting = [*compress(pous, declares)]
-    fitting += [pou for pou, own in zip(pous, declares, strict=True) if not own and instances & _words(pou)]
-    with_blocks = _names(fitting)
-    fitting = fitting or [pou for pou in pous if pou.attributes.get("pouType") == "program"]
-    if not fitting:
+    declares = [any(_are_library_types(pou, "interface", "*", "variable", "type", "derived")) for pou in pous]
+    candidates = [*compress(pous, declares)]
+    candidates += [
+        pou
+        for pou, declares_blocks in zip(pous, declares, strict=True)
+        if not declares_blocks and instances & _program_words(pou)
+    ]
+    with_blocks = _pou_names(candidates)
+    candidates = candidates or [pou for pou in pous if pou.attributes.get("pouType") == "program"]
+    if not candidates:
         raise root.error("the project has no program")
     if name:
-        fitting = _called(name, root, pous, with_blocks)
-    elif len(fitting) > 1 and with_blocks:
-        raise fitting[1].error(f"several POUs have blocks of the library ({with_blocks}); give one of them with --pou")
-    elif len(fitting) > 1:
-        raise root.error(f"no program of the project has a block of the NextoPID library ({_names(fitting)})")
-    if fitting[0].attributes.get("pouType") != "program":
-        raise fitting[0].error("blocks of the library stand in a POU that is no program")
-    return fitting[0]
+        candidates = _pous_named(name, root, pous, with_blocks)
+    elif len(candidates) > 1 and with_blocks:
+        raise candidates[1].error(
+            f"several POUs have blocks of the library ({with_blocks}); give one of them with --pou"
+        )
+    elif len(candidates) > 1:
+        raise root.error(f"no program of the project has a block of the NextoPID library ({_pou_names(candidates)})")
+    if candidates[0].attributes.get("pouType") != "program":
+        raise candidates[0].error("blocks of the library stand in a POU that is no program")
+    return candidates[0]
 
 
-def _names(pous: list[Node]) -> str:
-    return few([pou.attributes.get("name", "?") for pou in pous])
+def _pou_names(pous: list[Node]) -> str:
+    return shorten_names([pou.attributes.get("name", "?") for pou in pous])
 
 
-def _called(name: str, root: Node, pous: list[Node], with_blocks: str) -> list[Node]:
+def _pous_named(name: str, root: Node, pous: list[Node], with_blocks: str) -> list[Node]:
     """The POU of that name, whatever its letters, as IEC 61131-3 has it."""
-    found = [pou for pou in pous if pou.attributes.get("name", "").casefold() == name.casefold()]
-    if len(found) == 1:
-        return found
-    if found:
-        raise found[1].error(f"the project has the POU {name[:40]!r} more than once")
-    have = f"those with blocks of the library are {with_blocks}" if with_blocks else f"it has {_names(pous)}"
-    raise root.error(f"the project has no POU {name[:40]!r}; {have}")
+    matches = [pou for pou in pous if pou.attributes.get("name", "").casefold() == name.casefold()]
+    if len(matches) == 1:
+        return matches
+    if matches:
+        raise matches[1].error(f"the project has the POU {name[:40]!r} more than once")
+    advice = f"those with blocks of the library are {with_blocks}" if with_blocks else f"it has {_pou_names(pous)}"
+    raise root.error(f"the project has no POU {name[:40]!r}; {advice}")
 
 
-def _variables(lists: list[Node]) -> Iterator[Node]:
-    return (node for variables in lists for node in variables.all("variable"))
+def _list_variables(lists: list[Node]) -> Iterator[Node]:
+    return (node for variables in lists for node in variables.find_all("variable"))
 
 
-def _of_library(node: Node, *path: str) -> Iterator[bool]:
-    return (inner.attributes.get("name", "").upper() in LIBRARY for inner in node.all(*path))
+def _are_library_types(node: Node, *path: str) -> Iterator[bool]:
+    return (inner.attributes.get("name", "").upper() in LIBRARY for inner in node.find_all(*path))
 
 
-def _words(pou: Node) -> set[str]:
+def _program_words(pou: Node) -> set[str]:
     """The words of a program's text, in capitals."""
-    return {word.upper() for body in pou.all("body", "ST") for word in WORD.findall(body.words)}
+    return {word.upper() for body in pou.find_all("body", "ST") for word in WORD.findall(body.all_text)}
 
 
-def _globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
+def _declare_globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
     """Declares the variables of global lists that stand for one thing; returns the names of each list."""
     local = {declaration.name.upper for declaration in source.declarations}
-    found = [
-        (one.attributes.get("name", "").upper(), _declaration(node)) for one in lists for node in _variables([one])
+    declared = [
+        (variable_list.attributes.get("name", "").upper(), _read_declaration(node))
+        for variable_list in lists
+        for node in _list_variables([variable_list])
     ]
-    times = Counter(declaration.name.upper for _, declaration in found)
+    counts = Counter(declaration.name.upper for _, declaration in declared)
     owners: dict[str, set[str]] = {}
-    kept: list[Declaration] = []
-    for name, declaration in found:
-        if times[declaration.name.upper] == 1 and declaration.name.upper not in local:
-            kept.append(declaration)
+    unique: list[Declaration] = []
+    for name, declaration in declared:
+        if counts[declaration.name.upper] == 1 and declaration.name.upper not in local:
+            unique.append(declaration)
             owners.setdefault(name, set()).add(declaration.name.upper)
-    source.declarations = [*kept, *source.declarations]
+    source.declarations = [*unique, *source.declarations]
     return owners
 
 
-def _interval(resources: list[Node], program: Token) -> tuple[Decimal, Token] | None:
+def _task_interval(resources: list[Node], program: Token) -> tuple[Decimal, Token] | None:
     """The interval of the one task that calls the program, in s, and where it stands."""
-    found = []
-    for task in (task for resource in resources for task in resource.all("task")):
-        called = (
-            node.attributes.get("typeName") or node.attributes.get("name", "") for node in task.all("pouInstance")
+    intervals = []
+    for task in (task for resource in resources for task in resource.find_all("task")):
+        pou_names = (
+            node.attributes.get("typeName") or node.attributes.get("name", "") for node in task.find_all("pouInstance")
         )
-        if program.upper in {name.upper() for name in called} and "interval" in task.attributes:
-            found.append(_token(task, "interval"))
-    if len(found) != 1:
+        if program.upper in {name.upper() for name in pou_names} and "interval" in task.attributes:
+            intervals.append(_attribute_token(task, "interval"))
+    if len(intervals) != 1:
         return None
-    text = found[0].text
+    text = intervals[0].text
     match = ISO_TIME.fullmatch(text)
     seconds = time_seconds(text) if "#" in text else Decimal(match.group(1)) if match else None
-    return None if not seconds else (seconds, found[0])
+    return None if not seconds else (seconds, intervals[0])
 
 
-def _lines(node: Node) -> Iterator[Comment]:
+def _documentation_lines(node: Node) -> Iterator[Comment]:
     """The lines of a documentation, as comments."""
-    for number, line in enumerate(node.words.split("\n"), start=node.text_line or node.line):
+    for number, line in enumerate(node.all_text.split("\n"), start=node.text_line or node.line):
         yield Comment(line.strip(), number, 1)
 
 
-def _token(node: Node, attribute: str) -> Token:
+def _attribute_token(node: Node, attribute: str) -> Token:
     """A name that an attribute gives."""
     text = node.attributes.get(attribute, "")
     if not text:
@@ -280,34 +296,37 @@ def _token(node: Node, attribute: str) -> Token:
     return Token(NAME, text, node.line, node.column)
 
 
-def _declaration(node: Node) -> Declaration:
+def _read_declaration(node: Node) -> Declaration:
     """A variable."""
     kind, initial = node.child("type"), node.child("initialValue")
     if kind is None or not kind.children:
         raise node.error("the variable has no type")
-    words = [Token(NAME, one.attributes.get("name", one.name), one.line, one.column) for one in _all_types(kind)]
+    words = [
+        Token(NAME, node_of_type.attributes.get("name", node_of_type.name), node_of_type.line, node_of_type.column)
+        for node_of_type in _inner_types(kind)
+    ]
     documentation = node.child("documentation")
-    note = documentation.words.strip() if documentation else ""
-    return Declaration(_token(node, "name"), tuple(words), _initial(initial) if initial else None, note)
+    note = documentation.all_text.strip() if documentation else ""
+    return Declaration(_attribute_token(node, "name"), tuple(words), _initial_value(initial) if initial else None, note)
 
 
-def _all_types(kind: Node) -> Iterator[Node]:
+def _inner_types(kind: Node) -> Iterator[Node]:
     """A type, and what it is made of: one for an elementary or derived type."""
     for node in kind.children:
         yield node
-        yield from _all_types(node)
+        yield from _inner_types(node)
 
 
-def _initial(node: Node) -> Initial:
+def _initial_value(node: Node) -> Initial:
     """An initial value."""
     inner = node.children[0] if node.children else None
     if inner is not None and inner.name == "structValue":
         members: dict[str, Member] = {}
-        for value in inner.all("value"):
-            member = _token(value, "member")
+        for value in inner.find_all("value"):
+            member = _attribute_token(value, "member")
             if member.upper in members:
                 raise value.error(f"{member.text} stands here again")
-            members[member.upper] = Member(member, _initial(value))
+            members[member.upper] = Member(member, _initial_value(value))
         return members
     if inner is not None and inner.name == "simpleValue":
         tokens, _ = tokens_of(inner.attributes.get("value", ""), inner.line)
@@ -317,21 +336,21 @@ def _initial(node: Node) -> Initial:
 
 # --- The files, and what a person does around the program -------------------------------------------------------------
 
-BEGIN = re.compile(r"(?:PROGRAM|FUNCTION(?:_BLOCK)?|TYPE|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
+PROGRAM_START = re.compile(r"(?:PROGRAM|FUNCTION(?:_BLOCK)?|TYPE|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 
 
 OFFERED = ("PV", "MV", "Manual", "CASC", "SP_CASC")
 """Parameters that run, and that a trend or an operator wants."""
 
 
-def _program(image: Program) -> str:
+def _program_name(image: Program) -> str:
     """The name of the program."""
     return str(image.plc.get("program", Plc.model_fields["program"].default))
 
 
 def looks_like_st(text: str) -> bool:
     """Whether a text begins like a program, behind its comments and pragmas."""
-    return bool(BEGIN.match(text, opening(text)))
+    return bool(PROGRAM_START.match(text, first_word_offset(text)))
 
 
 def looks_like_xml(text: str) -> bool:
@@ -349,7 +368,7 @@ FORMATS = {
         "st",
         "program in Structured Text",
         write_st,
-        lambda text: with_zeros(read_st(text)),
+        lambda text: add_zeros(read_st(text)),
         looks_like_st,
         carries_checklist=True,
     ),
@@ -357,12 +376,12 @@ FORMATS = {
         "plcopen",
         "program in PLCopen XML",
         write_plcopen,
-        lambda text: with_zeros(read_plcopen(text)),
+        lambda text: add_zeros(read_plcopen(text)),
         looks_like_xml,
         carries_checklist=True,
-        read_program=lambda text, name: with_zeros(read_plcopen(text, name)),
+        read_program=lambda text, name: add_zeros(read_plcopen(text, name)),
     ),
-    "modbus-map": map_kind(lambda image: symbol_rows(points(image), OFFERED, f"{_program(image)}.")),
+    "modbus-map": map_kind(lambda image: symbol_template_rows(points(image), OFFERED, f"{_program_name(image)}.")),
 }
 """A pragma, with which a program may begin, begins like JSON."""
 
@@ -406,19 +425,19 @@ def points(program: Program) -> Symbols:
     """All signals, and the parameters of all blocks and loops; a function keeps nothing, and has none (D893)."""
     found = {cell.address: Point(cell.address, cell.type) for cell in program.cells if "." not in cell.address}
     for entry in program.settings:
-        found |= {point.name: point for point in _of_block(program, entry)}
+        found |= {point.name: point for point in _block_points(program, entry)}
     return Symbols("a parameter or a signal of the program", found, PARAMETERS)
 
 
-def _of_block(program: Program, entry: Settings) -> Iterator[Point]:
+def _block_points(program: Program, entry: Settings) -> Iterator[Point]:
     kind = BLOCK_TYPES[entry["type"]]
     name, loop = str(entry.get("loop") or entry.get("block")), entry.get("loop")
     if kind.function:
         return
     words = program.words
     for row in kind.table.rows:
-        full = f"{name}.{row.name}"
+        name_of_point = f"{name}.{row.name}"
         writer = writer_of(WRITTEN, row.name, {SIGNAL: None})
-        runs = writer is not None and writer.kind == "live"
-        needed = full in words and not isinstance(words[full], Wire) and not runs
-        yield Point(full, row.type, loop, needed)
+        is_live = writer is not None and writer.kind == "live"
+        needed = name_of_point in words and not isinstance(words[name_of_point], Wire) and not is_live
+        yield Point(name_of_point, row.type, loop, needed)

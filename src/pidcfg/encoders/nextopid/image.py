@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 from pydantic import ConfigDict
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
-from pidcfg.encoders.image import Decoded, RefusedError, Settings, file_data, plain, present, read_settings
+from pidcfg.encoders.image import Decoded, RefusedError, Settings, file_data, file_value, read_settings, without_none
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, TUNED, BlockType
-from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
+from pidcfg.encoders.nextopid.wiring import PASSING_BLOCKS, Layout, Wires
 from pidcfg.encoders.parameters import (
     Content,
     Entry,
@@ -22,7 +22,7 @@ from pidcfg.encoders.parameters import (
     Parameter,
     Program,
     read_content,
-    store,
+    store_content,
     store_value,
 )
 from pidcfg.encoders.regmap import LoopTuning, Misfit, Rounded
@@ -64,7 +64,7 @@ class Copy(NamedTuple):
     when: Expression | None
     """None: in every cycle."""
     at_start: bool
-    literal: Content | None
+    literal_content: Content | None
     """The value, where it is no expression."""
 
 
@@ -76,36 +76,36 @@ class MoveError(Exception):
         self.key, self.error = key, error
 
 
-def read_move(layout: Layout, move: Move, wired: Collection[str], given: Collection[str]) -> Copy:
-    """What a move means; ``wired``: names of parameters that have a wire, ``given``: those that are in the file."""
-    target = _target(layout, move.to, wired, given)
+def read_move(layout: Layout, move: Move, wired_names: Collection[str], given_names: Collection[str]) -> Copy:
+    """What a move means; ``wired_names``: parameters that have a wire, ``given_names``: those in the file."""
+    target = _target_number(layout, move.to, wired_names, given_names)
     kind, literal = layout.types[move.to], None
     try:
         if not isinstance(move.move, Wire):
-            literal = _stored(move, kind)
-        text = move.move.text if isinstance(move.move, Wire) else _text(literal)
-        value = layout.read(kind, text)
+            literal = _stored_content(move, kind)
+        text = move.move.text if isinstance(move.move, Wire) else _content_text(literal)
+        value = layout.read_wire(kind, text)
     except (ExpressionError, EncodeError) as error:
-        raise MoveError("move", _as_expression(error)) from None
+        raise MoveError("move", _expression_error(error)) from None
     try:
-        when = None if move.when is True else layout.read(BOOL, _when_text(move))
+        when = None if move.when is True else layout.read_wire(BOOL, _when_text(move))
     except ExpressionError as error:
         raise MoveError("when", error) from None
-    if when is None and move.at == "start" and layout.owner(target) is not None:
+    if when is None and move.at == "start" and layout.owner_of(target) is not None:
         message = f"{move.to} is written before every call, which is what a wire does"
         raise MoveError("to", ExpressionError(message, 0, f"wire it: {move.to.partition('.')[2]}: {text}"))
     return Copy(target, kind, value, when, move.at == "start", literal)
 
 
-def _stored(move: Move, kind: IecType) -> Content:
+def _stored_content(move: Move, kind: IecType) -> Content:
     """What a target of this type holds of a value."""
     value = str(move.move).upper()
     if isinstance(move.move, Wire) or isinstance(move.move, bool) != (kind.kind == "bool"):
         raise ExpressionError(f"{move.to} is {kind.name}, and {value} is none", 0, "write a value of its type")
-    return store(kind, move.move)
+    return store_content(kind, move.move)
 
 
-def _text(content: Content | None) -> str:
+def _content_text(content: Content | None) -> str:
     """A content as an expression."""
     return str(content).upper() if isinstance(content, bool) else real_text(float(content or 0))
 
@@ -114,15 +114,15 @@ def _when_text(move: Move) -> str:
     return move.when.text if isinstance(move.when, Wire) else "FALSE"
 
 
-def _as_expression(error: Exception) -> ExpressionError:
+def _expression_error(error: Exception) -> ExpressionError:
     return error if isinstance(error, ExpressionError) else ExpressionError(str(error), 0, "write a value of its type")
 
 
-def _target(layout: Layout, name: str, wired: Collection[str], given: Collection[str]) -> int:
+def _target_number(layout: Layout, name: str, wired_names: Collection[str], given_names: Collection[str]) -> int:
     """The number of what is written; refuses what another one writes."""
     problem = cure = ""
     number = layout.numbers.get(name)
-    owner = None if number is None else layout.owner(number)
+    owner = None if number is None else layout.owner_of(number)
     if number is None:
         near = closest_name(name, [*layout.numbers])
         problem = f"{name!r} is no declared signal, and no parameter of a block"
@@ -134,9 +134,9 @@ def _target(layout: Layout, name: str, wired: Collection[str], given: Collection
     elif owner is not None and layout.instances[owner].kind.function:
         kind = layout.instances[owner].kind.name
         problem, cure = f"{name}: {kind} is a function, which keeps nothing", "wire it to a signal, and move there"
-    elif name in wired:
+    elif name in wired_names:
         problem, cure = f"{name} is wired, and its wire writes it at every call", "move to what it is wired to"
-    elif owner is not None and name not in given and _is_open(layout.instances[owner].kind.name, name):
+    elif owner is not None and name not in given_names and _is_open(layout.instances[owner].kind.name, name):
         problem, cure = f"{name} is left to the program around", "wire it to a signal, and move there"
     if problem or number is None:
         raise MoveError("to", ExpressionError(problem, 0, cure))
@@ -149,15 +149,17 @@ def _is_open(kind: str, name: str) -> bool:
     return field is not None and field.default is None and not field.is_required()
 
 
-def read_moves(layout: Layout, moves: Iterable[Move], wired: Collection[str], given: Collection[str]) -> list[Copy]:
+def read_moves(
+    layout: Layout, moves: Iterable[Move], wired_names: Collection[str], given_names: Collection[str]
+) -> list[Copy]:
     """All moves of a listing, in the order of execution; raises `MoveError` for one that means nothing."""
-    copies = [read_move(layout, move, wired, given) for move in moves]
+    copies = [read_move(layout, move, wired_names, given_names) for move in moves]
     return sorted(copies, key=lambda copy: not copy.at_start)
 
 
 def entry_of(move: Move) -> dict[str, object]:
     """A move as it stands beside the parameters of a listing."""
-    value = move.move.text if isinstance(move.move, Wire) else plain(move.move)
+    value = move.move.text if isinstance(move.move, Wire) else file_value(move.move)
     entry: Data = {"move": value, "to": move.to}
     if move.when is not True:
         entry["when"] = move.when.text if isinstance(move.when, Wire) else move.when
@@ -177,7 +179,7 @@ class WireError(EncodeError):
 
 
 @frozen
-class Placed:
+class PlacedBlock:
     """A block of the configuration, with its place in the file."""
 
     place: Path
@@ -194,7 +196,7 @@ class Placed:
         time = getattr(self.item, "DelayTime", None)
         return self.kind.name == "ControlDelay" and isinstance(time, Decimal) and 2 * time <= sample_time
 
-    def given(self) -> Iterator[tuple[Parameter, Any]]:
+    def given_inputs(self) -> Iterator[tuple[Parameter, Any]]:
         """Its inputs with what the file says or the default is; those that are left to the program around have none."""
         for row in self.kind.inputs:
             value = value_at(self.item, parse_path(row.name))
@@ -202,11 +204,11 @@ class Placed:
                 yield row, f"AUTOTUNE_{value}" if row.type.kind == "word" else value
 
 
-def place_blocks(config: NextopidFile) -> list[Placed]:
+def place_blocks(config: NextopidFile) -> list[PlacedBlock]:
     """All blocks in the order of the file, blocks before loops."""
     items: list[tuple[Path, Block | Loop]] = [(("blocks", i), item) for i, item in enumerate(config.blocks)]
     items += [(("loops", i), item) for i, item in enumerate(config.loops)]
-    return [Placed(place, item, BLOCK_TYPES[item.type]) for place, item in items]
+    return [PlacedBlock(place, item, BLOCK_TYPES[item.type]) for place, item in items]
 
 
 @frozen
@@ -214,7 +216,7 @@ class NextopidEncoding(NamedEncoding):
     """The program of a configuration, how it is wired, and what did not go in as written."""
 
     image: Program
-    items: tuple[Placed, ...]
+    items: tuple[PlacedBlock, ...]
     layout: Layout
     wires: Wires
     sample_time: Decimal
@@ -228,14 +230,16 @@ class NextopidEncoding(NamedEncoding):
     def rings(self) -> list[list[int]]:
         """Numbers of items that form a ring without a delay."""
         passing = {
-            i for i, block in enumerate(self.items) if block.kind.name in PASSES or block.is_no_delay(self.sample_time)
+            i
+            for i, block in enumerate(self.items)
+            if block.kind.name in PASSING_BLOCKS or block.is_no_delay(self.sample_time)
         }
-        return list(self.layout.rings(self.wires, passing))
+        return list(self.layout.find_rings(self.wires, passing))
 
     @cached_property
     def order(self) -> list[int]:
         """Numbers of the items in the order of execution."""
-        return self.layout.order(self.wires)
+        return self.layout.execution_order(self.wires)
 
     @cached_property
     def moves_behind(self) -> dict[tuple[Code, Code, int], int]:
@@ -243,7 +247,7 @@ class NextopidEncoding(NamedEncoding):
         moves: dict[tuple[Code, Code, int], int] = {}
         for number, copy in enumerate(self.copies):
             if copy is not None and copy.when is not None and not copy.at_start:
-                moves.setdefault((_code(copy.when), _code(copy.value), copy.target), number)
+                moves.setdefault((_code_of(copy.when), _code_of(copy.value), copy.target), number)
         return moves
 
 
@@ -260,11 +264,11 @@ def encode(config: NextopidFile) -> NextopidEncoding:
         misfits += [] if misfit is None else [(("signals", name), misfit)]
         entries.append(Entry(name, types[name], content, name))
     for i, block in enumerate(items):
-        for row, value in block.given():
+        for row, value in block.given_inputs():
             place = (*block.place, *parse_path(row.name))
             raw: Content | Wire = value
             if isinstance(value, Wire):
-                misfit = _wire(layout, wires, (i, row), value)
+                misfit = _read_wire(layout, wires, (i, row), value)
             else:
                 raw, misfit = store_value(row, value)
             misfits += [] if misfit is None else [(place, misfit)]
@@ -274,65 +278,68 @@ def encode(config: NextopidFile) -> NextopidEncoding:
                 )
             )
     misfits += _wires_to_itself(layout, wires, items)
-    copies, wrong = _copies(config, layout, entries)
-    misfits += wrong
-    settings = tuple(_settings(block) for block in items)
+    copies, move_misfits = _read_copies(config, layout, entries)
+    misfits += move_misfits
+    settings = tuple(_block_settings(block) for block in items)
     image = Program("nextopid", tuple(entries), settings, _plc_settings(config))
     return NextopidEncoding(image, tuple(items), layout, wires, config.plc.sample_time, tuple(misfits), copies=copies)
 
 
-def _wire(layout: Layout, wires: Wires, key: tuple[int, Parameter], wire: Wire) -> Misfit | None:
+def _read_wire(layout: Layout, wires: Wires, key: tuple[int, Parameter], wire: Wire) -> Misfit | None:
     i, row = key
     try:
-        wires[i, row.name] = layout.read(row.type, wire.text)
+        wires[i, row.name] = layout.read_wire(row.type, wire.text)
     except ExpressionError as error:
         return Misfit(row.name, row, wire.text, WireError(error))
     return None
 
 
-def _wires_to_itself(layout: Layout, wires: Wires, items: list[Placed]) -> Iterator[tuple[Path, Misfit]]:
+def _wires_to_itself(layout: Layout, wires: Wires, items: list[PlacedBlock]) -> Iterator[tuple[Path, Misfit]]:
     """Wires that read an input of their own block which is wired itself (D205)."""
     for (i, name), expression in wires.items():
         instance = layout.instances[i]
         for number in sorted(expression.signals):
-            row = instance.kind.table.rows[number - instance.base] if layout.owner(number) == i else None
+            row = instance.kind.table.rows[number - instance.base] if layout.owner_of(number) == i else None
             if row is not None and (i, row.name) in wires:
                 text, full = expression.text, f"{instance.name}.{row.name}"
                 cure = f"write what {full} is wired to in its place"
                 error = ExpressionError(f"{full} is wired itself and of the same call", max(text.find(full), 0), cure)
-                yield (*items[i].place, name), Misfit(name, instance.kind.table.row(name), text, WireError(error))
+                yield (
+                    (*items[i].place, name),
+                    Misfit(name, instance.kind.table.find_parameter(name), text, WireError(error)),
+                )
 
 
-def _copies(
+def _read_copies(
     config: NextopidFile, layout: Layout, entries: list[Entry]
 ) -> tuple[tuple[Copy | None, ...], list[tuple[Path, Misfit]]]:
     """The moves, and those that mean nothing."""
-    wired = {entry.address for entry in entries if isinstance(entry.raw, Wire)}
-    given = {entry.address for entry in entries}
+    wired_names = {entry.address for entry in entries if isinstance(entry.raw, Wire)}
+    given_names = {entry.address for entry in entries}
     copies: list[Copy | None] = []
     misfits: list[tuple[Path, Misfit]] = []
     for i, move in enumerate(config.moves):
         try:
-            copies.append(read_move(layout, move, wired, given))
+            copies.append(read_move(layout, move, wired_names, given_names))
         except MoveError as error:
             copies.append(None)
-            written = getattr(move, error.key)
+            move_value = getattr(move, error.key)
             row = Parameter(error.key, BOOL if error.key == "when" else REAL)
-            text = written.text if isinstance(written, Wire) else str(written)
+            text = move_value.text if isinstance(move_value, Wire) else str(move_value)
             misfits.append((("moves", i, error.key), Misfit(error.key, row, text, WireError(error.error))))
     return tuple(copies), misfits
 
 
-def _settings(block: Placed) -> dict[str, object]:
+def _block_settings(block: PlacedBlock) -> dict[str, object]:
     """What no parameter says of a block: its type, and what is for people and reports."""
     entry: Data = {"loop" if block.is_loop else "block": block.item.name, "type": block.kind.name}
-    entry |= present({"description": block.item.description})
+    entry |= without_none({"description": block.item.description})
     if not isinstance(block.item, Controller):
         return entry
     pv, output = block.item.pv, block.item.output
-    return entry | present(
+    return entry | without_none(
         {
-            "sample_time": plain(block.item.sample_time),
+            "sample_time": file_value(block.item.sample_time),
             "pv": file_data(type(pv), dict(pv)) or None,
             "output": file_data(type(output), dict(output)) or None,
         }
@@ -341,7 +348,7 @@ def _settings(block: Placed) -> dict[str, object]:
 
 def _plc_settings(config: NextopidFile) -> dict[str, object]:
     program = config.plc.program
-    return present(
+    return without_none(
         {
             "name": config.name,
             "description": config.description,
@@ -413,22 +420,24 @@ def decode(
     ``options``: ``sample_time``, the interval of the task in s, where the listing does not say it.
     """
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
-    time = (options or {}).get("sample_time") or plc_settings.sample_time
+    task_time = (options or {}).get("sample_time") or plc_settings.sample_time
     if not settings:
         raise DecodeError(f"the program declares no block of the library ({', '.join(sorted(LOOP_TYPES))}, …)")
-    if time is None:
+    if task_time is None:
         raise DecodeError("the listing does not say the interval of the task; give --sample-time")
-    data: Data = {"pidcfg": 1, "vendor": "nextopid", **present({"name": plc_settings.name})}
-    data |= present({"description": plc_settings.description})
-    data["plc"] = {"sample_time": plain_number(Decimal(time))}
+    data: Data = {"pidcfg": 1, "vendor": "nextopid", **without_none({"name": plc_settings.name})}
+    data |= without_none({"description": plc_settings.description})
+    data["plc"] = {"sample_time": plain_number(Decimal(task_time))}
     if plc_settings.program != Plc.model_fields["program"].default:
         data["plc"]["program"] = plc_settings.program
-    data["plc"] |= present({"map": plc_settings.map})
-    signals = {name: _signal(content) for name, content in words.items() if "." not in name}
+    data["plc"] |= without_none({"map": plc_settings.map})
+    signals = {name: _signal_value(content) for name, content in words.items() if "." not in name}
     data |= {"signals": signals} if signals else {}
     items = [read_item(entry, i) for i, entry in enumerate(settings)]
     for key in ("blocks", "loops"):
-        entries = [_item(item, words, Decimal(time)) for item in items if (item.loop is None) == (key == "blocks")]
+        entries = [
+            _item_data(item, words, Decimal(task_time)) for item in items if (item.loop is None) == (key == "blocks")
+        ]
         data |= {key: entries} if entries or key == "loops" else {}
     if plc_settings.moves:
         data["moves"] = [entry_of(move) for move in plc_settings.moves]
@@ -447,26 +456,26 @@ def read_item(entry: Mapping[str, object], number: int) -> ItemSettings:
     return item
 
 
-def _item(item: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal) -> Data:
+def _item_data(item: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal) -> Data:
     kind = BLOCK_TYPES[item.type]
-    data: Data = {"name": item.name, "type": item.type, **present({"description": item.description})}
+    data: Data = {"name": item.name, "type": item.type, **without_none({"description": item.description})}
     interval = item.sample_time if item.cycles is None else item.cycles * task
     if interval is not None:
         data["sample_time"] = plain_number(interval)
     for row in kind.inputs:
         content = words.get(f"{item.name}.{row.name}")
-        if content is None and _kept(kind, row.name) == REQUIRED:
+        if content is None and _written_reason(kind, row.name) == REQUIRED:
             raise DecodeError(f"the listing does not hold {item.name}.{row.name}")
         if content is not None and not isinstance(content, Wire) and read_content(row.type, content) is None:
             raise DecodeError(f"{item.name}.{row.name}: {content!r} is not a value of {row.type.name}")
-        if content is not None and (_kept(kind, row.name) or content != row.type.default):
-            text = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _plain(content)
+        if content is not None and (_written_reason(kind, row.name) or content != row.type.default):
+            text = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _content_value(content)
             set_value(data, parse_path(row.name), text)
     sections = {"pv": file_data(PvText, dict(item.pv)), "output": file_data(OutputText, dict(item.output))}
     return data | {key: section for key, section in sections.items() if section}
 
 
-def _kept(kind: BlockType, name: str) -> str:
+def _written_reason(kind: BlockType, name: str) -> str:
     """Why a parameter is written although it is 0: it is required, or without it something else is meant."""
     field = kind.model.model_fields.get(name)
     if field is None or field.default is None:
@@ -474,14 +483,14 @@ def _kept(kind: BlockType, name: str) -> str:
     return REQUIRED if field.is_required() else ""
 
 
-def _signal(content: Content | Wire) -> bool | int | float | str:
+def _signal_value(content: Content | Wire) -> bool | int | float | str:
     """The first value of a signal as the file writes it, with its type where a number would be a REAL."""
     if isinstance(content, int) and not isinstance(content, bool):
         return f"INT#{content}"
-    return content if isinstance(content, str) else _plain(content)
+    return content if isinstance(content, str) else _content_value(content)
 
 
-def _plain(content: Content | Wire) -> bool | int | float | str:
+def _content_value(content: Content | Wire) -> bool | int | float | str:
     """A content as the file writes it."""
     if isinstance(content, Wire):
         return content.text
@@ -494,23 +503,23 @@ def _plain(content: Content | Wire) -> bool | int | float | str:
 def tuning_of(config: NextopidFile, loop: Controller) -> LoopTuning:
     """The three parameters of a block."""
     if not isinstance(loop, Pida):
-        return LoopTuning(TUNED, wrong="it switches on and off, and has no gains")
+        return LoopTuning(TUNED, obstacle="it switches on and off, and has no gains")
     wrong = "its form is not known: Indep is wired" if isinstance(loop.Indep, Wire) else ""
     if loop.DisableP is not False and loop.Indep is False:
         wrong = "it may act without its proportional term (DisableP)"
-    seconds, filtered = float(loop.sample_time or config.plc.sample_time), float(_number(loop.Tfd) or 0)
+    seconds, filtered = float(loop.sample_time or config.plc.sample_time), float(_number_of(loop.Tfd) or 0)
     return LoopTuning(
         TUNED,
         raises_pv=None if isinstance(loop.Direct, Wire) else not loop.Direct,
         independent=loop.Indep is True,
-        now=(_number(loop.Kp), _number(loop.Ti_Ki), _number(loop.Td_Kd)),
-        wrong=wrong,
+        current_values=(_number_of(loop.Kp), _number_of(loop.Ti_Ki), _number_of(loop.Td_Kd)),
+        obstacle=wrong,
         sample_time=seconds,
         derivative_share=-expm1(-seconds / filtered) if filtered > 0 else 1.0,
     )
 
 
-def _number(value: Decimal | Wire) -> Decimal | None:
+def _number_of(value: Decimal | Wire) -> Decimal | None:
     return None if isinstance(value, Wire) else value
 
 
@@ -529,32 +538,36 @@ class Bumpless(NamedTuple):
 def bumpless_moves(encoding: NextopidEncoding, i: int) -> Bumpless:
     """The moves of figure 16-1 around an item: by what they read and write, whatever their signals are called."""
     return Bumpless(
-        _find(encoding, i, "MV", "ManualMV", in_manual=False), _find(encoding, i, "PV", "SP", in_manual=True)
+        _find_move(encoding, i, "MV", "ManualMV", in_manual=False), _find_move(encoding, i, "PV", "SP", in_manual=True)
     )
 
 
-def _find(encoding: NextopidEncoding, i: int, source: str, target: str, *, in_manual: bool) -> int | None:
+def _find_move(encoding: NextopidEncoding, i: int, source: str, target: str, *, in_manual: bool) -> int | None:
     """The move from one parameter to another that is executed behind the blocks, in manual or else."""
-    manual = _codes(encoding, i, "Manual")
-    wanted = manual if in_manual else {((*code, NOT, 0), constants) for code, constants in manual}
-    targets = [code[1] for code, _ in _codes(encoding, i, target) if len(code) == PAIR and code[0] == SIGNAL_CODE]
-    places = product(wanted, _codes(encoding, i, source), targets)
+    manual = _parameter_codes(encoding, i, "Manual")
+    conditions = manual if in_manual else {((*code, NOT, 0), constants) for code, constants in manual}
+    targets = [
+        code[1]
+        for code, _ in _parameter_codes(encoding, i, target)
+        if len(code) == PAIR_LENGTH and code[0] == SIGNAL_CODE
+    ]
+    places = product(conditions, _parameter_codes(encoding, i, source), targets)
     return min((encoding.moves_behind[place] for place in places if place in encoding.moves_behind), default=None)
 
 
 Code = tuple[tuple[int, ...], tuple[float, ...]]
-PAIR = 2
+PAIR_LENGTH = 2
 """Numbers of an operation in a code."""
 
 
-def _code(expression: Expression) -> Code:
+def _code_of(expression: Expression) -> Code:
     return expression.code, expression.constants
 
 
-def _codes(encoding: NextopidEncoding, i: int, key: str) -> set[Code]:
+def _parameter_codes(encoding: NextopidEncoding, i: int, key: str) -> set[Code]:
     """A parameter, and what it is wired to: both have its value behind its call."""
     numbers = encoding.layout.numbers
     number = numbers.get(f"{encoding.layout.instances[i].name}.{key}")
     wire = encoding.wires.get((i, key))
-    own: set[Code] = set() if number is None else {((SIGNAL_CODE, number), ())}
-    return own if wire is None else own | {_code(wire)}
+    codes: set[Code] = set() if number is None else {((SIGNAL_CODE, number), ())}
+    return codes if wire is None else codes | {_code_of(wire)}

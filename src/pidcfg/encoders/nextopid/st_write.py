@@ -15,7 +15,7 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, BlockType
 from pidcfg.encoders.nextopid.image import Copy, MoveError, read_moves
 from pidcfg.encoders.nextopid.wiring import Instance, Layout, Wires
 from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
-from pidcfg.encoders.structured_text import comment_text, literal, settings_text, wrap_call
+from pidcfg.encoders.structured_text import comment_text, literal_text, settings_text, wrap_call
 from pidcfg.schemas.base import LOOKS_BOOLEAN
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
@@ -70,7 +70,7 @@ class Dialect:
 
     number: Callable[[float], str]
     functions: Mapping[int, str]
-    most_arguments: Mapping[int, int]
+    max_arguments: Mapping[int, int]
     """Of min and max; more are nested."""
     space: str = " "
 
@@ -90,9 +90,9 @@ def plain_real(value: float) -> str:
 
 
 WORDS = {op: name for name, (op, _, _) in FUNCTIONS.items()}
-ST = Dialect(real_text, {op: name.upper() for op, name in WORDS.items()}, {MINIMUM: 2, MAXIMUM: 2})
-PLAIN = Dialect(plain_real, WORDS, {FUNCTIONS[name][0]: FUNCTIONS[name][2] for name in ("min", "max")})
-COMPACT = Dialect(PLAIN.number, PLAIN.functions, PLAIN.most_arguments, "")
+ST_DIALECT = Dialect(real_text, {op: name.upper() for op, name in WORDS.items()}, {MINIMUM: 2, MAXIMUM: 2})
+PLAIN_DIALECT = Dialect(plain_real, WORDS, {FUNCTIONS[name][0]: FUNCTIONS[name][2] for name in ("min", "max")})
+COMPACT_DIALECT = Dialect(PLAIN_DIALECT.number, PLAIN_DIALECT.functions, PLAIN_DIALECT.max_arguments, "")
 """As configuration files have it, for an expression that would be too long with blanks."""
 
 
@@ -112,12 +112,12 @@ def print_expression(
         elif op == TRUTH:
             stack.append(Piece(WORDS_OF_TRUTH[operand], ATOM))
         elif op in (NEGATE, NOT):
-            stack.append(Piece(f"{'-' if op == NEGATE else 'NOT '}{_atom(stack.pop())}", SIGN))
+            stack.append(Piece(f"{'-' if op == NEGATE else 'NOT '}{_atom_text(stack.pop())}", SIGN))
         elif op in (ABSOLUTE, ROOT):
-            stack.append(_call(op, (stack.pop().text,), dialect))
+            stack.append(_call_piece(op, (stack.pop().text,), dialect))
         else:
             right, left = stack.pop(), stack.pop()
-            stack.append(_join(op, left, right, dialect))
+            stack.append(_join_pieces(op, left, right, dialect))
     text = stack.pop().text
     return f"({text})" if is_number(code) else text
 
@@ -127,40 +127,40 @@ def is_number(code: Sequence[int]) -> bool:
     return set(code[::2]) <= {CONSTANT, NEGATE, TRUTH}
 
 
-def _join(op: int, left: Piece, right: Piece, dialect: Dialect) -> Piece:
+def _join_pieces(op: int, left: Piece, right: Piece, dialect: Dialect) -> Piece:
     if op in OPERATORS:
         sign, rank = OPERATORS[op]
-        first = left.text if left.rank >= rank else f"({left.text})"
-        second = right.text if right.rank > rank and not right.text.startswith("-") else f"({right.text})"
+        left_text = left.text if left.rank >= rank else f"({left.text})"
+        right_text = right.text if right.rank > rank and not right.text.startswith("-") else f"({right.text})"
         space = " " if sign.isalpha() else dialect.space
-        return Piece(f"{first}{space}{sign}{space}{second}", rank)
-    if left.op == op and len(left.arguments) < dialect.most_arguments[op]:
-        return _call(op, (*left.arguments, right.text), dialect)
-    return _call(op, (left.text, right.text), dialect)
+        return Piece(f"{left_text}{space}{sign}{space}{right_text}", rank)
+    if left.op == op and len(left.arguments) < dialect.max_arguments[op]:
+        return _call_piece(op, (*left.arguments, right.text), dialect)
+    return _call_piece(op, (left.text, right.text), dialect)
 
 
-def _atom(piece: Piece) -> str:
+def _atom_text(piece: Piece) -> str:
     return piece.text if piece.rank == ATOM else f"({piece.text})"
 
 
-def _call(op: int, arguments: tuple[str, ...], dialect: Dialect) -> Piece:
+def _call_piece(op: int, arguments: tuple[str, ...], dialect: Dialect) -> Piece:
     return Piece(f"{dialect.functions[op]}({f',{dialect.space}'.join(arguments)})", ATOM, op, arguments)
 
 
 def wire_text(code: Sequence[int], constants: Sequence[float], name: Callable[[int], str]) -> str:
     """An expression as a configuration has it; a name that would be read as a number or a truth gets parentheses."""
-    text = print_expression(code, constants, name, PLAIN)
-    text = print_expression(code, constants, name, COMPACT) if len(text) > MAX_LENGTH else text
+    text = print_expression(code, constants, name, PLAIN_DIALECT)
+    text = print_expression(code, constants, name, COMPACT_DIALECT) if len(text) > MAX_LENGTH else text
     return f"({text})" if is_numeric(text) or text.lower() in {*LOOKS_BOOLEAN, "null"} else text
 
 
-def depth(text: str) -> int:
+def parenthesis_depth(text: str) -> int:
     """How deep the parentheses of a text are nested."""
-    deepest = now = 0
+    max_depth = depth_now = 0
     for character in text:
-        now += (character == "(") - (character == ")")
-        deepest = max(deepest, now)
-    return deepest
+        depth_now += (character == "(") - (character == ")")
+        max_depth = max(max_depth, depth_now)
+    return max_depth
 
 
 # --- A NextoPID program as a programming system holds it: variables, and calls in the order of execution --------------
@@ -192,7 +192,7 @@ class Variable(NamedTuple):
     note: str = ""
 
 
-def is_kept(kind: BlockType, row: Parameter) -> bool:
+def is_always_declared(kind: BlockType, row: Parameter) -> bool:
     """Whether a parameter is declared even when it has its default value."""
     field = kind.model.model_fields.get(row.name)
     return field is None or field.is_required() or field.default is None
@@ -214,13 +214,13 @@ class Unit:
         """Names, numbers and types."""
         types = {name: cell.type for name, cell in self.signals.items()}
         blocks = [(entry.get("loop") or entry["block"], BLOCK_TYPES[entry["type"]]) for entry in self.image.settings]
-        seen: dict[str, str] = {}
+        names_by_upper: dict[str, str] = {}
         names = [*types, *(name for name, _ in blocks)]
         for name in names:
-            other = seen.setdefault(name.upper(), name)
+            other = names_by_upper.setdefault(name.upper(), name)
             if other != name or name.upper() in RESERVED or names.count(name) > 1:
-                also = "of a type or function of the library" if name.upper() in RESERVED else f"of another ({other})"
-                raise UnwritableError(f"{name}: Structured Text takes the name for that {also}; rename it")
+                reason = "of a type or function of the library" if name.upper() in RESERVED else f"of another ({other})"
+                raise UnwritableError(f"{name}: Structured Text takes the name for that {reason}; rename it")
         return Layout.of(types, blocks)
 
     @cached_property
@@ -232,7 +232,7 @@ class Unit:
             owner, _, row = cell.address.partition(".")
             if isinstance(cell.raw, Wire):
                 try:
-                    wires[numbers[owner], row] = self.layout.read(cell.type, cell.raw.text)
+                    wires[numbers[owner], row] = self.layout.read_wire(cell.type, cell.raw.text)
                 except ExpressionError as error:
                     raise UnwritableError(f"{cell.address}: {error.message}") from None
         return wires
@@ -250,7 +250,7 @@ class Unit:
     @cached_property
     def order(self) -> list[int]:
         """Instances in the order of execution."""
-        return self.layout.order(self.wires)
+        return self.layout.execution_order(self.wires)
 
     @property
     def program(self) -> str:
@@ -278,7 +278,7 @@ class Unit:
         names = {number: name for name, number in self.layout.numbers.items()}
         for block in self.layout.instances:
             for offset, row in enumerate(block.kind.table.rows if block.kind.function else ()):
-                if row.access == "output" or block.base + offset in self.read:
+                if row.access == "output" or block.base + offset in self.numbers_read:
                     names[block.base + offset] = unused_name(f"{block.name}_{row.name}", used)
         counters = {}
         for i, entry in enumerate(self.image.settings):
@@ -288,14 +288,14 @@ class Unit:
         return names, counters
 
     @cached_property
-    def read(self) -> frozenset[int]:
+    def numbers_read(self) -> frozenset[int]:
         """Numbers of all that some wire or move reads."""
         moved = (part.signals for copy in self.copies for part in (copy.value, copy.when) if part is not None)
         return frozenset(chain.from_iterable((*(wire.signals for wire in self.wires.values()), *moved)))
 
     def type_of(self, number: int) -> IecType:
         """The type of a value."""
-        owner = self.layout.owner(number)
+        owner = self.layout.owner_of(number)
         if owner is None:
             return list(self.layout.signals.values())[number]
         block = self.layout.instances[owner]
@@ -303,7 +303,7 @@ class Unit:
 
     def full_name(self, number: int) -> str:
         """The name of a value in a configuration: ``SEL.MV``."""
-        owner = self.layout.owner(number)
+        owner = self.layout.owner_of(number)
         if owner is None:
             return list(self.layout.signals)[number]
         block = self.layout.instances[owner]
@@ -311,14 +311,14 @@ class Unit:
 
     # --- cycles ------------------------------------------------------------------------------------------------------
 
-    def previous(self, i: int) -> list[str]:
+    def previous_values(self, i: int) -> list[str]:
         """Values of the previous cycle that the call of a block reads."""
-        late = []
-        for number in sorted(self._reads.get(i, ())):
-            owner = self.layout.owner(number)
+        names = []
+        for number in sorted(self._numbers_read_by_block.get(i, ())):
+            owner = self.layout.owner_of(number)
             if owner is not None and self._position[owner] >= self._position[i] and self._is_changed(owner, number):
-                late.append(self.full_name(number))
-        return late
+                names.append(self.full_name(number))
+        return names
 
     def _is_changed(self, owner: int, number: int) -> bool:
         """Whether the call of a block changes one of its values: an output, or a wired input."""
@@ -331,7 +331,7 @@ class Unit:
         return {number: at for at, number in enumerate(self.order)}
 
     @cached_property
-    def _reads(self) -> dict[int, set[int]]:
+    def _numbers_read_by_block(self) -> dict[int, set[int]]:
         """Numbers that each block reads."""
         reads: dict[int, set[int]] = {}
         for (i, _), wire in self.wires.items():
@@ -343,12 +343,12 @@ class Unit:
     def variables(self) -> Iterator[Variable]:
         """All declarations: signals, instances and variables of functions in the order of the file, counters."""
         for name, cell in self.signals.items():
-            yield Variable(name, cell.type.name, (cell.type, content(cell)))
+            yield Variable(name, cell.type.name, (cell.type, cell_content(cell)))
         for block in self.layout.instances:
             if block.kind.function:
                 yield from self._function_variables(block)
             else:
-                yield Variable(block.name, block.kind.name, self.initial(block) or None)
+                yield Variable(block.name, block.kind.name, self.initial_values(block) or None)
         for name, cycles in self.counters.values():
             yield Variable(name, "UINT" if cycles <= UINT_CYCLES else "UDINT")
 
@@ -357,10 +357,10 @@ class Unit:
             full = f"{block.name}.{row.name}"
             if row.access == "output":
                 yield Variable(self.names[block.base + offset], row.type.name, None, full)
-            elif block.base + offset in self.read:
+            elif block.base + offset in self.numbers_read:
                 cell = self.cells.get(full)
                 fixed = cell is not None and not isinstance(cell.raw, Wire)
-                initial = (row.type, content(cell)) if cell is not None and fixed else None
+                initial = (row.type, cell_content(cell)) if cell is not None and fixed else None
                 yield Variable(self.names[block.base + offset], row.type.name, initial, full)
 
     @cached_property
@@ -368,28 +368,28 @@ class Unit:
         """All parameters by their full names."""
         return {cell.address: cell for cell in self.image.cells}
 
-    def initial(self, block: Instance) -> dict[str, tuple[IecType, Content]]:
+    def initial_values(self, block: Instance) -> dict[str, tuple[IecType, Content]]:
         """Initial values of an instance: required parameters, and those that differ from the default of their type."""
         values = {}
         for row in block.kind.inputs:
             cell = self.cells.get(f"{block.name}.{row.name}")
             if cell is None or isinstance(cell.raw, Wire):
                 continue
-            if is_kept(block.kind, row) or cell.raw != row.type.default:
-                values[row.name] = (row.type, content(cell))
+            if is_always_declared(block.kind, row) or cell.raw != row.type.default:
+                values[row.name] = (row.type, cell_content(cell))
         return values
 
 
-def unused_name(wanted: str, used: set[str]) -> str:
+def unused_name(wanted: str, used_names: set[str]) -> str:
     """The wanted name or one with a number after it; it is then in use."""
     name, number = wanted, 1
-    while name.upper() in used:
+    while name.upper() in used_names:
         name, number = f"{wanted}_{number}", number + 1
-    used.add(name.upper())
+    used_names.add(name.upper())
     return name
 
 
-def content(cell: Entry) -> Content:
+def cell_content(cell: Entry) -> Content:
     """The text of a wire, or the content of a parameter that is not wired."""
     return cell.raw.text if isinstance(cell.raw, Wire) else cell.raw
 
@@ -408,22 +408,22 @@ def cycles_of(entry: Mapping[str, object], plc: Mapping[str, object]) -> int:
 
 # --- A NextoPID program as Structured Text: declarations with initial values, and the calls in order of execution -----
 
-DEEPEST = 100
+MAX_PARENTHESES = 100
 """Levels of parentheses that the reader takes."""
 
 
 def write_st(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """The program as text."""
     unit = Unit(image)
-    lines = [f"(* {text} *)" for text in header(image, checklist)]
+    lines = [f"(* {text} *)" for text in header_comments(image, checklist)]
     lines += [f"PROGRAM {unit.program}", "VAR"]
     for variable in unit.variables():
-        lines += (f"    {line}" for line in declaration(variable))
-    lines += ["END_VAR", "", *statements(unit), "END_PROGRAM"]
+        lines += (f"    {line}" for line in declaration_lines(variable))
+    lines += ["END_VAR", "", *body_lines(unit), "END_PROGRAM"]
     return "\n".join(lines) + "\n"
 
 
-def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
+def header_comments(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
     """The comments above: the checklist for people, and what no parameter holds for the way back."""
     yield "NextoPID: declarations, and calls in the order of execution"
     for item in checklist:
@@ -436,83 +436,88 @@ def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
 # --- declarations ----------------------------------------------------------------------------------------------------
 
 
-def declaration(variable: Variable) -> list[str]:
+def declaration_lines(variable: Variable) -> list[str]:
     """A variable with its initial value."""
     head, note = f"{variable.name} : {variable.type}", f" (* {variable.note} *)" if variable.note else ""
     if variable.initial is None:
         return [f"{head};{note}"]
     if isinstance(variable.initial, tuple):
-        return [f"{head} := {literal(*variable.initial)};{note}"]
-    return wrap_call(f"{head} := (", members(variable.initial))
+        return [f"{head} := {literal_text(*variable.initial)};{note}"]
+    return wrap_call(f"{head} := (", member_texts(variable.initial))
 
 
-def members(initial: Mapping[str, tuple[IecType, Content]]) -> list[str]:
+def member_texts(initial: Mapping[str, tuple[IecType, Content]]) -> list[str]:
     """Initial values of an instance; those of a structure together."""
     texts: dict[str, list[str]] = {}
     for name, (kind, content) in initial.items():
         first, _, rest = name.partition(".")
-        texts.setdefault(first, []).append(f"{rest} := {literal(kind, content)}" if rest else literal(kind, content))
+        texts.setdefault(first, []).append(
+            f"{rest} := {literal_text(kind, content)}" if rest else literal_text(kind, content)
+        )
     inside = {row.partition(".")[0] for row in initial if "." in row}
-    return [f"{name} := ({', '.join(of)})" if name in inside else f"{name} := {of[0]}" for name, of in texts.items()]
+    return [
+        f"{name} := ({', '.join(values)})" if name in inside else f"{name} := {values[0]}"
+        for name, values in texts.items()
+    ]
 
 
 # --- calls -----------------------------------------------------------------------------------------------------------
 
 
-def statements(unit: Unit) -> Iterator[str]:
+def body_lines(unit: Unit) -> Iterator[str]:
     """The calls, between what is copied before them and behind them."""
-    yield from copies(unit, [copy for copy in unit.copies if copy.at_start])
-    yield from calls(unit)
-    yield from copies(unit, [copy for copy in unit.copies if not copy.at_start])
+    yield from copy_lines(unit, [copy for copy in unit.copies if copy.at_start])
+    yield from call_lines(unit)
+    yield from copy_lines(unit, [copy for copy in unit.copies if not copy.at_start])
 
 
-def copies(unit: Unit, listed: list[Copy]) -> Iterator[str]:
+def copy_lines(unit: Unit, copies_left: list[Copy]) -> Iterator[str]:
     """Assignments, those of one condition together as long as none of them changes it."""
-    at = 0
-    while at < len(listed):
-        when, end = listed[at].when, at + 1
+    begin = 0
+    while begin < len(copies_left):
+        when, end = copies_left[begin].when, begin + 1
         if when is None:
-            yield _assignment(unit, listed[at])
-            at = end
+            yield _assignment_text(unit, copies_left[begin])
+            begin = end
             continue
-        while end < len(listed) and _has_same_condition(listed[end], when, listed[end - 1].target):
+        while end < len(copies_left) and _has_same_condition(copies_left[end], when, copies_left[end - 1].target):
             end += 1
         yield f"IF {wire_content(unit, BOOL, when, 'moves')} THEN"
-        yield from (f"    {_assignment(unit, copy)}" for copy in listed[at:end])
+        yield from (f"    {_assignment_text(unit, copy)}" for copy in copies_left[begin:end])
         yield "END_IF;"
-        at = end
+        begin = end
 
 
-def _has_same_condition(copy: Copy, when: Expression, written: int) -> bool:
+def _has_same_condition(copy: Copy, when: Expression, written_number: int) -> bool:
     """Whether a copy has the condition of the one before it, which has not changed that."""
     same = copy.when is not None and (copy.when.code, copy.when.constants) == (when.code, when.constants)
-    return same and written not in when.signals
+    return same and written_number not in when.signals
 
 
-def _assignment(unit: Unit, copy: Copy) -> str:
+def _assignment_text(unit: Unit, copy: Copy) -> str:
     name = unit.names[copy.target]
-    value = copy.literal
-    text = wire_content(unit, copy.type, copy.value, name) if value is None else literal(copy.type, value)
+    value = copy.literal_content
+    text = wire_content(unit, copy.type, copy.value, name) if value is None else literal_text(copy.type, value)
     return f"{name} := {text};"
 
 
-def calls(unit: Unit) -> Iterator[str]:
+def call_lines(unit: Unit) -> Iterator[str]:
     """The calls."""
     for i in unit.order:
-        late = unit.previous(i)
+        late = unit.previous_values(i)
         if late:
             yield f"(* of the previous cycle: {', '.join(late)} *)"
         if i not in unit.counters:
-            yield from call(unit, i)
+            yield from block_call(unit, i)
             continue
         counter, cycles = unit.counters[i]
         yield f"IF {counter} = 0 THEN"
-        yield from (f"    {line}" for line in call(unit, i))
+        yield from (f"    {line}" for line in block_call(unit, i))
         yield "END_IF;"
         yield f"{counter} := ({counter} + 1) MOD {cycles};"
 
 
-def call(unit: Unit, i: int) -> Iterator[str]:
+def block_call(unit: Unit, i: int) -> Iterator[str]:
     """The call of a block: every wired parameter, of a function all that is given, and its outputs."""
     block = unit.layout.instances[i]
     arguments = []
@@ -521,11 +526,11 @@ def call(unit: Unit, i: int) -> Iterator[str]:
         if row.access == "output":
             arguments += [f"{row.name} => {name}"] if block.kind.function else []
             continue
-        text = argument(unit, i, block, row)
+        text = argument_text(unit, i, block, row)
         if text is not None and "." in row.name:
             yield f"{block.name}.{row.name} := {text};"  # a member of a structure cannot be an argument
             continue
-        if text is not None and block.kind.function and block.base + offset in unit.read:
+        if text is not None and block.kind.function and block.base + offset in unit.numbers_read:
             if (i, row.name) in unit.wires:
                 yield f"{name} := {text};"
             text = name
@@ -534,7 +539,7 @@ def call(unit: Unit, i: int) -> Iterator[str]:
     yield from wrap_call(f"{name}(", arguments)
 
 
-def argument(unit: Unit, i: int, block: Instance, row: Parameter) -> str | None:
+def argument_text(unit: Unit, i: int, block: Instance, row: Parameter) -> str | None:
     """What stands behind ``:=`` in a call, if anything."""
     wire = unit.wires.get((i, row.name))
     if wire is not None:
@@ -542,22 +547,22 @@ def argument(unit: Unit, i: int, block: Instance, row: Parameter) -> str | None:
     cell = unit.cells.get(f"{block.name}.{row.name}")
     if not block.kind.function or cell is None or isinstance(cell.raw, Wire):
         return None
-    return literal(row.type, cell.raw)
+    return literal_text(row.type, cell.raw)
 
 
 def wire_content(unit: Unit, kind: IecType, wire: Expression, place: str) -> str:
     """A wire as a text of its type."""
     if wire.signal is not None and unit.type_of(wire.signal) == kind:
         return unit.names[wire.signal]
-    text = print_expression(wire.code, wire.constants, lambda number: _operand(unit, number), ST)
-    if depth(text) > DEEPEST:
+    text = print_expression(wire.code, wire.constants, lambda number: _operand_text(unit, number), ST_DIALECT)
+    if parenthesis_depth(text) > MAX_PARENTHESES:
         raise UnwritableError(f"{place}: the expression is nested too deeply for Structured Text; split it")
     if kind.kind != "whole":
         return text
     return f"REAL_TO_{kind.name}{text}" if is_number(wire.code) else f"REAL_TO_{kind.name}({text})"
 
 
-def _operand(unit: Unit, number: int) -> str:
+def _operand_text(unit: Unit, number: int) -> str:
     """A name as an operand: numbers are REAL, and a TIME is its seconds."""
     kind, name = unit.type_of(number), unit.names[number]
     if kind.kind == "time":
@@ -573,13 +578,13 @@ def _operand(unit: Unit, number: int) -> str:
 
 NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
-DATE = "2000-01-01T00:00:00"
+FIXED_DATE = "2000-01-01T00:00:00"
 """A date must stand there, and none means anything."""
-ELEMENTARY = frozenset(("BOOL", "REAL", "USINT", "UINT", "UDINT", "INT", "DINT", "TIME"))
-TOP = f"""<?xml version="1.0" encoding="utf-8"?>
+ELEMENTARY_TYPES = frozenset(("BOOL", "REAL", "USINT", "UINT", "UDINT", "INT", "DINT", "TIME"))
+XML_HEAD = f"""<?xml version="1.0" encoding="utf-8"?>
 <project xmlns="{NAMESPACE}">
-  <fileHeader companyName="" productName="pidcfg" productVersion="1" creationDateTime="{DATE}" />
-  <contentHeader name="{{name}}" modificationDateTime="{DATE}">
+  <fileHeader companyName="" productName="pidcfg" productVersion="1" creationDateTime="{FIXED_DATE}" />
+  <contentHeader name="{{name}}" modificationDateTime="{FIXED_DATE}">
     <coordinateInfo>
       <fbd>
         <scaling x="1" y="1" />
@@ -597,7 +602,7 @@ TOP = f"""<?xml version="1.0" encoding="utf-8"?>
     <pous>
       <pou name="{{name}}" pouType="program">
         <interface>"""
-BOTTOM = """      </pou>
+XML_TAIL = """      </pou>
     </pous>
   </types>
   <instances>
@@ -613,7 +618,7 @@ WITH_TASK = """<configurations>
   </configuration>
 </configurations>"""
 """The names are those that CODESYS gives a new project."""
-END = """  </instances>
+XML_END = """  </instances>
 </project>
 """
 
@@ -621,18 +626,21 @@ END = """  </instances>
 def write_plcopen(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """The program as an XML document."""
     unit = Unit(image)
-    lines = TOP.replace("{name}", escape(unit.program)).split("\n")
-    variables = [line for variable in unit.variables() for line in _variable(variable)]
+    lines = XML_HEAD.replace("{name}", escape(unit.program)).split("\n")
+    variables = [line for variable in unit.variables() for line in _variable_xml(variable)]
     if variables:
         lines += ["          <localVars>", *(f"            {line}" for line in variables), "          </localVars>"]
     lines += ["        </interface>", "        <body>", "          <ST>"]
-    lines += [_xhtml("\n".join(("", *statements(unit), "")), "            ")]
+    lines += [_xhtml_text("\n".join(("", *body_lines(unit), "")), "            ")]
     lines += ["          </ST>", "        </body>", "        <documentation>"]
-    lines += [_xhtml("\n".join(("", *header(image, checklist), "")), "          "), "        </documentation>"]
-    return "\n".join(lines) + "\n" + BOTTOM + "".join(f"    {line}\n" for line in _task(unit)) + END
+    lines += [
+        _xhtml_text("\n".join(("", *header_comments(image, checklist), "")), "          "),
+        "        </documentation>",
+    ]
+    return "\n".join(lines) + "\n" + XML_TAIL + "".join(f"    {line}\n" for line in _task_lines(unit)) + XML_END
 
 
-def _task(unit: Unit) -> Sequence[str]:
+def _task_lines(unit: Unit) -> Sequence[str]:
     """The cyclic task that calls the program; none where nobody says its interval."""
     interval = unit.image.plc.get("sample_time")
     if interval is None:
@@ -643,28 +651,30 @@ def _task(unit: Unit) -> Sequence[str]:
     return WITH_TASK.format(task=task, seconds=seconds, name=escape(unit.program)).split("\n")
 
 
-def _xhtml(text: str, indent: str) -> str:
+def _xhtml_text(text: str, indent: str) -> str:
     return f'{indent}<xhtml xmlns="{XHTML}">{escape(text, quote=False)}</xhtml>'
 
 
-def _variable(variable: Variable) -> Iterator[str]:
+def _variable_xml(variable: Variable) -> Iterator[str]:
     """A declaration."""
-    kind = f"<{variable.type} />" if variable.type in ELEMENTARY else f'<derived name="{escape(variable.type)}" />'
+    kind = (
+        f"<{variable.type} />" if variable.type in ELEMENTARY_TYPES else f'<derived name="{escape(variable.type)}" />'
+    )
     yield f'<variable name="{escape(variable.name)}">'
     yield from ("  <type>", f"    {kind}", "  </type>")
     if variable.initial is not None:
         yield "  <initialValue>"
         if isinstance(variable.initial, tuple):
-            yield f"    {_simple(*variable.initial)}"
+            yield f"    {_simple_xml(*variable.initial)}"
         else:
-            yield from (f"    {line}" for line in _structure(variable.initial))
+            yield from (f"    {line}" for line in _structure_xml(variable.initial))
         yield "  </initialValue>"
     if variable.note:
-        yield from ("  <documentation>", _xhtml(variable.note, "    "), "  </documentation>")
+        yield from ("  <documentation>", _xhtml_text(variable.note, "    "), "  </documentation>")
     yield "</variable>"
 
 
-def _structure(initial: Mapping[str, tuple[IecType, Content]]) -> Iterator[str]:
+def _structure_xml(initial: Mapping[str, tuple[IecType, Content]]) -> Iterator[str]:
     """Initial values by member; members of a structure inside it have a dot in their names."""
     yield "<structValue>"
     inside = ""
@@ -675,11 +685,11 @@ def _structure(initial: Mapping[str, tuple[IecType, Content]]) -> Iterator[str]:
         if first and inside != first:
             yield from (f'  <value member="{escape(first)}">', "    <structValue>")
         inside, pad = first, "      " if first else "  "
-        yield from (f'{pad}<value member="{escape(rest)}">', f"{pad}  {_simple(*value)}", f"{pad}</value>")
+        yield from (f'{pad}<value member="{escape(rest)}">', f"{pad}  {_simple_xml(*value)}", f"{pad}</value>")
     if inside:
         yield from ("    </structValue>", "  </value>")
     yield "</structValue>"
 
 
-def _simple(kind: IecType, content: Content) -> str:
-    return f'<simpleValue value="{escape(literal(kind, content))}" />'
+def _simple_xml(kind: IecType, content: Content) -> str:
+    return f'<simpleValue value="{escape(literal_text(kind, content))}" />'

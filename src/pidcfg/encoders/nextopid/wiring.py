@@ -57,8 +57,8 @@ DIRECTIONS = {
     **dict.fromkeys(("direct", "cooling"), "write true: MV rises with the PV, which is cooling; false is heating"),
 }
 """What to write for the words that other families have for a direction, and for German ones."""
-NAMED = re.compile(r"[A-Za-z_][\w.]*")
-PASSES = frozenset(("ControlSelectMax", "ControlSelectMin", "ControlSplitRange", "ControlLeadLag"))
+NAME_FORM = re.compile(r"[A-Za-z_][\w.]*")
+PASSING_BLOCKS = frozenset(("ControlSelectMax", "ControlSelectMin", "ControlSplitRange", "ControlLeadLag"))
 """Blocks whose output answers to their input within the same call."""
 
 
@@ -112,7 +112,7 @@ class Layout:
         """How many values there are."""
         return len(self.signals) + sum(len(block.kind.table.rows) for block in self.instances)
 
-    def owner(self, number: int) -> int | None:
+    def owner_of(self, number: int) -> int | None:
         """The block that a number belongs to; None: it is a signal."""
         if number < len(self.signals):
             return None
@@ -137,106 +137,106 @@ class Layout:
 
     def is_input(self, number: int) -> bool:
         """Whether a number is that of an input of a block."""
-        owner = self.owner(number)
+        owner = self.owner_of(number)
         if owner is None:
             return False
         block = self.instances[owner]
         return block.kind.table.rows[number - block.base].access == "input"
 
-    def read(self, kind: IecType, text: str) -> Expression:
+    def read_wire(self, kind: IecType, text: str) -> Expression:
         """What a wire to a parameter of this type means; raises `ExpressionError` at its character."""
         if text in self.types:
             return self._read_name(kind, text)
-        wanted = KINDS[kind.kind]
-        if NAMED.fullmatch(text) and wanted == "bool" and text.upper() not in TRUTHS:
-            near = closest_name(text, [name for name, of in self.types.items() if of.kind == "bool"])
+        kind_wanted = KINDS[kind.kind]
+        if NAME_FORM.fullmatch(text) and kind_wanted == "bool" and text.upper() not in TRUTHS:
+            near = closest_name(text, [name for name, iec_type in self.types.items() if iec_type.kind == "bool"])
             cure = f"did you mean {near!r}?" if near else "wire the name of a BOOL, or a condition such as PV < 4.0"
             raise ExpressionError(f"{text!r} is no declared BOOL", 0, DIRECTIONS.get(text.casefold(), cure))
-        if wanted == "bool" and text in {"0", "1"}:
+        if kind_wanted == "bool" and text in {"0", "1"}:
             raise ExpressionError(
                 "this is a number; a BOOL is wanted", 0, f"write {'true' if text == '1' else 'false'}"
             )
         parser = TypedParser(text, self.numbers, self._lengths, types=self.kinds.__getitem__)
         expression = parser.read()
-        parser.expect_kind(parser.operands[-1], wanted)
-        fault = never_a_value(expression)
+        parser.expect_kind(parser.operands[-1], kind_wanted)
+        fault = no_value_reason(expression)
         if fault is not None:
             raise ExpressionError(f"{fault}: {text!r} has no value", 0, "correct the numbers")
         return expression
 
     def _read_name(self, kind: IecType, name: str) -> Expression:
         """A wire that is nothing but a name."""
-        found = self.types[name]
-        if KINDS.get(found.kind) != KINDS[kind.kind]:
-            wanted, cure = ("a BOOL is wanted", "compare it, as in PV < 4.0")
+        iec_type = self.types[name]
+        if KINDS.get(iec_type.kind) != KINDS[kind.kind]:
+            expected, cure = ("a BOOL is wanted", "compare it, as in PV < 4.0")
             if kind.kind != "bool":
-                wanted, cure = "numbers are wanted", "wire a REAL or an INT"
-            raise ExpressionError(f"{name} is {found.name}; {wanted}", 0, cure)
+                expected, cure = "numbers are wanted", "wire a REAL or an INT"
+            raise ExpressionError(f"{name} is {iec_type.name}; {expected}", 0, cure)
         number = self.numbers[name]
         return Expression(name, (SIGNAL, number), (), frozenset((number,)), 1)
 
     # --- order -------------------------------------------------------------------------------------------------------
 
-    def waits(self, wires: Wires) -> list[set[int]]:
+    def read_blocks(self, wires: Wires) -> list[set[int]]:
         """For each block those whose values it reads: outputs, and inputs that are wired."""
-        wired = {self.instances[i].base + self._offset(i, row) for i, row in wires}
+        wired = {self.instances[i].base + self._parameter_offset(i, row) for i, row in wires}
         owners: list[set[int]] = [set() for _ in self.instances]
         for (i, _), expression in wires.items():
             for number in expression.signals:
-                owner = self.owner(number)
+                owner = self.owner_of(number)
                 if owner is not None and (number in wired or not self.is_input(number)):
                     owners[i].add(owner)
         return owners
 
-    def _offset(self, instance: int, row: str) -> int:
+    def _parameter_offset(self, instance: int, row: str) -> int:
         rows = self.instances[instance].kind.table.rows
         return next(i for i, other in enumerate(rows) if other.name == row)
 
-    def order(self, wires: Wires) -> list[int]:
+    def execution_order(self, wires: Wires) -> list[int]:
         """The numbers of the blocks in the order in which they are executed."""
-        waits = [owners - {i} for i, owners in enumerate(self.waits(wires))]
-        done: dict[int, None] = {}
-        left = list(range(len(self.instances)))
-        while left:
-            ready = next((i for i in left if waits[i] <= done.keys()), None)
-            chosen = self._begin_ring(left, waits) if ready is None else ready
-            done[chosen] = None
-            left.remove(chosen)
-        return list(done)
+        waits = [owners - {i} for i, owners in enumerate(self.read_blocks(wires))]
+        ordered: dict[int, None] = {}
+        remaining = list(range(len(self.instances)))
+        while remaining:
+            ready = next((i for i in remaining if waits[i] <= ordered.keys()), None)
+            next_block = self._begin_ring(remaining, waits) if ready is None else ready
+            ordered[next_block] = None
+            remaining.remove(next_block)
+        return list(ordered)
 
-    def _begin_ring(self, left: Sequence[int], waits: Sequence[set[int]]) -> int:
+    def _begin_ring(self, remaining: Sequence[int], waits: Sequence[set[int]]) -> int:
         """Of rings that wait for nothing but themselves, the first loop, or else the first block."""
-        behind = {i: reach(i, waits, set(left)) for i in left}
-        first = [i for i in left if all(i in behind[j] for j in behind[i])]
-        return next((i for i in first if self.instances[i].kind.name in LOOP_TYPES), first[0])
+        reachable = {i: reachable_blocks(i, waits, set(remaining)) for i in remaining}
+        leading = [i for i in remaining if all(i in reachable[j] for j in reachable[i])]
+        return next((i for i in leading if self.instances[i].kind.name in LOOP_TYPES), leading[0])
 
-    def rings(self, wires: Wires, passing: set[int]) -> Iterator[list[int]]:
+    def find_rings(self, wires: Wires, passing: set[int]) -> Iterator[list[int]]:
         """Rings of blocks that are all ``passing``: their inputs go on within the same call."""
-        waits = self.waits(wires)
-        seen: set[int] = set()
+        waits = self.read_blocks(wires)
+        found: set[int] = set()
         for i in sorted(passing):
-            ring = sorted(j for j in reach(i, waits, passing) if i in reach(j, waits, passing))
-            if ring and i in ring and not seen & set(ring):
-                seen |= set(ring)
+            ring = sorted(j for j in reachable_blocks(i, waits, passing) if i in reachable_blocks(j, waits, passing))
+            if ring and i in ring and not found & set(ring):
+                found |= set(ring)
                 yield ring
 
 
-def reach(start: int, waits: Sequence[set[int]], among: set[int]) -> set[int]:
+def reachable_blocks(start: int, waits: Sequence[set[int]], blocks: set[int]) -> set[int]:
     """Everything that a block waits for, however indirectly, among some blocks."""
-    reached: set[int] = set()
-    waiting = list(waits[start] & among)
-    while waiting:
-        i = waiting.pop()
-        if i not in reached:
-            reached.add(i)
-            waiting += waits[i] & among
-    return reached
+    found: set[int] = set()
+    open_blocks = list(waits[start] & blocks)
+    while open_blocks:
+        i = open_blocks.pop()
+        if i not in found:
+            found.add(i)
+            open_blocks += waits[i] & blocks
+    return found
 
 
 # --- The value of an expression, as far as it is known ----------------------------------------------------------------
 
 
-def never_a_value(expression: Expression) -> str | None:
+def no_value_reason(expression: Expression) -> str | None:
     """Why an expression can have no value whatever its signals are: a division by 0, the root of a negative number."""
     try:
         value_of(expression, lambda _: None)

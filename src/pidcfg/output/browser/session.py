@@ -366,8 +366,8 @@ def key_of(finding: Diagnostic) -> tuple[str, str, str]:
 def word_text(cell: Any) -> str:
     """A word as a listing has it: hexadecimal digits of a register, a number in floating point as such."""
     data = cell.data()
-    if cell.single is not None:
-        return f"{cell.single:g}"
+    if cell.single_value is not None:
+        return f"{cell.single_value:g}"
     return str(data["hex"] if "hex" in data else data.get("value", data.get("expression")))
 
 

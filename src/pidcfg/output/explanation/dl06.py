@@ -10,7 +10,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import DecodeError, Position, bcd_digits
-from pidcfg.encoders.dl06.image import check_setup, scales, scales_of
+from pidcfg.encoders.dl06.image import check_setup, make_scales, scales_of
 from pidcfg.encoders.image import default_name, read_settings
 from pidcfg.encoders.maps.dl06 import (
     ADDRESS,
@@ -74,7 +74,7 @@ def word_text(word: Word, raw: int, _scaling: Scaling) -> str:
 
 def _setup_text(word: Word, raw: int) -> str:
     """What the CPU makes of V7640 for a single loop, and of V7641 with a table in its place; V7642 says the same."""
-    is_pointer = word.offset == SETUP_WORDS.offset("loop_table")
+    is_pointer = word.offset == SETUP_WORDS.offset_of("loop_table")
     setup = check_setup(raw, 1) if is_pointer else check_setup(CPU.lower[0], raw)
     digits = f"{raw:04X}".lstrip("0") or "0"
     shown = v_name(raw) if is_pointer else digits
@@ -176,7 +176,7 @@ def placements(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[i
         scaling = _scaling(raw, settings)._replace(stated=stated)
         for word in table.words:
             yield start + word.offset, Placement(table, word, settings.loop, scaling)
-        profiles.append(_ramp_soak(raw[table.offset("ramp_soak_table")], settings.loop, scaling))
+        profiles.append(_ramp_soak(raw[table.offset_of("ramp_soak_table")], settings.loop, scaling))
     for profile in profiles:
         yield from profile
 
@@ -193,11 +193,11 @@ def _loop_count(words: Mapping[int, int], loops: list[LoopSettings], options: Ma
 
 def _scaling(raw: list[int], settings: LoopSettings) -> Scaling:
     bits = {
-        path: LOOP_TABLE.bit(path).decode(raw[LOOP_TABLE.bit(path).offset])
+        path: LOOP_TABLE.find_bits(path).decode(raw[LOOP_TABLE.find_bits(path).offset])
         for path in ("pv.format", "output.format", "pv.square_root", "tuning.reset_unit")
     }
     ranges = settings.pv.range, settings.output.range
-    loop_scales = scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
+    loop_scales = make_scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
     return Scaling(loop_scales, _units(settings, bits["tuning.reset_unit"]))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from pidcfg.encoders.codecs import SIGN
+from pidcfg.encoders.codecs import SIGN_BIT
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, DUTY_FULL, R_BLOCK, S_BLOCK, SPACE, VARIABLES, WORDS
@@ -18,8 +18,8 @@ from pidcfg.schemas.base import units_of
 from pidcfg.schemas.ezlogix import CV_FULL, Loop, OutputSettings, PvSettings
 from pidcfg.text.frozen import frozen
 
-ERROR_WORD = R_BLOCK.word("error")
-ROOT_OFFSET = S_BLOCK.offset("square_root")
+ERROR_WORD = R_BLOCK.find_word("error")
+ROOT_OFFSET = S_BLOCK.offset_of("square_root")
 
 
 @frozen
@@ -51,7 +51,9 @@ def error_text(word: Word, raw: int, scaling: Scaling) -> str:
     if word is not ERROR_WORD:
         return ""
     scale = scaling.scales.get("sp")
-    return f"{raw - 0x10000 if raw & SIGN else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
+    return (
+        f"{raw - 0x10000 if raw & SIGN_BIT else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
+    )
 
 
 DUTY_NAMES = {"cv_low": "Min", "cv_high": "Max"}

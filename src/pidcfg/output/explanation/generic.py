@@ -15,7 +15,7 @@ DIRECTION_KEY = "output_raises_pv"
 
 def split_name(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
     """``TIC-101.tuning.gain`` to its loop and field."""
-    loop, path = LOOPS.split(name)
+    loop, path = LOOPS.split_name(name)
     return loop, TABLE_NAME if path else None, path
 
 

@@ -8,8 +8,8 @@ from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.codecs import Choice, DecodeError, Position, before_root
-from pidcfg.encoders.image import Block, no_registers
+from pidcfg.encoders.codecs import Choice, DecodeError, Position, pv_before_root
+from pidcfg.encoders.image import Block, bank_end_error
 from pidcfg.encoders.parameters import read_content
 from pidcfg.output.explanation import Origin, Page, QuestionError
 from pidcfg.schemas.base import Limits, Quantity, limits_at, unit_text, units_of
@@ -135,7 +135,7 @@ def share_before_root(word: Word, raw: int, scales: Mapping[str, Scale]) -> tupl
     pv, root = scales["pv"], scales["sp"]
     if not isinstance(word.codec, Position):
         return PERCENT * raw / pv.format.span, None
-    return before_root(pv, root, pv.format.codec.decode(raw))
+    return pv_before_root(pv, root, pv.format.codec.decode(raw))
 
 
 def unit_of(word: Word, units: Mapping[str, str]) -> str:
@@ -204,11 +204,11 @@ def choice_text(row: Bits, word: int) -> tuple[str, bool]:
 
 def choices_text(row: Bits) -> str:
     """What the codes of a row choose, where it is not just on or off."""
-    values = [value for value in row.in_place if value is not None]
+    values = [value for value in row.bits_by_value if value is not None]
     if len(values) > MOST_CHOICES or all(isinstance(value, bool) for value in values):
         return ""
     single = len(row.bits) == 1
-    return ": " + ", ".join(f"{row.in_place[v] >> row.bits[0]} {v}" if single else str(v) for v in values)
+    return ": " + ", ".join(f"{row.bits_by_value[v] >> row.bits[0]} {v}" if single else str(v) for v in values)
 
 
 def bits_text(rows: Iterable[Bits], raw: int) -> str:
@@ -409,7 +409,7 @@ class Configured:
         for block in self.blocks:
             if block.table.title == table.title and loop in {None, block.loop}:
                 if block in self.encoding.outside:
-                    raise no_registers(block, self.encoding.space)
+                    raise bank_end_error(block, self.encoding.space)
                 yield self._placement(block, word.offset), block.start + word.offset
 
     def _placement(self, block: Block, offset: int) -> Placement:

@@ -178,7 +178,7 @@ class Registers(Book):
             name=name,
             title=code.title,
             access="status",
-            writer=f"the PLC, into {table.at(word.offset)} ({word.title})",
+            writer=f"the PLC, into {table.offset_text(word.offset)} ({word.title})",
             basis=word.basis,
             meaning=code.meaning,
         )
@@ -208,7 +208,7 @@ class Registers(Book):
     def _writer(self, word: Word, access: str) -> str:
         if word.name in self.writers:
             return self.writers[word.name]
-        read_when = self.read_late.get(word.read, "")
+        read_when = self.read_late.get(word.read_when, "")
         return WRITERS[access] + (f"; a new value {read_when}" if read_when and access == "setting" else "")
 
     def is_binary(self, word: Word) -> bool:
@@ -264,17 +264,26 @@ class Registers(Book):
         words: dict[int, int] = listing.words
         placed: dict[int, Placement] = {}
         for number, placement in self.placements(listing, options):
-            if self.space.holds(number):
+            if self.space.has_bank(number):
                 placed.setdefault(number, placement)
-        prefixes = {self.space.place(number)[0].prefix for number, placement in placed.items() if placement.loop}
+        prefixes = {
+            self.space.bank_and_number(number)[0].prefix for number, placement in placed.items() if placement.loop
+        }
         missing = [
             s for s in self.starts if s.prefix not in prefixes and not options.get(s.option) and s.address not in words
         ]
         for number in sorted(words):
-            if not self.space.holds(number):
-                yield Line(listing.shown.get(number, str(number)), "-", "-", "-", "-", "lies behind the last register")
+            if not self.space.has_bank(number):
+                yield Line(
+                    listing.shown_addresses.get(number, str(number)),
+                    "-",
+                    "-",
+                    "-",
+                    "-",
+                    "lies behind the last register",
+                )
                 continue
-            raw, kind = words[number], self.space.kind(number)
+            raw, kind = words[number], self.space.kind_of(number)
             content = (self.space.name(number), kind.hex(raw), kind.text(raw))
             if number in placed:
                 placement = placed[number]
@@ -283,7 +292,7 @@ class Registers(Book):
                 )
                 yield Line(*content, placement.loop or "-", placement.prefix + placement.word.name, text)
             else:
-                yield Line(*content, "-", "-", unclaimed_word(self.space.place(number)[0].prefix, missing))
+                yield Line(*content, "-", "-", unclaimed_word(self.space.bank_and_number(number)[0].prefix, missing))
 
     def _line_text(self, record: RegisterRecord, raw: int, scaling: Scaling) -> str:
         """What a word says; a word that is no value says why."""
@@ -369,7 +378,7 @@ class RegisterBook(Registers):
             if is_before_root(record.word, scaling.scales)
             else unit_of(record.word, scaling.units),
             loop=placement.loop if placement.raw is not None else None,
-            place=f"{record.table.at(record.word.offset)} of {placement.loop}" if placement.loop else "",
+            place=f"{record.table.offset_text(record.word.offset)} of {placement.loop}" if placement.loop else "",
             origins=tuple(o for o in placement.origins if choice is None or o.key.endswith(choice.path or "-")),
             notes=tuple(self._placement_notes(placement, name, content)),
         )
@@ -421,12 +430,15 @@ class RegisterBook(Registers):
         name = f"{bank.prefix}{match.group(2)}"
         number = self.space.parse(name)
         if number is None:
-            first = self.space.name(self.space.number(bank.prefix, bank.first)) if bank.first else f"{bank.prefix}0"
-            last = self.space.name(self.space.number(bank.prefix, bank.last))
+            first = self.space.name(self.space.number_of(bank.prefix, bank.first)) if bank.first else f"{bank.prefix}0"
+            last = self.space.name(self.space.number_of(bank.prefix, bank.last))
             digits = "octal digits, " if bank.octal else ""
             raise QuestionError(f"{question.name} is no address of the {self.title}: {digits}{first} to {last}")
-        placement, bit = self._placement_at(number, question), self._bit_number(match.group(3), self.space.kind(number))
-        raw = self._raw_content(question, self.space.kind(number), name)
+        placement, bit = (
+            self._placement_at(number, question),
+            self._bit_number(match.group(3), self.space.kind_of(number)),
+        )
+        raw = self._raw_content(question, self.space.kind_of(number), name)
         if placement is None:
             return [self._unplaced_page(name, number, raw, question, bit)]
         return [self._placement_page(placement, self.space.name(number), raw, bit)]
@@ -452,12 +464,12 @@ class RegisterBook(Registers):
                 yield block, example
             if not block.is_in_loop or block.is_fixed or example is None:
                 continue
-            starts = [n for n in addresses if self.space.place(n)[0].prefix == block.prefix]
+            starts = [n for n in addresses if self.space.bank_and_number(n)[0].prefix == block.prefix]
             yield from ((block, number) for number in starts or [example] * question.loop)
 
     def _unplaced_page(self, name: str, number: int, raw: int | None, question: Question, bit: int | None) -> Page:
         """An address that no known block has: the part of the memory, and what it is in loops that begin as usual."""
-        bank, n = self.space.place(number)
+        bank, n = self.space.bank_and_number(number)
         blocks = [(b, start) for b, start in self._block_starts(question) if not b.is_fixed and b.prefix == bank.prefix]
         if blocks:
             spans = ", ".join(f"{self.space.name(s)} to {self.space.name(s + b.length - 1)}" for b, s in blocks)
@@ -493,19 +505,19 @@ class RegisterBook(Registers):
             if block.prefix == prefix and block.is_in_loop and not block.is_fixed:
                 for row in block.table.bits:
                     if bit in row.bits and row.access != "reserved":
-                        yield Point(f"{block.table.at(row.offset)}.{bit}", row.title)
+                        yield Point(f"{block.table.offset_text(row.offset)}.{bit}", row.title)
 
     def _meaning_by_default(self, number: int, bit: int | None) -> Iterator[str]:
         """What an address is where the loops begin as in the manual or the starter file, one behind the other."""
         for block in self.blocks:
             start = self.space.parse(block.start)
-            if start is None or block.is_fixed or not block.is_in_loop or not self.space.holds(number):
+            if start is None or block.is_fixed or not block.is_in_loop or not self.space.has_bank(number):
                 continue
             loop, offset = divmod(number - start, block.table.size)
-            if self.space.place(number)[0].prefix == block.prefix and 0 <= loop < MOST_LOOPS:
+            if self.space.bank_and_number(number)[0].prefix == block.prefix and 0 <= loop < MOST_LOOPS:
                 record = self.record(block.table, word_at(block.table, offset), bit)
                 bit_text = "" if bit is None else f".{bit}"
-                place = f"{block.table.at(offset)}{bit_text} of loop {loop + 1}, {record.title}"
+                place = f"{block.table.offset_text(offset)}{bit_text} of loop {loop + 1}, {record.title}"
                 yield f"if the loops begin at {block.start}, one behind the other, it is {place}"
 
     def _offset_pages(self, question: Question) -> list[Page]:
@@ -531,10 +543,10 @@ class RegisterBook(Registers):
             offset = int(digits, 8 if bank.octal else 10)
             length = block.length if block.repeat > 1 and not block.is_in_loop else block.table.size
             if offset >= length:
-                problems.append(f"{question.name}: the block ends at {block.table.at(length - 1)}")
+                problems.append(f"{question.name}: the block ends at {block.table.offset_text(length - 1)}")
                 continue
             placement = Placement(block.table, word_at(block.table, offset % block.table.size))
-            name = block.table.at(offset)
+            name = block.table.offset_text(offset)
             try:
                 raw, bit = self._raw_content(question, bank.kind, name), self._bit_number(match.group(3), bank.kind)
                 page = self._placement_page(placement, name, raw, bit)

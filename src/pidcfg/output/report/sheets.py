@@ -263,7 +263,7 @@ def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
                 name = encoding.space.name(block.start + row.offset)
                 plural = "s" if len(row.bits) > 1 else ""
                 numbers = f" bit{plural} {bit_numbers(row)}" if row.bits else ""
-                for key in filter(None, (path, row.instead)):
+                for key in filter(None, (path, row.other_key)):
                     places.setdefault(key, []).append(name + numbers)
     return {path: ", ".join(names) for path, names in places.items()}
 
@@ -294,7 +294,7 @@ class Words:
 
     def _registers(self, block: Block) -> Iterator[report.Register]:
         """The registers of a block; reserved ones that hold nothing stand together."""
-        cells = {cell.number - block.start: cell for cell in block.cells(self.encoding.space)}
+        cells = {cell.number - block.start: cell for cell in block.make_cells(self.encoding.space)}
         memory = self.encoding.image.words
         rows = [(word, memory[block.start + word.offset]) for word in block.table.words if word.offset in cells]
         for reserved, run in groupby(rows, key=lambda row: row[0].access == "reserved" and not row[1]):

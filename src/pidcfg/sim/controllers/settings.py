@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 from pydantic_core import PydanticCustomError
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
-from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
+from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store_content
 from pidcfg.encoders.regmap import Point, RegisterMap, Word
 from pidcfg.schemas.base import SIDES, Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
@@ -209,7 +209,7 @@ class NamedKeys:
         if row.type.kind == "word" and parsed not in row.type.words:
             refuse("choice", f"{value!r} is none of {', '.join(row.type.words)}")
         try:
-            return store(row.type, parsed)
+            return store_content(row.type, parsed)
         except EncodeError as error:
             between = "" if error.low is None else f": {error.low} to {error.high}"
             return refuse("set_value", f"{value} does not fit a {row.type.name}: it {error}{between}", help=FITS)

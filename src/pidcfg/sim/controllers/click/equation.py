@@ -286,14 +286,14 @@ class Loop:
 
 def number_of(prefix: str, raw: int) -> float:
     """What a register of a bank holds."""
-    kind = SPACE.kind(SPACE.number(prefix, 1))
+    kind = SPACE.kind_of(SPACE.number_of(prefix, 1))
     return float_of(raw) if kind is SINGLE else kind.show(raw)
 
 
 def loop_of(words: Mapping[int, int], index: int, entry: Mapping[str, Any]) -> Loop:
     """A loop from the PLC's memory and its entry in the image's settings; a register that was never written is 0."""
     starts = {key: BANKS[key].parse(entry[key]) for key in BLOCKS}
-    contents = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
+    contents = {row.name: words.get(SPACE.number_of(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
     output = entry.get("output") or {}
     name = str(entry.get("loop", default_name(index)))
     return Loop(

@@ -649,7 +649,7 @@ class ClickRegisters(Registers):
         for i in range(len(plc.loops)):
             starts = plc.memory(i).starts
             for key, (prefix, table) in BLOCKS.items():
-                start = SPACE.number(prefix, starts[key])
+                start = SPACE.number_of(prefix, starts[key])
                 self._rows |= {start + row.offset: (i, row) for row in table.words}
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
@@ -669,7 +669,7 @@ class ClickRegisters(Registers):
         self.decode(name, row.codec.decode, raw)
         if late := self.plc.write(loop, [(row, raw)], signals):
             raise RegisterError(NOT_NOW, f"{name} {late}")
-        return Done(f"set {row.path} to {SPACE.shown(number, raw)}")
+        return Done(f"set {row.path} to {SPACE.content_text(number, raw)}")
 
     def _request(self, loop: int, name: str, raw: int) -> Done:
         """A request goes on; one for an autotune may go off again."""

@@ -9,7 +9,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from pidcfg.encoders.codecs import DecodeError, Scale
-from pidcfg.encoders.dl06.image import alarm_order_broken, check_ramp_soak
+from pidcfg.encoders.dl06.image import check_ramp_soak, is_alarm_order_broken
 from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_SIZE, RESET
 from pidcfg.encoders.regmap import Point, RegisterMap
 from pidcfg.schemas.base import Quantity
@@ -312,7 +312,7 @@ def alarm_error(v: Values) -> bool:
     """Whether limits of an enabled group are out of order: bit 10 of +06, which forces Manual (D47)."""
     pv = [int(v[f"alarms.pv.{name}"].value) for name in PV_LIMITS] if v["alarms.pv.enabled"] else None
     deviation = [int(v[f"alarms.deviation.{n}"].value) for n in DEVIATION_LIMITS]
-    return alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)
+    return is_alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)
 
 
 def tuning(config: Config, state: State, v: Values, reset_decimals: int) -> None:
@@ -354,7 +354,7 @@ def _profile(words: Sequence[int], *formats: Any) -> Sequence[float]:
 def major_of(pointer: int, start: int, loops: int, minor: int) -> int:
     """The loop of the table at ``start`` whose output word the remote set point pointer names; -1: none."""
     index, offset = divmod(pointer - start, LOOP_TABLE.size)
-    named = offset == LOOP_TABLE.offset("output") and 0 <= index < loops and index != minor
+    named = offset == LOOP_TABLE.offset_of("output") and 0 <= index < loops and index != minor
     return index if named else -1
 
 

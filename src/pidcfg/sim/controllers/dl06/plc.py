@@ -138,7 +138,7 @@ class Loop:
         old = self.read[:]
         self.read[:] = self.memory
         for word in () if alarms else LOOP_TABLE.words:
-            if word.read == ALARM_WORD:
+            if word.read_when == ALARM_WORD:
                 self.read[word.offset] = old[word.offset]
         self.decode()
 
@@ -151,8 +151,8 @@ class Loop:
         word |= self.memory[row.offset] & ~row.mask
         rose = word & ~self.memory[row.offset]
         self.memory[row.offset] = word
-        if row.read in READ_LATE:
-            return f"+{row.offset:02o} {READ_LATE[row.read]}"
+        if row.read_when in READ_LATE:
+            return f"+{row.offset:02o} {READ_LATE[row.read_when]}"
         self.read[row.offset] = word
         if rose:
             self._read_alarms(str(row.path))
@@ -173,7 +173,7 @@ class Loop:
         results = tuned_words(config, state)
         self.results = [float(value) for value in results.values()]
         for name, value in results.items():
-            word = LOOP_TABLES[self.decimals].word(name)
+            word = LOOP_TABLES[self.decimals].find_word(name)
             self.memory[word.offset] = self.read[word.offset] = word.encode(value)
         self.decode()
 
@@ -186,7 +186,7 @@ def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], deci
     memory = [words.get(start + k, 0) for k in range(LOOP_TABLE.size)]
     values, problems = decode_loop(memory, decimals)
     pv, out = entry.get("pv") or {}, entry.get("output") or {}
-    goal = intended_mode(memory[LOOP_TABLE.offset("mode_and_alarm_status")], entry.get("mode", "manual"))
+    goal = intended_mode(memory[LOOP_TABLE.offset_of("mode_and_alarm_status")], entry.get("mode", "manual"))
     loop = Loop(entry["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
     loop.has_setpoint = entry.get("setpoint") is not False
     if values["ramp_soak.enabled"]:
@@ -328,7 +328,7 @@ class Dl06(CountsPlc):
         form, period = config.velocity, state.period
         configure(config, v, words.decimals, self._setup.count)
         state.pending |= bits.FRESH if config.velocity != form else 0  # another form has no past (D681)
-        config.halt = int(config.halt or not self._setup.running or i >= self._setup.count)
+        config.halt = int(config.halt or not self._setup.is_running or i >= self._setup.count)
         config.slow = int(self._options.scan_time > 0 and config.period > SLOW)
         self._follow_pointer(i)
         config.pv_low, config.pv_width = low_and_width(words.pv_range, config.pv_min, config.pv_span)
@@ -441,7 +441,7 @@ class Dl06(CountsPlc):
     @property
     def running(self) -> bool:
         """Whether the loop task runs."""
-        return self._setup.running
+        return self._setup.is_running
 
     @property
     def flags(self) -> Mapping[str, int]:
@@ -579,7 +579,7 @@ class Dl06(CountsPlc):
         if name not in self.loops:
             refuse("set_value", f"{name!r} is no loop of this PLC", help=f"known: {', '.join(self.loops)}")
         index = self.loops.index(name)
-        return self._words.get(TABLE_POINTER, 0) + index * LOOP_TABLE.size + LOOP_TABLE.offset("output")
+        return self._words.get(TABLE_POINTER, 0) + index * LOOP_TABLE.size + LOOP_TABLE.offset_of("output")
 
 
 def overruled(config: Config, state: State, path: str) -> str | None:

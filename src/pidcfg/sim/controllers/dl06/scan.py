@@ -244,8 +244,8 @@ class Dl06Registers(Registers):
                 yield name, kind.codec.encode(kind.codec.high if counts > 0 else kind.codec.low)
         yield "mode_and_alarm_status", state.status
         for name in ("mode_setting_1", "mode_setting_2"):
-            yield name, memory[LOOP_TABLE.offset(name)] & ~_requests(LOOP_TABLE.offset(name))
-        yield "ramp_soak_flags", state.aux_status & ~_requests(LOOP_TABLE.offset("ramp_soak_flags"))
+            yield name, memory[LOOP_TABLE.offset_of(name)] & ~_requests(LOOP_TABLE.offset_of(name))
+        yield "ramp_soak_flags", state.aux_status & ~_requests(LOOP_TABLE.offset_of("ramp_soak_flags"))
         yield "ramp_soak_errors", state.rs_error
 
     def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
@@ -263,7 +263,7 @@ class Dl06Registers(Registers):
         memory = self.plc.memory(loop)
         self.decode(name, LOOP_TABLES[memory.decimals].words[row.offset].decode, raw, raw_scales(memory.values))
         late = self.plc.write(loop, [(row, raw)], signals)
-        return Done.setting(row.path, f"{name} = {SPACE.shown(number, raw)}", late)
+        return Done.setting(row.path, f"{name} = {SPACE.content_text(number, raw)}", late)
 
     def _write_bits(self, loop: int, word: Word, raw: int, signals: MutableSequence[float]) -> Done:
         """The bits of a word, one choice after the other."""
@@ -287,7 +287,7 @@ class Dl06Registers(Registers):
 
     def _request(self, loop: int, row: Bits, bits: int) -> Done:
         """A mode, an auto-tune, or a command of the ramp/soak generator."""
-        if row.offset == LOOP_TABLE.offset("ramp_soak_flags"):
+        if row.offset == LOOP_TABLE.offset_of("ramp_soak_flags"):
             command = next(name for name, bit in COMMANDS.items() if bits & bit)
             self.plc.ramp_soak(loop, command)
             return Done(f"ramp/soak {command}")
@@ -306,7 +306,7 @@ class Dl06Registers(Registers):
         if number == LOOP_COUNT:
             self.decode(name, bcd_digits, raw)
         self.plc.write_other(number, raw)
-        return Done(f"set {name} to {SPACE.shown(number, raw)}")
+        return Done(f"set {name} to {SPACE.content_text(number, raw)}")
 
 
 def _requests(offset: int) -> int:

@@ -146,11 +146,11 @@ class Loop:
 
     def word(self, name: str) -> int:
         """The raw content of a register."""
-        return self.registers[R_BLOCK.offset(name)]
+        return self.registers[R_BLOCK.offset_of(name)]
 
     def bit(self, name: str) -> int:
         """The state of a discrete."""
-        return int(self.discretes[S_BLOCK.offset(name)] != 0)
+        return int(self.discretes[S_BLOCK.offset_of(name)] != 0)
 
     def values(self) -> dict[str, Any]:
         """What registers and discretes hold, in counts, and what the dialog says, by name."""
@@ -160,7 +160,7 @@ class Loop:
 
     def quantity(self, name: str) -> Decimal:
         """What a register holds, in its unit: a gain, or a time in seconds."""
-        value: Decimal = R_BLOCK.word(name).decode(self.word(name))
+        value: Decimal = R_BLOCK.find_word(name).decode(self.word(name))
         return value
 
     def scales(self) -> dict[str, Scale]:
@@ -170,7 +170,7 @@ class Loop:
     def write(self, row: str, raw: int) -> None:
         """The raw content of a register or a discrete."""
         block, table = (self.registers, R_BLOCK) if row in REGISTER_NAMES else (self.discretes, S_BLOCK)
-        block[table.offset(row)] = raw
+        block[table.offset_of(row)] = raw
 
 
 REGISTER_NAMES = frozenset(word.name for word in R_BLOCK.words if word.access != "reserved")
@@ -179,7 +179,7 @@ REGISTER_NAMES = frozenset(word.name for word in R_BLOCK.words if word.access !=
 def block_of(words: Mapping[int, int], prefix: str, first: int, table: RegisterMap) -> list[int]:
     """A block of registers; what lies beyond the end of its bank counts as 0."""
     bank = next(bank for bank in SPACE.banks if bank.prefix == prefix)
-    start = SPACE.number(prefix, first)
+    start = SPACE.number_of(prefix, first)
     return [words.get(start + k, 0) if first + k <= bank.last else 0 for k in range(table.size)]
 
 
@@ -235,7 +235,7 @@ def store_results(loop: Loop, state: State) -> None:
 def tag_number(tag: str) -> int | None:
     """The plain number of an R register; None for a physical tag."""
     match = TAG.fullmatch(tag)
-    return SPACE.number("R", int(match.group(2))) if match and match.group(1) == "R" else None
+    return SPACE.number_of("R", int(match.group(2))) if match and match.group(1) == "R" else None
 
 
 # --- The virtual EZLogix: built from its registers and dialog, operated as by its operator ----------------------------
@@ -289,7 +289,7 @@ class Ezlogix(CountsPlc):
 
     def _setpoint_at(self, number: int | None, i: int) -> int:
         """The other loop whose set point register has this number; -1: none."""
-        places = [SPACE.number("R", loop.dialog.registers) + R_BLOCK.offset("setpoint") for loop in self._loops]
+        places = [SPACE.number_of("R", loop.dialog.registers) + R_BLOCK.offset_of("setpoint") for loop in self._loops]
         return next((j for j, place in enumerate(places) if place == number and j != i), -1)
 
     def _apply(self, i: int) -> None:
@@ -420,7 +420,7 @@ class Ezlogix(CountsPlc):
         rows = KEYS.find(path)
         if str(rows[0].path) != "sample_rate":
             return 0
-        row: Word = R_BLOCK.word("sample_rate")
+        row: Word = R_BLOCK.find_word("sample_rate")
         raw = row.encode(value, self._loops[loop].scales())
         return ticks(row.decode(raw)) if raw >= LEAST_SAMPLE_RATE else 0
 
@@ -635,7 +635,7 @@ class EzlogixRegisters(Registers):
         for i in range(len(plc.loops)):
             dialog = plc.memory(i).dialog
             for key, (prefix, table) in BLOCKS.items():
-                start = MAP_SPACE.number(prefix, getattr(dialog, key))
+                start = MAP_SPACE.number_of(prefix, getattr(dialog, key))
                 self._rows |= {start + row.offset: (i, row) for row in table.words}
         for i in range(len(plc.loops)):
             dialog = plc.memory(i).dialog
@@ -678,7 +678,7 @@ class EzlogixRegisters(Registers):
         if row.name == "start_autotune":
             return self._start(loop, is_on=bool(raw))
         late = self.plc.write(loop, row, raw, signals)
-        return Done.setting(row.path, MAP_SPACE.shown(number, raw), late)
+        return Done.setting(row.path, MAP_SPACE.content_text(number, raw), late)
 
     def _start(self, loop: int, *, is_on: bool) -> Done:
         """Discrete +4, of which only the changes count."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from pidcfg.encoders.image import default_of
 from pidcfg.encoders.maps.generic import LOOPS, NEEDED, ROWS, TABLES
-from pidcfg.encoders.parameters import Content, Parameter, read_content, store
+from pidcfg.encoders.parameters import Content, Parameter, read_content, store_content
 from pidcfg.schemas.base import Quantity, limits_at, parse_off_seconds, parse_seconds
 from pidcfg.schemas.generic import Loop
 from pidcfg.schemas.numbers import refuse
@@ -152,7 +152,7 @@ UNKNOWN: Fields = {"sample_time": 1.0, "pv.range.1": 100.0, "output.range.1": 10
 def _default(row: Parameter) -> Content | None:
     value = default_of(Loop, row.name)
     if value is not None:
-        return store(row.type, value)
+        return store_content(row.type, value)
     return UNKNOWN.get(row.name, row.type.default) if row.name in NEEDED else None
 
 

@@ -266,7 +266,7 @@ class Memory(Plc):
                 content = self.words.get(f"{instance.name}.{row.name}")
                 if isinstance(content, Wire):
                     try:
-                        wires[i, row.name] = self.layout.read(row.type, content.text)
+                        wires[i, row.name] = self.layout.read_wire(row.type, content.text)
                     except ExpressionError as error:
                         raise DecodeError(f"{instance.name}.{row.name}: {error.message}") from None
         return wires
@@ -296,7 +296,7 @@ class Memory(Plc):
             elif config.kind == terms.ON_OFF:
                 self._set_point_slot(config, instance.name)
         place_of = {i: place for place, i in enumerate(self.listed)}
-        for position, i in enumerate(self.layout.order(self.wires)):
+        for position, i in enumerate(self.layout.execution_order(self.wires)):
             self.configs[position].call_order = place_of[i]
         if self.copies and self.configs:
             first = self.configs[0]

@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.parameters import Parameter, shortest
+from pidcfg.encoders.parameters import Parameter, shortest_single
 from pidcfg.schemas.base import parse_duration, parse_seconds
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.schemas.iec import Wire
@@ -582,7 +582,7 @@ class Nextopid(Facts):
         ended = state.tune_end in {DONE, FAILED}
         flags = [name for i, name in enumerate(RESULT_FLAGS) if state.result_flags >> i & 1 and ended]
         status = ", ".join(flags) or TUNE_STATUS[state.tune_end]
-        results = [shortest(result) for result in (state.result_kp, state.result_ti, state.result_td)]
+        results = [shortest_single(result) for result in (state.result_kp, state.result_ti, state.result_td)]
         return self.tune_report(status, results if any(results) else [], done=ended, error=state.tune_end == FAILED)
 
 

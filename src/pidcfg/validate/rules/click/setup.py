@@ -10,7 +10,7 @@ from decimal import Decimal
 from functools import cache, cached_property
 from typing import Any
 
-from pidcfg.encoders.image import Block, Encoding, switched_on
+from pidcfg.encoders.image import Block, Encoding, is_switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, LOOPS, SPACE, SUFFIXES, PidError
 from pidcfg.schemas import click as schema
 from pidcfg.schemas.click import D100, EFFECT, ClickFile, Loop
@@ -125,12 +125,12 @@ class LoopView(SwitchedView[Loop]):
     def rate_alarm_on(self) -> bool:
         """Whether the bit of the rate-of-change alarm is set."""
         alarms = self.loop.alarms
-        return switched_on(alarms.rate_of_change_enabled, alarms.rate_of_change)
+        return is_switched_on(alarms.rate_of_change_enabled, alarms.rate_of_change)
 
     def setpoint_limit_on(self, end: str) -> bool:
         """Whether the set point's ``lower`` or ``upper`` limit is enabled."""
         setpoint = self.loop.setpoint
-        return switched_on(getattr(setpoint, f"{end}_limit_enabled"), getattr(setpoint, f"{end}_limit"))
+        return is_switched_on(getattr(setpoint, f"{end}_limit_enabled"), getattr(setpoint, f"{end}_limit"))
 
     @property
     def error_squared_on(self) -> bool:

@@ -9,7 +9,7 @@ from decimal import Decimal
 from functools import cached_property
 from typing import Any
 
-from pidcfg.encoders.codecs import Position, Scale, bcd_digits, bcd_word, nearest
+from pidcfg.encoders.codecs import Position, Scale, bcd_digits, bcd_word, round_to_integer
 from pidcfg.encoders.dl06.image import (
     LOOP_SIZE,
     OUTPUT_OFFSET,
@@ -20,7 +20,7 @@ from pidcfg.encoders.dl06.image import (
     reset_value,
     scales_of,
 )
-from pidcfg.encoders.image import Block, Encoding, switched_on
+from pidcfg.encoders.image import Block, Encoding, is_switched_on
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
 from pidcfg.schemas.base import Quantity, v_name
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
@@ -171,7 +171,7 @@ class LoopView(SwitchedView[Loop]):
     @property
     def setpoint_limit_on(self) -> bool:
         """Whether the set point limits' bit is set."""
-        return switched_on(self.loop.setpoint.limits_enabled, self.loop.setpoint.limits)
+        return is_switched_on(self.loop.setpoint.limits_enabled, self.loop.setpoint.limits)
 
     def pv_counts_at(self, setpoint: int) -> int:
         """The counts of the PV at a set point: its square where the PV's root is taken."""
@@ -422,7 +422,7 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Findings:
 def rate_alarm_on(view: LoopView) -> bool:
     """Whether the bit of the rate-of-change alarm is set."""
     alarms = view.loop.alarms
-    return view.loop.sample_rate > 0 and switched_on(alarms.rate_of_change_enabled, alarms.rate_of_change)
+    return view.loop.sample_rate > 0 and is_switched_on(alarms.rate_of_change_enabled, alarms.rate_of_change)
 
 
 def rate_text(view: LoopView) -> str:
@@ -444,7 +444,7 @@ def one_count_per_minute(view: LoopView) -> str:
     if scale.range is None:
         return f"{float(counts):.4g} counts"
     unit = f" {view.loop.pv.unit}" if view.loop.pv.unit else ""
-    return f"{float(counts * scale.width / scale.full):.4g}{unit}"
+    return f"{float(counts * scale.width / scale.full_counts):.4g}{unit}"
 
 
 @per_loop
@@ -551,7 +551,7 @@ def hysteresis_in_use(view: LoopView) -> int | None:
 
 def span_share(view: LoopView, share: Decimal) -> int:
     """A part of the PV's span in whole counts."""
-    return nearest(share * view.scales["pv"].format.span)
+    return round_to_integer(share * view.scales["pv"].format.span)
 
 
 @per_loop

@@ -172,7 +172,7 @@ def cascade_into_square_root(context: Dl06Context) -> Findings:
     Fix: take the root outside the loop (in the transmitter or the ladder program), so that PV and set point are linear.
     """
     for major, minor in context.cascades:
-        most, top = major.counts("output_high"), minor.scales["sp"].full
+        most, top = major.counts("output_high"), minor.scales["sp"].full_counts
         if minor.loop.pv.square_root and most is not None and most > round(top):
             most_text = major.shown("output_high")
             values = {"minor": minor.name, "top": round(top), "major": major.name, "most": most_text}
@@ -555,7 +555,7 @@ def _nearest(view: LoopView, exact: Decimal, pair: Pair) -> str:
     below = exact // step * step
     counts = [slope for slope in (below, below + step) if 0 < slope <= SLOPE.high]
     is_raw = pair.step.slope.counts or scale.range is None
-    values = [slope if is_raw else EXACT_CONTEXT.divide(slope * scale.width, scale.full) for slope in counts]
+    values = [slope if is_raw else EXACT_CONTEXT.divide(slope * scale.width, scale.full_counts) for slope in counts]
     unit = " counts" if pair.step.slope.counts else _unit(view, pair)
     return " or ".join(
         f"{float(value):.4g}{unit} a second ({slope} counts)" for value, slope in zip(values, counts, strict=True)

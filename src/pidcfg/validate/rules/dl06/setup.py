@@ -656,7 +656,7 @@ def _channels(view: LoopView) -> list[tuple[str, tuple[int, int]]]:
 def _slot(view: LoopView) -> Finding:
     """What the word of a loop's first channel holds."""
     key, (slot, channel) = _channels(view)[0]
-    word = view.block.encoded.words[LOOP_TABLE.offset(f"{key}_transfer")]
+    word = view.block.encoded.words[LOOP_TABLE.offset_of(f"{key}_transfer")]
     shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
     return view.at_key(
         key, "transfer", word=view.address_of(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown

@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from itertools import combinations
 
-from pidcfg.encoders.codecs import nearest
+from pidcfg.encoders.codecs import round_to_integer
 from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.references import DL06, Decision
@@ -144,7 +144,7 @@ def square_root_rescales_setpoint(view: LoopView) -> Findings:
     Fix: see that all who write the set point know its scale. The 15-bit format gives finer steps.
     """
     if view.loop.pv.square_root:
-        top = nearest(view.scales["sp"].full)
+        top = round_to_integer(view.scales["sp"].full_counts)
         yield view.at("pv", "square_root", word=view.address_of("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
@@ -199,7 +199,9 @@ def square_root_without_setpoint_limits(view: LoopView) -> Findings:
     Fix: give `setpoint.limits`.
     """
     if view.loop.pv.square_root and not view.setpoint_limit_on:
-        yield view.at("pv", "square_root", word=view.address_of("setpoint"), top=nearest(view.scales["sp"].full))
+        yield view.at(
+            "pv", "square_root", word=view.address_of("setpoint"), top=round_to_integer(view.scales["sp"].full_counts)
+        )
 
 
 @per_loop
@@ -219,7 +221,7 @@ def square_root_of_signed_signal(view: LoopView) -> Findings:
     Fix: use a unipolar format for a differential-pressure signal.
     """
     if view.loop.pv.square_root and view.bipolar:
-        most, top = nearest(largest_root(view)), nearest(view.scales["sp"].full)
+        most, top = round_to_integer(largest_root(view)), round_to_integer(view.scales["sp"].full_counts)
         yield view.at("pv", "square_root", format=view.loop.pv.format, most=most, top=top)
 
 
@@ -385,8 +387,10 @@ def deadband_covers_the_range(view: LoopView) -> Findings:
     Fix: make the deadband as wide as the noise of the PV, no more.
     """
     width, scale = view.counts("deadband"), view.scales["sp"]
-    if view.deadband_on and width is not None and width >= scale.full:
-        span = view.text(scale.span_value(nearest(scale.full)), "sp", nearest(scale.full))
+    if view.deadband_on and width is not None and width >= scale.full_counts:
+        span = view.text(
+            scale.span_value(round_to_integer(scale.full_counts)), "sp", round_to_integer(scale.full_counts)
+        )
         yield view.at("error", "deadband", value=view.shown("deadband"), span=span)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 
-from pidcfg.encoders.codecs import EncodeError, bcd_digits, nearest
+from pidcfg.encoders.codecs import EncodeError, bcd_digits, round_to_integer
 from pidcfg.encoders.dl06.image import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.schemas.numbers import decimal_text
@@ -133,7 +133,7 @@ def _other_unit_cure(view: LoopView, value: Decimal, step: Decimal) -> str:
         return "; a time is not negative, the direction of control is `action`"
     minutes = view.loop.tuning.reset_unit == "minutes"
     other = value * 60 if minutes else value / 60
-    digits = nearest(other / step)
+    digits = round_to_integer(other / step)
     if not 0 < digits < NINES:
         return ""
     unit, key = ("s", "seconds") if minutes else ("min", "minutes")
@@ -607,6 +607,6 @@ def start_distance(view: LoopView) -> str:
     """
     rounding = ROUND_CEILING if view.loop.autotune.method == "open" else ROUND_FLOOR
     root = view.loop.pv.square_root
-    exact = APART * view.scales["sp"].full / FULL_SCALE
+    exact = APART * view.scales["sp"].full_counts / FULL_SCALE
     counts = exact.quantize(Decimal("0.01") if root else Decimal(1), rounding)
     return f"{counts_text(counts)} of the set point's scale" if root else view.distance(int(counts))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.dpide.image import D256, symbol_name, unusable
+from pidcfg.encoders.dpide.image import D256, symbol_name, unusable_reason
 from pidcfg.encoders.maps.dpide import REMARKS, ROWS, TABLE, WRITTEN_BY_AUTOTUNE
 from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE, DeviceRange, device_range
 from pidcfg.schemas.numbers import decimal_text
@@ -283,7 +283,7 @@ def name_without_symbols(view: LoopView) -> Findings:
 
     Fix: rename the loop with at most 28 characters, beginning with a letter, if the symbol table is wanted.
     """
-    reason = unusable(view.name)
+    reason = unusable_reason(view.name)
     if reason is not None:
         yield view.at("name", reason=reason)
 
@@ -297,7 +297,7 @@ def symbols_collide(context: DpideContext) -> Findings:
 
     Fix: rename one of them, if the symbol table is wanted.
     """
-    usable = [view for view in context.loops if unusable(view.name) is None]
+    usable = [view for view in context.loops if unusable_reason(view.name) is None]
     for _, view, names in find_shared_keys((symbol_name(view.name, "SV").casefold(), view) for view in usable):
         others = [name for name in names if name != view.name]
         if others:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.maps.dpide import D255, LOOPS, REMARKS, TABLE
-from pidcfg.encoders.parameters import Content, ProgramEncoding, store
+from pidcfg.encoders.parameters import Content, ProgramEncoding, store_content
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.schemas.iec import TimeNumber
 from pidcfg.text.diagnostics import Severity
@@ -30,7 +30,7 @@ class LoopView(View[Loop]):
         contents: dict[str, Content] = {}
         for row, value in LOOPS.values_of(self.loop):
             try:
-                contents[row.name] = store(row.type, value)
+                contents[row.name] = store_content(row.type, value)
             except EncodeError:
                 continue
         return contents

@@ -62,7 +62,7 @@ def square_root_rescales_set_point(view: LoopView) -> Findings:
     an R register with 0 to 4095 counts, and switch `square_root` off.
     """
     if view.loop.pv.square_root and view.scales["pv"].format.minimum == 0:
-        top = view.scales["sp"].top
+        top = view.scales["sp"].top_counts
         yield view.at("pv", "square_root", register=view.register("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
@@ -384,12 +384,12 @@ def deadband_wide(view: LoopView) -> Findings:
     if not deadband or limits is None:
         return
     scale = view.scales["sp"]
-    furthest = max(limits[1] - scale.zero, scale.top - limits[0])
+    furthest = max(limits[1] - scale.zero_counts, scale.top_counts - limits[0])
     if deadband > furthest:
         consequence = "no error is that large, the loop rests"
         yield view.at("deadband", severity=Severity.ERROR, deadband=view.pv_distance(deadband), consequence=consequence)
-    elif deadband * WIDE > scale.top - scale.zero:
-        share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
+    elif deadband * WIDE > scale.top_counts - scale.zero_counts:
+        share = f"{100 * deadband / (scale.top_counts - scale.zero_counts):.0f}"
         yield view.at(
             "deadband",
             deadband=view.pv_distance(deadband),

@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Any, NamedTuple, TypeGuard, TypeVar
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
-from pidcfg.encoders.nextopid.image import NextopidEncoding, Placed
+from pidcfg.encoders.nextopid.image import NextopidEncoding, PlacedBlock
 from pidcfg.encoders.parameters import Parameter
 from pidcfg.schemas import expressions as grammar
 from pidcfg.schemas.expressions import Expression
@@ -59,7 +59,7 @@ class BlockView:
 
     context: ProgramContext
     number: int
-    placed: Placed
+    placed: PlacedBlock
 
     @property
     def name(self) -> str:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES, MOST_SAMPLES
-from pidcfg.encoders.nextopid.wiring import NoValueError, reach, value_of
-from pidcfg.encoders.parameters import shortest, store
+from pidcfg.encoders.nextopid.wiring import NoValueError, reachable_blocks, value_of
+from pidcfg.encoders.parameters import shortest_single, store_content
 from pidcfg.schemas.iec import BOOL, INT, Wire
 from pidcfg.text.paths import parse_path, value_at
 from pidcfg.text.references import Decision
@@ -74,7 +74,7 @@ def value_in_plc(kind: IecType, value: Any) -> Decimal | bool | None:
     if value is None:
         return None
     try:
-        content = store(kind, value)
+        content = store_content(kind, value)
     except EncodeError:
         return None
     if kind.kind == "time":
@@ -95,7 +95,7 @@ def as_int(value: Decimal) -> Decimal:
 
 def _content(kind: IecType, result: float) -> Decimal | bool:
     """A result in single precision as a Decimal, or as a switch."""
-    return result != 0 if kind is BOOL else Decimal(repr(shortest(result)))
+    return result != 0 if kind is BOOL else Decimal(repr(shortest_single(result)))
 
 
 # --- Outputs of blocks after their first call without an error, by D237; empty where there is one ---------------------
@@ -156,7 +156,7 @@ FIRST_CALLS: Mapping[str, Callable[[Read, str, float], Outputs]] = {
 
 def dependencies_of(encoding: NextopidEncoding, number: int) -> set[int]:
     """What a value depends on: the wire of an input; for an output all wires of its block, unless that is a PID."""
-    block = encoding.layout.owner(number)
+    block = encoding.layout.owner_of(number)
     if block is None:
         return set()
     kind, base = encoding.layout.instances[block].kind, encoding.layout.instances[block].base
@@ -192,7 +192,7 @@ class FirstScan:
 
     def _row(self, number: int) -> tuple[int, Parameter] | None:
         """The number of a block, and its parameter that a number stands for; None: a signal."""
-        owner = self.layout.owner(number)
+        owner = self.layout.owner_of(number)
         if owner is None:
             return None
         block = self.layout.instances[owner]
@@ -242,12 +242,12 @@ class FirstScan:
     def _waits_for(self, block: int) -> set[int]:
         """The block itself, and all whose values it reads, however indirectly."""
         if block not in self._read_blocks:
-            self._read_blocks[block] = {block, *reach(block, self._waits, self._all_blocks)}
+            self._read_blocks[block] = {block, *reachable_blocks(block, self._waits, self._all_blocks)}
         return self._read_blocks[block]
 
     @cached_property
     def _waits(self) -> list[set[int]]:
-        return self.layout.waits(self.encoding.wires)
+        return self.layout.read_blocks(self.encoding.wires)
 
     @cached_property
     def _all_blocks(self) -> set[int]:

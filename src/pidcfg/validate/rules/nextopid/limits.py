@@ -226,7 +226,7 @@ def wired_value_out_of_range(context: NextopidContext) -> Findings:
     Fix: correct the expression, give the signal another first value, or limit it on its way.
     """
     for view in context.views:
-        for row, _ in view.placed.given():
+        for row, _ in view.placed.given_inputs():
             limits = limits_at(view.placed.kind.model, row.name)
             value = view.number_of(row.name) if limits and view.is_wired(row.name) else None
             if limits is not None and value is not None and not limits.holds(value):
@@ -255,7 +255,7 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Findings:
     Fix: give the signal in the units of the INT controller, or use the REAL one.
     """
     for view in context.views:
-        for row, _ in view.placed.given():
+        for row, _ in view.placed.given_inputs():
             value = view.number_of(row.name) if row.type is INT and view.is_wired(row.name) else None
             taken = None if value is None else as_int(value)
             if value is None or taken is None or value == taken:

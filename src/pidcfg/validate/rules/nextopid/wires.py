@@ -262,7 +262,7 @@ def constant_condition(context: NextopidContext) -> Findings:
     kinds = context.encoding.layout.kinds
     for (i, name), expression in context.encoding.wires.items():
         view = context.views[i]
-        if view.placed.kind.table.row(name).type.kind == "bool":
+        if view.placed.kind.table.find_parameter(name).type.kind == "bool":
             value = constant_value(expression, kinds)
             if value is not None:
                 yield view.at(name, key=name, value=TRUTH_TEXT[value], text=expression.text)
