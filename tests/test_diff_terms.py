@@ -575,7 +575,7 @@ def test_who_writes_what_is_about_registers_that_there_are(vendor):
         names |= {row.name for row in (table.rows if isinstance(table, ParameterTable) else table.words)}
     table = vendor.load("written")
     assert {row.name for row in table} <= names | beside
-    assert all(row.by and str(row.basis) for row in table)
+    assert all(row.writer and str(row.basis) for row in table)
 
 
 @pytest.mark.parametrize("vendor", diff_spoil.STRATEGIES)

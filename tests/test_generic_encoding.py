@@ -63,10 +63,10 @@ def test_the_table_has_every_field_once():
 
 def test_no_path_is_the_end_of_another_so_that_names_with_dots_are_clear():
     assert not [(a, b) for a, b in permutations(ROWS, 2) if a.endswith(f".{b}")]
-    assert LOOPS.split("A.pv.pv.range.0") == ("A.pv", "pv.range.0")
-    assert LOOPS.split("TIC-101.tuning.gain") == ("TIC-101", "tuning.gain")
-    assert LOOPS.split("tuning.gain") == ("", "")
-    assert LOOPS.split("TIC-101.tuning.gian") == ("", "")
+    assert LOOPS.split_name("A.pv.pv.range.0") == ("A.pv", "pv.range.0")
+    assert LOOPS.split_name("TIC-101.tuning.gain") == ("TIC-101", "tuning.gain")
+    assert LOOPS.split_name("tuning.gain") == ("", "")
+    assert LOOPS.split_name("TIC-101.tuning.gian") == ("", "")
 
 
 @settings(max_examples=40)
@@ -188,5 +188,5 @@ def test_tuning_finds_its_fields():
     for name in ("nothing", "nothing.gain"):
         with pytest.raises(KeyError, match=name):
             TUNED.limits(GenericFile, name)
-    assert TUNED.stored("tuning.gain", Decimal("0.1")) == Decimal("0.1")
+    assert TUNED.stored_value("tuning.gain", Decimal("0.1")) == Decimal("0.1")
     assert set(PLAIN) <= set(Loop.model_fields)

@@ -376,7 +376,7 @@ def unplaced_words(
     for address, raw in listing.words.items():
         if address not in words:
             shown = listing.shown_addresses[address] if space is None else space.name(address)
-            value = raw if space is None else space.kind(address).show(raw)
+            value = raw if space is None else space.kind_of(address).show(raw)
             text = raw.text if isinstance(raw, Wire) else str(raw) if space is None else space.shown(address, raw)
             yield shown, Item(shown, number(value), "", raw, shown, text, optional=True)
     for entry in listing.settings:

@@ -557,7 +557,7 @@ WORDS = {
     ),
 }
 """By the name of a register that the configuration does not set."""
-WRITERS = {row.name: row.by for row in reversed(WRITTEN) if row.name in {"pv", "bias", "output"}}
+WRITERS = {row.name: row.writer for row in reversed(WRITTEN) if row.name in {"pv", "bias", "output"}}
 """Who writes a word that is not the PLC's alone."""
 
 NO_REGISTER: tuple[str, ...] = ()

@@ -32,7 +32,7 @@ from pidcfg.schemas.numbers import plain_number
 
 # --- IF and CASE of Structured Text as assignments, each with the conditions under which it is executed ---------------
 #
-# Design. `assignments` walks a statement and gives its assignments in order, each a `GuardedAssignment` with the conditions
+# Design. `assignments` walks a statement and gives its assignments in order, each a `GuardedAssignment` with conditions
 # of all branches around it. Whoever reads them takes every condition where its assignment stands, and not where IF
 # does; so each `Guard` knows what was assigned before it was looked at, and `pidcfg.encoders.nextopid.st_moves` finds
 # a change in between.
