@@ -181,7 +181,7 @@ def registers(vendor: Vendor) -> str:
         head = f"# Parameters of the {vendor.title}\n\n{about}"
         return NOTE + head + "".join(parameters(table, vendor.model) for table in tables)
     about = REGISTERS.format(keys=f"[the list of keys]({vendor.key}-keys.md)")
-    marks = {word.read for table in tables for word in table.words}
+    marks = {word.read_when for table in tables for word in table.words}
     about += "".join(f"\n`{mark}`: what is written {when}.\n" for mark, when in READ_LATE.items() if mark in marks)
     return NOTE + f"# Registers of the {vendor.title}\n\n{about}" + "".join(block(table) for table in tables)
 
@@ -220,7 +220,7 @@ def model_of(table: ParameterTable, model: type[BaseModel]) -> type[BaseModel]:
 
 def block(table: RegisterMap) -> str:
     """One table: a row a word, then a row a choice of bits."""
-    read = any(word.read != NEVER for word in table.words)
+    read = any(word.read_when != NEVER for word in table.words)
     columns = ["offset", "register", "key", "format", "unit", *(["read on the fly"] if read else []), "basis"]
     lines = [f"\n## {table.title}\n", f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     lines += [word_row(table, run, read=read) for run in runs(table.words)]
@@ -242,7 +242,7 @@ def word_row(table: RegisterMap, run: Sequence[Word], *, read: bool) -> str:
     offset = table.offset_text(w.offset) + (f" to {table.offset_text(run[-1].offset)}" if len(run) > 1 else "")
     key = f"`{w.path}`" if w.path else w.access if w.access != "setting" else "bits"
     notation = NEVER if w.access == "reserved" else w.codec.notation
-    cells = [offset, w.title, key, notation, w.unit, *([w.read] if read else []), str(w.basis)]
+    cells = [offset, w.title, key, notation, w.unit, *([w.read_when] if read else []), str(w.basis)]
     return f"| {' | '.join(cells)} |"
 
 
@@ -251,7 +251,8 @@ def bits_row(table: RegisterMap, b: Bits) -> str:
     bits = ", ".join(map(str, b.bits)) if len(b.bits) < 5 else f"{b.bits[0]}-{b.bits[-1]}"
     values = (
         ", ".join(
-            f"{bits_of(v, b)} {'-' if v is None else str(v).lower() if isinstance(v, bool) else v}" for v in b.in_place
+            f"{bits_of(v, b)} {'-' if v is None else str(v).lower() if isinstance(v, bool) else v}"
+            for v in b.bits_by_value
         )
         if len(b.choices) < 17
         else "number"
@@ -263,7 +264,7 @@ def bits_row(table: RegisterMap, b: Bits) -> str:
 
 def bits_of(value: Any, b: Bits) -> str:
     """The bits of a value, most significant first."""
-    return "".join(str(b.in_place[value] >> n & 1) for n in reversed(b.bits)) if len(b.bits) < 9 else ""
+    return "".join(str(b.bits_by_value[value] >> n & 1) for n in reversed(b.bits)) if len(b.bits) < 9 else ""
 
 
 def schema_text(name: str) -> str:

@@ -169,7 +169,7 @@ def loop_words(draw) -> list[int]:
     image = [0] * LOOP_TABLE.size
     for row in LOOP_TABLE.bits:
         if row.path is not None:
-            image[row.offset] |= row.encode(draw(st.sampled_from(list(row.in_place))))
+            image[row.offset] |= row.encode(draw(st.sampled_from(list(row.bits_by_value))))
     bits = LOOP_TABLE.decode_bits(image)
     formats = {"pv": bits["pv.format"], "sp": bits["pv.format"], "output": bits["output.format"] or bits["pv.format"]}
     for word in LOOP_TABLE.words:

@@ -94,9 +94,9 @@ def test_no_word_makes_the_check_fail():
 
 
 def test_the_loop_task_runs_with_loops_and_without_flags():
-    assert check_setup(0o2000, 4).running
-    assert not check_setup(0o2000, 0).running
-    assert not check_setup(0o2000, 9).running
+    assert check_setup(0o2000, 4).is_running
+    assert not check_setup(0o2000, 0).is_running
+    assert not check_setup(0o2000, 9).is_running
 
 
 @pytest.mark.parametrize(

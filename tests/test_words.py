@@ -294,7 +294,7 @@ def test_the_first_writer_of_a_register_that_holds_for_the_loop_is_named(name, a
         Writer("gain", "live", "c", BASIS),
     ]
     found = writer_of(rows, name, {"auto": auto})
-    assert (found and found.by) == by
+    assert (found and found.writer) == by
 
 
 def test_a_row_of_a_listing_is_refused_at_its_line_and_column():

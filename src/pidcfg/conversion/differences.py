@@ -341,7 +341,9 @@ def _states(
     """The states that a content shows."""
     space = subject.encoding.space
     address, word = (
-        (str(number), str(content).upper()) if space is None else (space.name(number), space.shown(number, content))
+        (str(number), str(content).upper())
+        if space is None
+        else (space.name(number), space.content_text(number, content))
     )
     for bit in trouble.bits:
         if content >> bit & 1:

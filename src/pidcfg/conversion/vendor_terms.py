@@ -244,7 +244,7 @@ class _Block:
         """The address of a register, and its content as the PLC shows it."""
         space, address = self.subject.encoding.space, self.block.start + offset
         raw = self.raw(offset)
-        return space.name(address), "" if raw is None else space.shown(address, raw)
+        return space.name(address), "" if raw is None else space.content_text(address, raw)
 
 
 # --- Terms of a vendor whose parameters have names: every parameter of a loop, of a block, and the signals ------------
@@ -377,7 +377,9 @@ def unplaced_words(
         if address not in words:
             shown = listing.shown_addresses[address] if space is None else space.name(address)
             value = raw if space is None else space.kind_of(address).show(raw)
-            text = raw.text if isinstance(raw, Wire) else str(raw) if space is None else space.shown(address, raw)
+            text = (
+                raw.text if isinstance(raw, Wire) else str(raw) if space is None else space.content_text(address, raw)
+            )
             yield shown, Item(shown, number(value), "", raw, shown, text, optional=True)
     for entry in listing.settings:
         name = owner_name(entry)

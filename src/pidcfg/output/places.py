@@ -59,7 +59,7 @@ def held_words(checked: Checked) -> Iterator[Held]:
     if encoding is None:
         return
     for block in encoding.blocks:
-        for point in block.table.points if block not in encoding.outside else ():
+        for point in block.table.points if block not in encoding.blocks_outside else ():
             if point.path is not None:
                 yield _register_of(encoding.space, block, point)
     data = checked.document.data or {}

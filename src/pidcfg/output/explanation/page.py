@@ -408,7 +408,7 @@ class Configured:
         """
         for block in self.blocks:
             if block.table.title == table.title and loop in {None, block.loop}:
-                if block in self.encoding.outside:
+                if block in self.encoding.blocks_outside:
                     raise bank_end_error(block, self.encoding.space)
                 yield self._placement(block, word.offset), block.start + word.offset
 
