@@ -62,7 +62,7 @@ def test_a_block_that_leaves_its_bank_has_no_image(base, fits, discretes):
 def test_an_address_behind_the_last_bank_is_none():
     last = SPACE.number_of("S", 65535)
     assert SPACE.name(last) == "S65535"
-    for ask in (SPACE.name, SPACE.kind, SPACE.place):
+    for ask in (SPACE.name, SPACE.kind_of, SPACE.bank_and_number):
         with pytest.raises(NoRegisterError, match="no register lies behind S65535"):
             ask(last + 1)
 
