@@ -7,7 +7,7 @@ import signal
 import time
 from pathlib import Path
 
-from pidcfg.study.scenario import load
+from pidcfg.study.scenario import load_scenario
 from pidcfg.study.uncertainty import NumberSpread, Uncertainty
 from pidcfg.text import processes
 from pidcfg.text.reader import DEFAULT, Texts
@@ -57,7 +57,7 @@ def files(text):
 def loaded_of(text, config=CONFIG, name="loop.yaml"):
     """A scenario with its configuration."""
     document = read_document(text.encode(), "run.scenario.yaml", DEFAULT)
-    return load(document, Texts({name: config}))
+    return load_scenario(document, Texts({name: config}))
 
 
 def uniform(low, high, key="gain"):

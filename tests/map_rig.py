@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pidcfg
 from pidcfg.live.serving import VirtualPlc
-from pidcfg.study.scenario import load
+from pidcfg.study.scenario import load_scenario
 from pidcfg.text.reader import DEFAULT, reader_of
 from pidcfg.validate.engine import document_of
 from pidcfg.validate.map_files import MapFile, numbering_of
@@ -72,5 +72,5 @@ def virtual(vendor, text, events="", name=None):
     """The virtual PLC of an example behind a map, not yet at rest; ``events`` come before those of its scenario."""
     scenario = example(vendor, name).with_suffix(".scenario.yaml")
     source = scenario.read_text("utf-8").replace("initial: steady\n", "").replace("events:\n", f"events:\n{events}")
-    loaded = load(document_of(source, scenario.as_posix(), None, DEFAULT), reader_of(None))
+    loaded = load_scenario(document_of(source, scenario.as_posix(), None, DEFAULT), reader_of(None))
     return VirtualPlc(loaded, numbering_of(loaded.vendor, MapFile(text, "map.csv"), loaded.image))

@@ -10,7 +10,7 @@ from pidcfg.schemas.numbers import parse_number
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.plc import Plc as BasePlc
 from pidcfg.sim.costs import Cost
-from pidcfg.sim.engine.run import Settings, prepare, simulate
+from pidcfg.sim.engine.run import Settings, prepare_network, simulate
 from pidcfg.sim.judgement.report import ScanTime
 from pidcfg.text.source import read_document
 
@@ -221,5 +221,6 @@ def rows(trend):
 def problems(text, **given):
     """What is wrong with a scenario: path and message."""
     return [
-        (".".join(map(str, p.path)), p.message) for p in prepare(scenario(text, **given), Controller.load()).problems
+        (".".join(map(str, p.path)), p.message)
+        for p in prepare_network(scenario(text, **given), Controller.load()).problems
     ]

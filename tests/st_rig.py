@@ -89,7 +89,7 @@ def _scenario(vendor, name, samples, step):
 
 def _run(scenario, new_plc, module, scan):
     controller = SimpleNamespace(**{**vars(module), "scan": scan})
-    simulate(scenario, new_plc, controller, Settings(engine="python", judged=False, reference=False))
+    simulate(scenario, new_plc, controller, Settings(engine="python", with_verdicts=False, reference=False))
 
 
 # --- NextoPID ---------------------------------------------------------------------------------------------------------

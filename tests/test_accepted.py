@@ -14,7 +14,7 @@ from pidcfg import certify, check, simulate
 from pidcfg.cli.formats.runs import render_runs
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.schemas.scenario import AcceptedRun, AlarmTimes, ModeBegin
-from pidcfg.study.accepted import differences
+from pidcfg.study.accepted import differences_by_loop
 from standing_rig import SCENARIO, SIDES, failures, outcome, unproven, verdict
 
 GOOD = "good.json"
@@ -214,16 +214,16 @@ def changed(base, place, value):
 def test_a_value_may_differ_by_its_tolerance_and_no_more(base, place, value, least):
     was = changed(base, place, value)
     for sign in (-1, 1):
-        assert differences(was, changed(base, place, value + sign * least * 0.99)) == {}
-        told = differences(was, changed(base, place, value + sign * least * 1.01))
+        assert differences_by_loop(was, changed(base, place, value + sign * least * 0.99)) == {}
+        told = differences_by_loop(was, changed(base, place, value + sign * least * 1.01))
         assert list(told) == ["TANK"]
         assert f" ± {least:.4g}" in told["TANK"][0]
 
 
 def test_an_output_may_differ_by_a_share_of_its_own_range(base):
     was = changed(changed(base, ("output_range",), (10.0, 30.0)), ("signals", "output", "final"), 20.0)
-    assert differences(was, changed(was, ("signals", "output", "final"), 20.39)) == {}
-    told = differences(was, changed(was, ("signals", "output", "final"), 20.41))
+    assert differences_by_loop(was, changed(was, ("signals", "output", "final"), 20.39)) == {}
+    told = differences_by_loop(was, changed(was, ("signals", "output", "final"), 20.41))
     assert told == {"TANK": ["output at the end 20.41 % instead of 20 % ± 0.4 %"]}
 
 
@@ -249,32 +249,32 @@ def test_an_output_may_differ_by_a_share_of_its_own_range(base):
     ids=str,
 )
 def test_what_is_the_same_or_not_is_told(base, place, value, told):
-    assert differences(base, changed(base, place, value)) == {"TANK": [told]}
+    assert differences_by_loop(base, changed(base, place, value)) == {"TANK": [told]}
 
 
 def test_what_is_measured_in_both_or_neither_is_no_difference(base):
     none = changed(base, ("metrics", "overshoot"), None)
-    assert differences(none, none) == {}
-    assert differences(base, changed(base, ("metrics", "oscillation_period"), None)) == {}
+    assert differences_by_loop(none, none) == {}
+    assert differences_by_loop(base, changed(base, ("metrics", "oscillation_period"), None)) == {}
     still = changed(base, ("metrics", "oscillation_amplitude"), None)
-    assert differences(base, still) == {}
+    assert differences_by_loop(base, still) == {}
     swings = changed(base, ("metrics", "oscillation_amplitude"), 4.0)
-    assert differences(still, swings) == {"TANK": ["oscillation_amplitude 4 instead of 0 ± 1"]}
+    assert differences_by_loop(still, swings) == {"TANK": ["oscillation_amplitude 4 instead of 0 ± 1"]}
 
 
 def test_a_signal_of_the_plant_may_differ_by_a_share_of_its_largest_value(base):
     largest = max(abs(base.signals["valve"].min), abs(base.signals["valve"].max))
     least, final = 0.02 * largest, base.signals["valve"].final
-    assert differences(base, changed(base, ("signals", "valve", "final"), final + 0.99 * least)) == {}
-    (told,) = differences(base, changed(base, ("signals", "valve", "final"), final + 1.01 * least))[""]
+    assert differences_by_loop(base, changed(base, ("signals", "valve", "final"), final + 0.99 * least)) == {}
+    (told,) = differences_by_loop(base, changed(base, ("signals", "valve", "final"), final + 1.01 * least))[""]
     assert told.startswith("valve at the end ")
-    assert differences(base, base.model_copy(update={"signals": {}})) == {"": ["there is no signal valve"]}
+    assert differences_by_loop(base, base.model_copy(update={"signals": {}})) == {"": ["there is no signal valve"]}
 
 
 def test_what_is_taken_out_of_the_file_is_not_compared(base):
     loop = base.loops["TANK"]
     less = base.model_copy(update={"loops": {"TANK": loop.model_copy(update={"metrics": {}, "signals": {}})}})
-    assert differences(less, changed(base, ("metrics", "iae"), 1e6)) == {}
+    assert differences_by_loop(less, changed(base, ("metrics", "iae"), 1e6)) == {}
 
 
 def test_the_most_telling_difference_comes_first_and_the_rest_is_counted(base):
@@ -282,7 +282,7 @@ def test_the_most_telling_difference_comes_first_and_the_rest_is_counted(base):
     loop = data["loops"]["TANK"]
     loop["metrics"] = {**dict.fromkeys(loop["metrics"], 115.0), "itae": 1e6, "oscillation_amplitude": 0.5}
     loop["alarms"] = {}
-    (texts,) = differences(base, AcceptedRun.model_validate(data)).values()
+    (texts,) = differences_by_loop(base, AcceptedRun.model_validate(data)).values()
     assert [text.partition(" ")[0] for text in texts[:2]] == ["pv_high", "itae"]
     assert len(texts) > 6
     found = verdict(against(accepted(), config=[NO_LOOP]), KIND)

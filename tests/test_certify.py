@@ -80,19 +80,19 @@ def assert_samples_are_scenarios(name, text, others, samples):
     """Each sample is, bit for bit, the run of its written-out scenario; and they differ."""
     reader = {name: text, **others}
     document = read_document(text.encode(), name, DEFAULT)
-    from pidcfg.study.scenario import load
+    from pidcfg.study.scenario import load_scenario
     from pidcfg.text.reader import Texts
 
-    loaded = load(document, Texts(reader))
-    varies, problems = loaded.uncertainties(loaded.plc())
+    loaded = load_scenario(document, Texts(reader))
+    varies, problems = loaded.uncertainties(loaded.new_plc())
     assert problems == []
     config = next(text for other, text in reader.items() if other != name).encode()
-    kept, batch = workers.Job(name, text, loaded.config, config, 11, "python", DEFAULT).loaded()
-    assert [one.row for one in batch.varies] == [one.row for one in varies]
+    kept, batch = workers.Job(name, text, loaded.config, config, 11, "python", DEFAULT).load_batch()
+    assert [one.random_row for one in batch.varies] == [one.random_row for one in varies]
     reports = []
     for i in range(samples):
         seen, report = run_sample(kept, batch, i, Settings("python"))
-        written = batch.text(i, seen.numbers)
+        written = batch.scenario_text(i, seen.numbers)
         alone = pidcfg.simulate(written, name=name, files=reader, engine="python").report
         assert alone is not None
         assert report == alone
@@ -135,10 +135,10 @@ def test_a_written_out_scenario_has_the_drawn_numbers_and_no_vary():
     vary = "  seed: 9\n  plants:\n    TIC-1: {gain: ±30 %, dead_time: {uniform: [0 s, 3 s]}}\n"
     vary += "  loops:\n    TIC-1: {tuning.integral_time: ±10 %}"
     loaded = loaded_of(scenario(vary))
-    varies, problems = loaded.uncertainties(loaded.plc())
+    varies, problems = loaded.uncertainties(loaded.new_plc())
     assert problems == []
     batch = Batch(loaded.document, varies, 9)
-    data = read_document(batch.text(4, batch.numbers(4)).encode(), "x.yaml", DEFAULT).data
+    data = read_document(batch.scenario_text(4, batch.draw_numbers(4)).encode(), "x.yaml", DEFAULT).data
     gain, dead_time, integral = (draw_number(what, 9, 4) for what in varies)
     assert 1.4 <= gain <= 2.6
     assert data["plants"]["TIC-1"] == {"model": "dead_time", "gain": f"{gain:.10g}", "dead_time": f"{dead_time:.10g}"}
@@ -156,8 +156,8 @@ def test_events_of_the_file_come_after_what_is_drawn():
         + "events:\n  - {at: 0, loop: TIC-1, set: {tuning.gain: 3}}\n"
     )
     loaded = loaded_of(text)
-    batch = Batch(loaded.document, loaded.uncertainties(loaded.plc())[0], 1)
-    first, second = batch.data(0, batch.numbers(0))["events"]
+    batch = Batch(loaded.document, loaded.uncertainties(loaded.new_plc())[0], 1)
+    first, second = batch.scenario_data(0, batch.draw_numbers(0))["events"]
     assert (list(first["set"]), second["set"]) == (["tuning.gain"], {"tuning.gain": "3"})
 
 
@@ -175,15 +175,15 @@ events:
   - {at: 5, loop: TIC-1, set: {tuning: {gain: 3}}}
 """
     loaded = loaded_of(text)
-    batch = Batch(loaded.document, loaded.uncertainties(loaded.plc())[0], 1)
-    numbers = batch.numbers(0)
-    data = read_document(batch.text(0, numbers).encode(), "x.yaml", DEFAULT).data
+    batch = Batch(loaded.document, loaded.uncertainties(loaded.new_plc())[0], 1)
+    numbers = batch.draw_numbers(0)
+    data = read_document(batch.scenario_text(0, numbers).encode(), "x.yaml", DEFAULT).data
     assert data["scenario"] == "A title: with a colon # and more (sample 0)"
     assert data["plants"][0]["time_constants"] == ["3", f"{numbers[0]:.10g}"]
     assert data["plants"][0]["noise"] == f"{numbers[1]:.10g}"
     assert data["connect"] == {"TIC-1.PV": "max(tank, 1) * 1"}
     assert data["events"][-1] == {"at": "5", "loop": "TIC-1", "set": {"tuning": {"gain": "3"}}}
-    assert batch.scenario(0, numbers) == loaded_of(batch.text(0, numbers)).scenario
+    assert batch.make_scenario(0, numbers) == loaded_of(batch.scenario_text(0, numbers)).scenario
     assert loaded.document.data["plants"][0]["time_constants"] == ["3", "4"]
 
 
@@ -193,8 +193,8 @@ events:
 def test_counts_are_those_of_the_closed_form():
     found = certify(scenario(), samples=80).certification
     loaded = loaded_of(scenario())
-    (what,) = loaded.uncertainties(loaded.plc())[0]
-    gains = [float(what.written(draw_number(what, 3, i))) for i in range(80)]
+    (what,) = loaded.uncertainties(loaded.new_plc())[0]
+    gains = [float(what.number_text(draw_number(what, 3, i))) for i in range(80)]
     held = sum(50 * gain <= 129.9 for gain in gains)
     assert 70 < held < 80
     (expectation,) = found.expectations
@@ -223,7 +223,7 @@ def test_a_bound_below_its_share_fails_though_the_share_is_reached():
     expect = "  - {signal: TIC-1.PV, max: 124, share: 90 %}"
     result = certify(scenario(expect=expect), samples=60)
     (one,) = result.certification.expectations
-    assert one.bound < 90 <= one.share
+    assert one.lower_bound < 90 <= one.share
     assert not one.passed
     assert not result.ok
     assert certify(scenario(expect=expect.replace("90 %", "75 %")), samples=60).ok
@@ -320,8 +320,8 @@ def test_a_state_continues_with_the_same_result():
 
 
 def test_the_engine_is_chosen_by_the_steps_of_the_whole_batch(monkeypatch):
-    asked, choose = [], certify_module.choose
-    monkeypatch.setattr(certify_module, "choose", lambda *words: asked.append(words[:2]) or choose(*words))
+    asked, choose = [], certify_module.choose_engine
+    monkeypatch.setattr(certify_module, "choose_engine", lambda *words: asked.append(words[:2]) or choose(*words))
     certify(scenario(expect=PASSES.replace("90", "4")), samples=3)
     assert asked == [("auto", 3 * (10 + 1))], "10 s in steps of 1 s"
 
@@ -330,8 +330,8 @@ def test_a_state_that_continues_runs_only_new_samples(monkeypatch):
     text, states, ran = scenario(expect=PASSES.replace("90", "4")), [], []
     certify(text, samples=70, keep=states.append)
     assert len(states) == 2
-    original = workers.Sampler.run
-    monkeypatch.setattr(workers.Sampler, "run", lambda self, i: ran.append(i) or original(self, i))
+    original = workers.Sampler.run_sample
+    monkeypatch.setattr(workers.Sampler, "run_sample", lambda self, i: ran.append(i) or original(self, i))
     certify(text, samples=75, state=states[-1])
     trial = list(range(64))  # whether this machine calculates like the one that began
     assert ran == [*trial, *range(70, 75)]
@@ -414,7 +414,7 @@ def test_sources_are_a_hash_of_the_package():
 
 def test_a_recording_has_the_signals_of_its_loop():
     job = workers.Job("run.scenario.yaml", scenario(), "loop.yaml", CONFIG.encode(), 3, "python", DEFAULT)
-    ((times, signals),) = workers._recorder(job)(range(1))
+    ((times, signals),) = workers._make_recorder(job)(range(1))
     assert times == [float(i) for i in range(11)]
     assert {name: len(values) for name, values in signals.items()} == {"TIC-1.PV": 11, "TIC-1.SP": 11, "TIC-1.OUT": 11}
     assert {*signals["TIC-1.OUT"]} == {50.0}
@@ -585,8 +585,8 @@ def test_the_fan_is_drawn_of_the_same_samples_on_any_number_of_processes(folder)
     finals = [levels[-1] for levels in fan.quantiles["TIC-1.PV"]]
     assert finals == sorted(finals)
     loaded = loaded_of(scenario())
-    (what,) = loaded.uncertainties(loaded.plc())[0]
-    values = sorted(50 * float(what.written(draw_number(what, 3, i))) for i in range(40))
+    (what,) = loaded.uncertainties(loaded.new_plc())[0]
+    values = sorted(50 * float(what.number_text(draw_number(what, 3, i))) for i in range(40))
     assert finals == pytest.approx([values[1], values[9], values[19], values[29], values[37]])
 
 

@@ -26,7 +26,7 @@ from pidcfg.study.certification.samples import (
     Batch,
     Fan,
     SampleResult,
-    Thinned,
+    ThinnedRecording,
     Trial,
     block_yaml,
     fan_of,
@@ -94,7 +94,7 @@ def tally_of(samples):
     """The counts of some samples."""
     tally = Tally.empty((2, 2, 1, 1))
     for one in samples:
-        tally.add(one, [GAIN])
+        tally.add_result(one, [GAIN])
     return tally
 
 
@@ -122,16 +122,16 @@ def test_counts_of_samples():
     assert tally.reasons == ["sample 4: cannot"]
     iae = tally.metrics[0][METRICS.index("iae")]
     assert (iae.count, iae.low, iae.high, iae.mean) == (5, 0, 5, 2.2)
-    assert Tally.of_state(tally.state()) == tally
-    assert json_of(Tally.of_state(tally.state()).state()) == json_of(tally.state())
+    assert Tally.of_json(tally.to_json()) == tally
+    assert json_of(Tally.of_json(tally.to_json()).to_json()) == json_of(tally.to_json())
 
 
 def test_blocks_end_after_so_many_samples_and_worst_are_few():
     tally = tally_of([seen(i) for i in range(BLOCK_SAMPLES)])
     iae = tally.metrics[0][METRICS.index("iae")]
-    assert (iae.part, iae.total) == (0, BLOCK_SAMPLES * (BLOCK_SAMPLES - 1) / 2)
-    tally.add(seen(BLOCK_SAMPLES), [GAIN])
-    assert iae.part == BLOCK_SAMPLES
+    assert (iae.block_total, iae.total) == (0, BLOCK_SAMPLES * (BLOCK_SAMPLES - 1) / 2)
+    tally.add_result(seen(BLOCK_SAMPLES), [GAIN])
+    assert iae.block_total == BLOCK_SAMPLES
     assert [one.sample for one in tally.worst] == list(range(MOST_WORST))
 
 
@@ -154,14 +154,14 @@ def test_blocks_that_others_have_counted_add_up_to_the_same_bits(samples, monkey
     for first in range(0, samples, 16):
         block = Tally.empty((2, 2, 1, 1), first)
         for i in range(first, min(first + 16, samples)):
-            block.add(varied(i), [GAIN])
-        parts.append(Tally.of_state(block.state()))
-    assert json_of(parts.state()) == json_of(whole.state())
+            block.add_result(varied(i), [GAIN])
+        parts.append_block(Tally.of_json(block.to_json()))
+    assert json_of(parts.to_json()) == json_of(whole.to_json())
     if samples == 17:
         for i in range(17, 40):  # a block that has begun goes on sample by sample
-            whole.add(varied(i), [GAIN])
-            parts.add(varied(i), [GAIN])
-        assert json_of(parts.state()) == json_of(whole.state())
+            whole.add_result(varied(i), [GAIN])
+            parts.add_result(varied(i), [GAIN])
+        assert json_of(parts.to_json()) == json_of(whole.to_json())
 
 
 @pytest.mark.parametrize("first", [0, 16, 17, 48])
@@ -169,7 +169,7 @@ def test_a_block_in_another_place_is_refused(first, monkeypatch):
     monkeypatch.setattr(tally_module, "BLOCK_SAMPLES", 16)
     before = tally_of(seen(i) for i in range(32 if first != 17 else 17))
     with pytest.raises(ValueError, match=f"0 samples from {first} come after"):
-        before.append(Tally.empty((2, 2, 1, 1), first))
+        before.append_block(Tally.empty((2, 2, 1, 1), first))
 
 
 def result(samples, shares=(None, 50.0), keep=3):
@@ -184,7 +184,7 @@ def result(samples, shares=(None, 50.0), keep=3):
 def test_all_that_is_wanted_must_be_shown():
     good = [seen(i) for i in range(10)]
     assert result(good).passed
-    assert [one.bound for one in result(good).expectations] == [pytest.approx(74.1134, abs=1e-4)] * 2
+    assert [one.lower_bound for one in result(good).expectations] == [pytest.approx(74.1134, abs=1e-4)] * 2
     one_missed = [*good, seen(10, passed=False, held=(True, False))]
     assert result(one_missed).passed
     assert not result(one_missed, (None, 80.0)).passed
@@ -248,15 +248,15 @@ def test_2000_samples_are_what_a_plan_has():
 
 @pytest.mark.parametrize("steps", [1, 2, 399, 400, 401, 5000])
 def test_a_thinned_run_keeps_its_ends_and_equal_distances(steps):
-    thinned = Thinned(frozenset({"b"}))
+    thinned = ThinnedRecording(frozenset({"b"}))
     thinned.begin(["a", "b"], steps, 0.5)
     rows = [value for i in range(steps) for value in (-1.0, float(i))]
     for begin in range(0, steps, 37):
         part = rows[2 * begin : 2 * min(begin + 37, steps)]
-        thinned.take(part, len(part) // 2)
-    kept = list(thinned.taken["b"])
-    assert thinned.taken.keys() == {"b"}
-    assert kept == thinned.wanted_steps
+        thinned.add_rows(part, len(part) // 2)
+    kept = list(thinned.columns["b"])
+    assert thinned.columns.keys() == {"b"}
+    assert kept == thinned.chosen_steps
     assert (kept[0], kept[-1], len(kept)) == (0, steps - 1, min(steps, FAN_TIMES))
     gaps = {round(b - a) for a, b in pairwise(kept)}
     assert not gaps or max(gaps) - min(gaps) <= 1
@@ -309,7 +309,7 @@ def test_a_fan_is_drawn_with_its_median_and_two_bands():
     assert (first.title, first.loop, first.begin, first.end) == ("A: Kiln", "A", 0.0, 1.0)
     assert first.notes == ("20 samples: the line is the median, the bands hold the middle 50 % and 90 % at each time",)
     pv, out = first.panels
-    assert (pv.title, pv.unit, pv.least, out.title, out.unit, out.least) == (
+    assert (pv.title, pv.unit, pv.shown_range, out.title, out.unit, out.shown_range) == (
         "PV", "degC", None, "OUT", "%", (0.0, 100.0)
     )  # fmt: skip
     assert pv.lines == (Line("PV", "pv", fan.times, [2, 12]),)
@@ -324,18 +324,18 @@ def test_a_fan_is_drawn_with_its_median_and_two_bands():
 def test_a_trial_is_a_hash_of_the_first_64_samples():
     trial, longer = Trial(), Trial()
     for sample in range(70):
-        trial.take(SampleResult(sample))
+        trial.add_result(SampleResult(sample))
         if sample < 63:
-            longer.take(SampleResult(sample))
+            longer.add_result(SampleResult(sample))
     assert (trial.samples, longer.samples) == (64, 63)
     assert trial.digest != longer.digest
-    longer.take(SampleResult(62))
-    longer.take(SampleResult(64))
-    longer.take(SampleResult(63))
+    longer.add_result(SampleResult(62))
+    longer.add_result(SampleResult(64))
+    longer.add_result(SampleResult(63))
     assert (trial.digest, trial.samples) == (longer.digest, longer.samples)
     assert trial.digest == sha256(b"".join(repr(SampleResult(sample)).encode() for sample in range(64))).hexdigest()
-    trial.run(None, 1000)
-    assert trial_facts(None, 3)["samples"] == "AttributeError: 'NoneType' object has no attribute 'sampler'"
+    trial.run_samples(None, 1000)
+    assert trial_facts(None, 3)["samples"] == "AttributeError: 'NoneType' object has no attribute 'make_sampler'"
 
 
 def test_what_differs_between_two_machines_is_said_shortly():
@@ -385,10 +385,10 @@ def test_recordings_are_those_of_the_samples_that_ran(monkeypatch):
     def recorded(sample):
         return None if sample == 1 else ([0.0, 1.0], {"a": [float(sample), sample + 0.5]})
 
-    monkeypatch.setattr(workers, "_recorder", lambda _: lambda samples: [recorded(i) for i in samples])
-    fan = workers.recordings(None, 1, 3)
+    monkeypatch.setattr(workers, "_make_recorder", lambda _: lambda samples: [recorded(i) for i in samples])
+    fan = workers.record_fan(None, 1, 3)
     assert (fan.samples, list(fan.times), fan.quantiles["a"][2]) == (1, [0.0, 1.0], [0.0, 0.5])
-    assert workers.recordings(None, 8, 3) == workers.recordings(None, 8, 1)
+    assert workers.record_fan(None, 8, 3) == workers.record_fan(None, 8, 1)
     asked = []
 
     class Crew:
@@ -403,12 +403,12 @@ def test_recordings_are_those_of_the_samples_that_ran(monkeypatch):
             return map(self.work, parts)
 
     monkeypatch.setattr(workers, "WorkerPool", Crew)
-    fan = workers.recordings("job", 9, 3)
+    fan = workers.record_fan("job", 9, 3)
     assert (asked, fan.samples, fan.quantiles["a"][4]) == ([(3, ("job",))], 8, [8.0, 8.5])
-    assert fan == workers.recordings("job", 9, 1)
-    assert workers.recordings("job", 2000, 1).samples == 499
-    monkeypatch.setattr(workers, "_recorder", lambda _: lambda samples: [None for _ in samples])
-    assert workers.recordings(None, 3, 1) == Fan(0, [], {})
+    assert fan == workers.record_fan("job", 9, 1)
+    assert workers.record_fan("job", 2000, 1).samples == 499
+    monkeypatch.setattr(workers, "_make_recorder", lambda _: lambda samples: [None for _ in samples])
+    assert workers.record_fan(None, 3, 1) == Fan(0, [], {})
 
 
 @pytest.mark.parametrize(
@@ -421,11 +421,11 @@ def test_recordings_are_those_of_the_samples_that_ran(monkeypatch):
 def test_a_state_is_kept_now_and_then_and_at_the_end(monkeypatch, cluster, minutes, kept):
     """One process: every 64 samples; a cluster: a second after the last time."""
     states, shares, clock = [], [], [*minutes]
-    monkeypatch.setattr(certify_module, "_parts", lambda *_: ([SampleResult(i)] for i in range(len(minutes))))
+    monkeypatch.setattr(certify_module, "_next_results", lambda *_: ([SampleResult(i)] for i in range(len(minutes))))
     monkeypatch.setattr(certify_module, "key_of", lambda _: "key")
     monkeypatch.setattr(certify_module, "state_text", lambda progress, _: progress.tally.samples)
     monkeypatch.setattr(certify_module, "time", SimpleNamespace(monotonic=lambda: clock[min(len(shares), 7) - 1]))
     plan = Plan(len(minutes), keep=states.append, progress=shares.append, cluster=cluster)
-    tally = certify_module.run_all(None, Names("x", [], [], []), [], plan)
+    tally = certify_module.run_samples(None, Names("x", [], [], []), [], plan)
     assert (states, tally.samples, shares[-1]) == (kept, len(minutes), 1.0)
     assert shares[0] == 1 / len(minutes)

@@ -16,7 +16,7 @@ import pytest
 from certify_bound import SHARE, held_by
 from certify_rig import CONFIG, loaded_of, normal, uniform
 from pidcfg.sim.engine.choice import is_installed
-from pidcfg.sim.engine.repeat import IrregularError, Repeated
+from pidcfg.sim.engine.repeat import IrregularError, RepeatedRun
 from pidcfg.sim.engine.run import Settings, begin_run
 from pidcfg.study.certification import samples as workers
 from pidcfg.study.certification.certify import BOUND_RISK, log_tail, lower_bound, samples_needed
@@ -25,7 +25,7 @@ from pidcfg.study.certification.samples import (
     DrawError,
     Job,
     Sampler,
-    Thinned,
+    ThinnedRecording,
     bits_of,
     draw_number,
     fifth_bounds,
@@ -82,7 +82,7 @@ def values_of(record):
 
 def records_after(run):
     """Everything that the kernels have left behind, with lines of delay as long as they are used."""
-    for _ in run.course():
+    for _ in run.steps_to_end():
         pass
     machine, net, plc, held = run.machine, run.net, run.plc, run.machine.reference
     groups = (machine.meters, machine.bands, machine.gauges, machine.onsets, net.plants, net.channels, plc.configs)
@@ -94,24 +94,24 @@ def records_after(run):
 
 def assert_alike(job, monkeypatch, *, alone=(), order=(3, 0, 4, 3)):
     """A sampler finds what each sample shows by itself; only those that run ``alone`` are not begun again."""
-    loaded, batch = job.loaded()
+    loaded, batch = job.load_batch()
     wanted = {i: run_sample(loaded, batch, i, job.settings)[0] for i in order}
     by_themselves = []
     monkeypatch.setattr(workers, "run_sample", lambda *words: by_themselves.append(words[2]) or run_sample(*words))
     sampler = Sampler(loaded, batch, job.settings)
-    assert [repr(sampler.run(i)) for i in order] == [repr(wanted[i]) for i in order]
+    assert [repr(sampler.run_sample(i)) for i in order] == [repr(wanted[i]) for i in order]
     assert by_themselves == [i for i in order if i in alone]
-    first = sampler.repeated.run
-    new_plc, settings = partial(batch.new_plc, loaded), replace(job.settings, told=False)
+    first = sampler.repeated_run.run
+    new_plc, settings = partial(batch.new_plc, loaded), replace(job.settings, with_report=False)
     for i in order[-2:]:
-        drawn = batch.numbers(i)
-        again = records_after(sampler.repeated.begin(batch.like(first.scenario, i, drawn)))
-        assert again == records_after(begin_run(batch.scenario(i, drawn), new_plc, loaded.controller, settings))
-    recorded, alone_recorded = Thinned(), Thinned()
-    assert sampler.record(order[0], recorded)
+        drawn = batch.draw_numbers(i)
+        again = records_after(sampler.repeated_run.begin(batch.repeat_scenario(first.scenario, i, drawn)))
+        assert again == records_after(begin_run(batch.make_scenario(i, drawn), new_plc, loaded.controller, settings))
+    recorded, alone_recorded = ThinnedRecording(), ThinnedRecording()
+    assert sampler.record_sample(order[0], recorded)
     run_sample(loaded, batch, order[0], replace(job.settings, recording=alone_recorded))
-    assert recorded.taken == alone_recorded.taken
-    assert_as_new(sampler.repeated, Repeated(first.scenario, new_plc, loaded.controller, settings).plc)
+    assert recorded.columns == alone_recorded.columns
+    assert_as_new(sampler.repeated_run, RepeatedRun(first.scenario, new_plc, loaded.controller, settings).plc)
     return [wanted[i] for i in order]
 
 
@@ -242,14 +242,14 @@ ALONE = {
 def test_what_changes_more_than_numbers_runs_by_itself(name, monkeypatch):
     vary, alone = ALONE[name]
     job = job_of(f"{HEAD}plants: {{{LAG}}}\nvary: {{{vary}}}\n", AUTO)
-    loaded, batch = job.loaded()
+    loaded, batch = job.load_batch()
     wanted = [run_sample(loaded, batch, i, job.settings)[0] for i in range(4)]
     ran = []
     monkeypatch.setattr(workers, "run_sample", lambda *words: ran.append(words[2]) or run_sample(*words))
     sampler = Sampler(loaded, batch, job.settings)
-    assert [repr(sampler.run(i)) for i in range(4)] == [repr(one) for one in wanted]
+    assert [repr(sampler.run_sample(i)) for i in range(4)] == [repr(one) for one in wanted]
     assert ran == sorted(alone)
-    assert [sampler.record(i, Thinned()) for i in range(4)] == [not one.reason for one in wanted]
+    assert [sampler.record_sample(i, ThinnedRecording()) for i in range(4)] == [not one.reason for one in wanted]
 
 
 CHANGED = {
@@ -278,7 +278,7 @@ def test_a_run_is_not_begun_again_for_more_than_numbers(name):
     known, other = (
         loaded_of(HEAD + one.replace("time_constant: 20, load: 3, initial: 40, time", "time"), AUTO) for one in rest
     )
-    repeated = Repeated(known.scenario, known.plc, known.controller, Settings("python", told=False))
+    repeated = RepeatedRun(known.scenario, known.new_plc, known.controller, Settings("python", with_report=False))
     repeated.begin(known.scenario)
     with pytest.raises(IrregularError):
         repeated.begin(other.scenario)
@@ -289,8 +289,8 @@ def test_a_plant_that_loses_its_gain_moves_nothing_any_more():
     known, other = (
         loaded_of(f"{HEAD}plants: {{{LAG.replace('gain: 2', f'gain: {gain}')}}}\n", AUTO) for gain in (2, 0)
     )
-    repeated = Repeated(known.scenario, known.plc, known.controller, Settings("python", told=False))
-    driven = [repeated.begin(one.scenario).agenda.influence.driven for one in (known, other, known)]
+    repeated = RepeatedRun(known.scenario, known.new_plc, known.controller, Settings("python", with_report=False))
+    driven = [repeated.begin(one.scenario).agenda.influence.is_driven for one in (known, other, known)]
     assert driven == [[True], [False], [True]]
 
 
@@ -351,7 +351,7 @@ def test_a_normal_number_has_its_mean_and_deviation():
 
 def test_limits_draw_again_from_the_same_row():
     wide, narrow = normal(8, 2), normal(8, 2, 7, 9)
-    rows = [[unit_number(1, i, wide.row, k) for k in range(100)] for i in range(300)]
+    rows = [[unit_number(1, i, wide.random_row, k) for k in range(100)] for i in range(300)]
     inside = [next(v for v in (8 + 2 * NormalDist().inv_cdf(u) for u in row) if 7 <= v <= 9) for row in rows]
     assert [draw_number(narrow, 1, i) for i in range(300)] == inside
     assert any(draw_number(wide, 1, i) != inside[i] for i in range(300))
@@ -450,7 +450,7 @@ def filled(values):
     """A distribution of numbers, a sample each."""
     found = Distribution()
     for i, value in enumerate(values, 1):
-        found.add(value)
+        found.add_number(value)
         if i % BLOCK_SAMPLES == 0:
             found.end_block()
     return found
@@ -482,9 +482,9 @@ def test_the_mean_is_a_sum_over_blocks():
 def test_a_distribution_goes_on_from_its_state():
     source = random.Random(3)
     values = [source.gauss(0, 5) for _ in range(BLOCK_SAMPLES + 300)]
-    first = Distribution.of_state(filled(values[:200]).state())
+    first = Distribution.of_json(filled(values[:200]).to_json())
     for i, value in enumerate(values[200:], 201):
-        first.add(value)
+        first.add_number(value)
         if i % BLOCK_SAMPLES == 0:
             first.end_block()
     assert first == filled(values)

@@ -23,7 +23,7 @@ from pidcfg.sim.controllers.click import scan as click
 from pidcfg.sim.controllers.click.equation import bits_of, float_of
 from pidcfg.sim.controllers.click.scan import load
 from pidcfg.sim.controllers.plc import ScanOptions as Options
-from pidcfg.sim.engine.run import Settings, prepare, simulate
+from pidcfg.sim.engine.run import Settings, prepare_network, simulate
 from pidcfg.text.source import read_document
 from rig_plants import FirstOrder, Fixed
 
@@ -565,7 +565,7 @@ def test_compiled_runs_give_the_same_report():
 def test_what_this_plc_does_not_have_is_said(text, message):
     plan = scenario(f"plants: {{TANK1: {PLANT}}}\nevents: [{text}]")
 
-    assert any(message in problem.message for problem in prepare(plan, load(tank())).problems)
+    assert any(message in problem.message for problem in prepare_network(plan, load(tank())).problems)
 
 
 # --- decisions -------------------------------------------------------------------------------------------------------

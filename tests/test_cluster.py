@@ -50,8 +50,8 @@ def small_blocks(monkeypatch):
     """Many blocks, and no long waits."""
     for module in (blocks, cluster, state, tally):
         monkeypatch.setattr(module, "BLOCK_SAMPLES", SMALL)
-    monkeypatch.setattr(certify_module, "SAVE_AFTER", 0)
-    monkeypatch.setattr(cluster, "LOOK", 0.05)
+    monkeypatch.setattr(certify_module, "SAVE_SECONDS", 0)
+    monkeypatch.setattr(cluster, "LOOK_SECONDS", 0.05)
     RAN.clear()
     GO_ON.clear()
     yield
@@ -134,10 +134,10 @@ def test_a_cluster_gives_what_one_process_gives(two, samples, monkeypatch):
 
 def test_each_thread_has_a_run_of_its_own_and_keeps_it():
     """Two workers may be threads of one process: a run that both begin again would mix their samples."""
-    job, seen = SimpleNamespace(sampler=object), []
+    job, seen = SimpleNamespace(make_sampler=object), []
 
     def ask():
-        seen.append([cluster._sampler(job), cluster._sampler(job)])
+        seen.append([cluster._sampler_of(job), cluster._sampler_of(job)])
 
     for thread in [threading.Thread(target=ask) for _ in range(2)]:
         thread.start()
@@ -247,8 +247,8 @@ def test_a_worker_with_two_threads_is_refused():
 
 
 def test_no_scheduler_and_no_workers(monkeypatch):
-    monkeypatch.setattr(cluster, "CONNECT", 0.3)
-    monkeypatch.setattr(cluster, "PATIENCE", 0.3)
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.3)
+    monkeypatch.setattr(cluster, "PATIENCE_SECONDS", 0.3)
     with pytest.raises(WorkersError, match=r"no scheduler answers at tcp://127\.0\.0\.1:9 "):
         certify("tcp://127.0.0.1:9")
     with (
@@ -329,7 +329,7 @@ class Fake:
         self.threads, self.sent, self.remarks = {"a": 1, "b": 1}, [], []
         monkeypatch.setattr(cluster, "time", SimpleNamespace(monotonic=lambda: self.now))
         self.fleet = cluster.Fleet(self, "job", "tcp://s:1", samples, (1, 2, 3, 4), {"x": "1"}, self.remarks.append)
-        self.fleet.met = self.now
+        self.fleet.last_worker_at = self.now
 
     def nthreads(self):
         """Threads by worker."""
@@ -344,22 +344,22 @@ class Fake:
 
     def has(self, worker, first):
         """A worker has a block."""
-        self.fleet.submit(worker, first, spied)
+        self.fleet.submit_task(worker, first, spied)
         return self.fleet.tasks[worker].future
 
     def brings(self, worker, first, result=None, error=None, status="finished"):
         """What comes of a block, or of a trial, of a worker."""
 
         def given(timeout):
-            assert timeout == cluster.CONNECT
+            assert timeout == cluster.CONNECT_SECONDS
             if error is not None:
                 raise error
             return result
 
         future = self.has(worker, first)
         future.result, future.status = given, status
-        self.fleet.done.put(future)
-        return list(self.fleet.brought())
+        self.fleet.done_futures.put(future)
+        return list(self.fleet.receive_blocks())
 
 
 @pytest.fixture
@@ -381,19 +381,19 @@ def test_blocks_are_handed_out_one_after_the_other_and_then_once_more(fake):
     assert [fleet.next_block(due, {}) for due in (0, 16, 17)] == [16, 16, 32]
     fake.has("c", 16)
     assert fleet.next_block(0, {}) == 32
-    fleet.again = [64, 0, 48, 32]
+    fleet.lost_blocks = [64, 0, 48, 32]
     assert fleet.next_block(16, {48: None}) == 64
-    assert fleet.again == []
-    fleet.again = [16 + 64]
+    assert fleet.lost_blocks == []
+    fleet.lost_blocks = [16 + 64]
     assert fleet.next_block(80, {}) == 80
 
 
 def test_no_more_than_four_blocks_a_worker_are_ready_before_an_earlier_one(fake):
     fleet = fake.fleet
-    fleet.accepted, fleet.fresh = {"a"}, 16
+    fleet.accepted, fleet.next_first = {"a"}, 16
     assert fleet.next_block(0, dict.fromkeys((16, 32, 48, 64))) == 80
-    assert fleet.fresh == 96
-    fleet.fresh = 16
+    assert fleet.next_first == 96
+    fleet.next_first = 16
     assert fleet.next_block(0, dict.fromkeys((16, 32, 48, 64, 80))) is None
 
 
@@ -402,8 +402,8 @@ def test_a_block_goes_to_an_accepted_worker_that_has_none(fake):
     fleet.accepted = {"a", "b", "c"}
     fake.has("b", 96)
     fake.sent.clear()
-    fleet.fresh = 64
-    fleet.hand_out(0, {})
+    fleet.next_first = 64
+    fleet.hand_blocks_out(0, {})
     sizes = (1, 2, 3, 4)
     assert fake.sent == [
         (cluster.run_block, ("job", 64, 80, sizes), ["a"]),
@@ -415,14 +415,14 @@ def test_a_block_goes_to_an_accepted_worker_that_has_none(fake):
 def test_a_block_that_three_workers_end_with_is_named(fake):
     for worker in ("a", "b"):
         fake.has(worker, 96)
-        fake.fleet.lose(worker)
-    assert (fake.fleet.again, fake.fleet.ends) == ([96, 96], {96: 2})
+        fake.fleet.lose_worker(worker)
+    assert (fake.fleet.lost_blocks, fake.fleet.lost_workers) == ([96, 96], {96: 2})
     fake.has("a", None)
-    fake.fleet.lose("a")
-    assert (fake.fleet.ends, fake.fleet.tasks, fake.fleet.workers) == ({96: 2}, {}, {})
+    fake.fleet.lose_worker("a")
+    assert (fake.fleet.lost_workers, fake.fleet.tasks, fake.fleet.workers) == ({96: 2}, {}, {})
     fake.has("c", 96)
     with pytest.raises(WorkersError, match="3 workers ended with samples 96 to 99; see their logs"):
-        fake.fleet.lose("c")
+        fake.fleet.lose_worker("c")
 
 
 def test_a_block_that_three_workers_do_not_hand_over_is_named(fake):
@@ -434,51 +434,51 @@ def test_a_block_that_three_workers_do_not_hand_over_is_named(fake):
 
 def test_newcomers_have_their_trial_and_the_lost_are_missed(fake):
     fleet = fake.fleet
-    fleet.look()
+    fleet.look_at_workers()
     assert fake.sent == [(cluster.trial_facts, ("job", 100), [worker]) for worker in ("a", "b")]
     fake.threads["c"] = 1
     fake.now += 0.04
-    fleet.look()
+    fleet.look_at_workers()
     assert len(fake.sent) == 2, "it has just looked"
-    fleet.put_down("a")
+    fleet.end_task("a")
     fleet.accepted = {"a", "gone"}
     fleet.refused = {"c": "why"}
     del fake.threads["b"]
     fake.now += 0.05
-    fleet.look()
+    fleet.look_at_workers()
     assert (len(fake.sent), fleet.accepted, fleet.tasks) == (2, {"a"}, {})
     fake.threads["d"] = 2
     fake.now += 1
     start = "dask worker tcp://s:1 --nthreads 1 --nworkers N"
     with pytest.raises(WorkersError, match=f"worker d has 2 threads; start it by '{start}'"):
-        fleet.look()
+        fleet.look_at_workers()
 
 
 def test_nobody_is_waited_for_longer_than_a_minute(fake):
     fake.threads.clear()
     fake.now += 60.0
-    fake.fleet.look()
+    fake.fleet.look_at_workers()
     fake.threads["a"] = 1
     fake.now += 1.0
-    fake.fleet.look()
+    fake.fleet.look_at_workers()
     fake.threads.clear()
     fake.now += 60.0
-    fake.fleet.look()
+    fake.fleet.look_at_workers()
     fake.now += 0.1
     with pytest.raises(WorkersError, match="no worker is there for 60 s; start some by 'dask worker tcp://s:1 "):
-        fake.fleet.look()
+        fake.fleet.look_at_workers()
     fake.status = "closed"
     with pytest.raises(WorkersError, match="the scheduler at tcp://s:1 went away"):
-        fake.fleet.members()
+        fake.fleet.worker_threads()
 
 
 def test_workers_that_are_all_left_out_are_the_end(fake):
     fake.fleet.refused = {"a": "one", "b": "two", "gone": "three"}
     with pytest.raises(WorkersError, match=r"no worker calculates like this machine: a: one; b: two$"):
-        fake.fleet.look()
+        fake.fleet.look_at_workers()
     fake.fleet.refused.pop("a")
     fake.now += 1.0
-    fake.fleet.look()
+    fake.fleet.look_at_workers()
     assert [workers for *_, workers in fake.sent] == [["a"]]
 
 
@@ -487,33 +487,33 @@ def test_what_a_worker_brings(fake):
     assert fake.brings("a", 16, "block") == [(16, "block")]
     assert fake.brings("a", None, {"x": "1"}) == []
     assert (fleet.accepted, fleet.refused, fake.remarks) == ({"a"}, {}, [])
-    fleet.looked = 7.0
+    fleet.looked_at = 7.0
     assert fake.brings("b", None, {"x": "2"}) == []
-    assert (fleet.accepted, fleet.refused, fleet.looked) == ({"a"}, {"b": "x 2 and not 1"}, 0.0)
+    assert (fleet.accepted, fleet.refused, fleet.looked_at) == ({"a"}, {"b": "x 2 and not 1"}, 0.0)
     assert fake.remarks == ["worker b is left out: x 2 and not 1"]
     assert fake.brings("c", None, error=ModuleNotFoundError("no pidcfg")) == []
     assert fleet.refused["c"] == "it cannot run this pidcfg: ModuleNotFoundError: no pidcfg"
-    fleet.looked = 7.0
+    fleet.looked_at = 7.0
     assert fake.brings("a", 32, error=lost, status="lost") == []
-    assert (fleet.again, fleet.looked) == ([32], 0.0)
+    assert (fleet.lost_blocks, fleet.looked_at) == ([32], 0.0)
     assert fake.brings("a", None, error=lost, status="error") == []
-    assert (fleet.again, fleet.tasks, fleet.workers) == ([32], {}, {})
+    assert (fleet.lost_blocks, fleet.tasks, fleet.workers) == ([32], {}, {})
     for error, status in ((lost, "error"), (MemoryError("no room"), "error")):
         with pytest.raises(WorkersError, match=f"worker a: {type(error).__name__}: {error}"):
             fake.brings("a", 32, error=error, status=status)
-    fleet.done.put(SimpleNamespace(key="of one that was lost"))
-    assert list(fleet.brought()) == []
-    assert list(fleet.brought()) == []
+    fleet.done_futures.put(SimpleNamespace(key="of one that was lost"))
+    assert list(fleet.receive_blocks()) == []
+    assert list(fleet.receive_blocks()) == []
 
 
 def test_a_block_that_comes_twice_counts_once_and_an_early_one_waits(fake, monkeypatch):
     tallies = {first: tally.Tally(first=first) for first in (0, 16, 32)}
     coming = [[(16, tallies[16])], [(16, "late")], [(0, ["samples"]), (32, tallies[32])]]
-    monkeypatch.setattr(cluster.Fleet, "look", lambda _: None)
-    monkeypatch.setattr(cluster.Fleet, "brought", lambda _: coming.pop(0))
+    monkeypatch.setattr(cluster.Fleet, "look_at_workers", lambda _: None)
+    monkeypatch.setattr(cluster.Fleet, "receive_blocks", lambda _: coming.pop(0))
     fake.fleet.samples = 48
     progress = SimpleNamespace(tally=SimpleNamespace(end=0), ahead={})
-    assert list(fake.fleet.run(progress)) == [[], ["samples", tallies[16]], [tallies[32]]]
+    assert list(fake.fleet.run_blocks(progress)) == [[], ["samples", tallies[16]], [tallies[32]]]
     assert coming == []
     assert progress.ahead == {}
 
@@ -527,13 +527,13 @@ def test_a_local_cluster_has_workers_of_one_thread(monkeypatch):
 
     monkeypatch.setattr(distributed, "LocalCluster", noted)
     monkeypatch.setattr(distributed, "Client", noted)
-    with cluster.connect("local:3"):
+    with cluster.connect_client("local:3"):
         pass
     (_, local), ((given,), settings), *closed = opened
     assert (local["n_workers"], local["threads_per_worker"], local["host"]) == (3, 1, "127.0.0.1")
     assert hasattr(given, "close")
     assert settings == {"timeout": 10.0, "set_as_default": False}
     assert closed == [{"timeout": 10.0}] * 2
-    with cluster.connect("tcp://s:1"):
+    with cluster.connect_client("tcp://s:1"):
         pass
     assert opened[-2][0] == ("tcp://s:1",)

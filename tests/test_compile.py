@@ -31,17 +31,17 @@ from pidcfg.sim.controllers.nextopid import scan as nextopid
 from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.engine import choice as engine
 from pidcfg.sim.engine import run
-from pidcfg.sim.engine.compile import OPTIONS as COMPILE_OPTIONS
+from pidcfg.sim.engine.compile import NUMBA_OPTIONS as COMPILE_OPTIONS
 from pidcfg.sim.engine.compile import (
     NotKeptWarning,
     Rows,
+    call_on_arrays,
     compile_functions,
     fingerprint,
-    is_kept,
-    on_arrays,
-    reachable,
+    is_cached,
+    reachable_kernels,
+    record_array,
     record_type,
-    records,
     say_not_kept,
 )
 from pidcfg.sim.engine.recording import Recording
@@ -194,7 +194,7 @@ def test_records_carry_every_field_there_and_back():
 
     assert record_type(Point) == np.dtype([("x", np.float64), ("n", np.int64)])
     assert list(map(astuple, points)) == [(1.1, 3), (-1.5, -(2**60))]
-    assert len(records([], Point)) == 0
+    assert len(record_array([], Point)) == 0
 
 
 Item = TypeVar("Item")
@@ -224,7 +224,7 @@ def test_a_compiled_kernel_is_called_with_what_lies_in_arrays_and_groups_of_it_a
     group = Group(2, points, array("d", [1.0]), numbers, array("q", [3]), [])
     more = array("d", [0.0, 1.0])
 
-    assert on_arrays(compile_functions([moves])[moves], moves, {Item: Point})(5, group, more) == 5
+    assert call_on_arrays(compile_functions([moves])[moves], moves, {Item: Point})(5, group, more) == 5
     assert [astuple(point) for point in points] == [(0.5, 3), (0.0, 2**60 + 2)]
     assert (numbers.tolist(), group.whole.tolist(), group.none, more.tolist()) == ([7.5], [4], [], [7.5, 1.0])
 
@@ -242,9 +242,9 @@ def calls(x):
 
 
 def test_everything_that_is_called_is_found():
-    assert reachable([calls], {}) == [calls, one]
-    assert reachable([calls], {one: two}) == [calls, two]
-    assert {dl06.sample, clamp} <= set(reachable([scan], {}))
+    assert reachable_kernels([calls], {}) == [calls, one]
+    assert reachable_kernels([calls], {one: two}) == [calls, two]
+    assert {dl06.sample, clamp} <= set(reachable_kernels([scan], {}))
 
 
 def test_the_cache_key_follows_callees_and_constants(monkeypatch):
@@ -252,14 +252,14 @@ def test_the_cache_key_follows_callees_and_constants(monkeypatch):
 
     assert fingerprint([calls, one], {}) == key
     assert fingerprint([calls, two], {one: two}) != key
-    before = fingerprint(reachable([scan], {}), {})
+    before = fingerprint(reachable_kernels([scan], {}), {})
     monkeypatch.setattr(dl06, "LARGEST", 1000.0)
-    assert fingerprint(reachable([scan], {}), {}) != before
+    assert fingerprint(reachable_kernels([scan], {}), {}) != before
 
 
 def test_the_cache_key_follows_constants_of_modules(monkeypatch):
     """A slot of NextoPID's memory is named through its module, and is a number in the compiled code."""
-    kernels = reachable([nextopid.scan], {})
+    kernels = reachable_kernels([nextopid.scan], {})
     before = fingerprint(kernels, {})
     monkeypatch.setattr(slots, "LEAD_LAG", 99)
     assert fingerprint(kernels, {}) != before
@@ -285,13 +285,13 @@ def files(kernels):
 
 def test_kept_tells_whether_the_kernels_that_are_called_lie_in_the_cache(kernels):
     both = [calls, two]
-    assert not is_kept([calls], both, {})
+    assert not is_cached([calls], both, {})
     assert compile_functions(both)[calls](1) == 20
 
-    assert is_kept([calls], both, {})
-    assert not is_kept(both, both, {}), "one that was not called is yet to be compiled"
-    assert not is_kept([calls], both, {one: two})
-    assert not is_kept([two], [two], {})
+    assert is_cached([calls], both, {})
+    assert not is_cached(both, both, {}), "one that was not called is yet to be compiled"
+    assert not is_cached([calls], both, {one: two})
+    assert not is_cached([two], [two], {})
     assert len(files(kernels)) == 1, "what it calls needs no file of its own"
 
 
@@ -304,7 +304,7 @@ def test_kernels_of_an_installation_somewhere_else_are_the_same(kernels, tmp_pat
         runpy.run_path(str(folder / "one.py"), run_name="one")["f"] for folder in (tmp_path, tmp_path / "there")
     )
     assert compile_functions([compiled_here])[compiled_here](2) == 6
-    assert is_kept([found_there], [found_there], {})
+    assert is_cached([found_there], [found_there], {})
 
 
 def test_another_kind_of_argument_is_compiled_anew(kernels):
@@ -344,10 +344,10 @@ def test_a_damaged_kernel_is_compiled_anew_and_healed(kernels, monkeypatch, spoi
     read = []
     monkeypatch.setattr("pidcfg.sim.engine.compile.pickle", SimpleNamespace(loads=read.append))
 
-    assert not is_kept([calls], [calls], {})
+    assert not is_cached([calls], [calls], {})
     assert compile_functions([calls])[calls](1) == 20
     assert read == [], "nothing of it reached numba"
-    assert is_kept([calls], [calls], {})
+    assert is_cached([calls], [calls], {})
     monkeypatch.undo()
 
 
@@ -380,7 +380,7 @@ def test_a_folder_of_somebody_else_gives_and_gets_nothing(kernels, monkeypatch):
     monkeypatch.setattr("pidcfg.sim.engine.compile.pickle", SimpleNamespace(loads=refuse))
     before = [path.read_bytes() for path in files(kernels)]
 
-    assert not is_kept([calls], [calls], {})
+    assert not is_cached([calls], [calls], {})
     with pytest.warns(NotKeptWarning, match=f"others may write to {kernels}"):
         assert compile_functions([calls])[calls](1) == 20
     assert [path.read_bytes() for path in files(kernels)] == before
@@ -392,7 +392,7 @@ def test_where_nothing_can_be_kept_kernels_run(monkeypatch, tmp_path):
     blocked.write_text("")
     monkeypatch.setenv("PIDCFG_CACHE_DIR", str(blocked))
 
-    assert not is_kept([one], [one], {})
+    assert not is_cached([one], [one], {})
     with pytest.warns(NotKeptWarning):
         assert compile_functions([one])[one](1) == 2
 
@@ -435,7 +435,7 @@ MODELS = (
 class Signals(Recording):
     """Every value of every signal, as it is."""
 
-    def take(self, rows_of_values, rows):
+    def add_rows(self, rows_of_values, rows):
         self.values.setdefault("all", []).append(rows_of_values[: rows * self._width].tobytes())
 
     def end(self):
@@ -519,16 +519,16 @@ def test_auto_asks_for_the_compiled_kernels_that_a_run_calls_and_for_no_others(m
         asked.update(f.__name__ for f in wanted)
         return missing not in {f.__name__ for f in wanted}
 
-    true = run.choose
-    monkeypatch.setattr(run, "choose", choose)
-    monkeypatch.setattr(compiler, "is_kept", kept)
+    true = run.choose_engine
+    monkeypatch.setattr(run, "choose_engine", choose)
+    monkeypatch.setattr(compiler, "is_cached", kept)
     monkeypatch.setattr(engine, "holds_entries", "kernels".__eq__)
-    monkeypatch.setattr(engine, "LOADING", 0)
-    monkeypatch.setattr(engine, "KEPT", {})
+    monkeypatch.setattr(engine, "LOADING_TIME", 0)
+    monkeypatch.setattr(engine, "KEPT_KERNELS", {})
     text = f"pidcfg: 1\nscenario: s\nconfig: c.yaml\nduration: 9\nstep: {STEP}\n" + "initial: steady\n" * steady
     text += "plants: {T1: {model: first_order, gain: 0.5, time_constant: 2" + ", noise: 1" * drawn + "}}\n"
     case = loaded(configuration(vendor, 1), text)
-    called = {"advance", *["settle"] * steady, *["normals"] * drawn}
+    called = {"advance", *["settle"] * steady, *["draw_normals"] * drawn}
     for missing in ("", *called):
         asked = set()
         engine._in_cache.cache_clear()

@@ -21,7 +21,7 @@ from pidcfg.sim.controllers.dl06.operate import ALARM_BITS, AUX_BITS, FLAG_BITS
 from pidcfg.sim.controllers.dl06.operate import MODE_BITS as MODES
 from pidcfg.sim.controllers.dl06.plc import Options, load
 from pidcfg.sim.controllers.dl06.scan import Dl06Registers, scan
-from pidcfg.sim.engine.run import prepare
+from pidcfg.sim.engine.run import prepare_network
 from pidcfg.text.source import read_document
 
 LOOP = {"name": "L", "sample_rate": 0.1, "action": "direct", "tuning": {"gain": 1}}
@@ -839,7 +839,7 @@ def test_another_form_of_the_equation_takes_over_without_a_kick():
 def test_a_loop_that_is_not_calculated_misses_no_scan():
     text = {"pidcfg": 1, "scenario": "t", "config": "c", "duration": 10, "plc": {"scan_time": 1}}
     machine = plc({"sample_rate": 0}, {"sample_rate": 1}, {"sample_rate": 0.5})
-    found = prepare(Scenario.model_validate(text), machine).problems
+    found = prepare_network(Scenario.model_validate(text), machine).problems
 
     assert [p.loop for p in found if "sample rate" in p.message] == ["L3"]
 

@@ -24,7 +24,7 @@ from pidcfg.sim.controllers.dpide import scan as dpide
 from pidcfg.sim.controllers.dpide.scan import load
 from pidcfg.sim.controllers.kernels import single
 from pidcfg.sim.controllers.plc import ScanOptions as Options
-from pidcfg.sim.engine.run import Settings, UnusableError, prepare, simulate
+from pidcfg.sim.engine.run import Settings, UnusableError, prepare_network, simulate
 from pidcfg.text.source import read_document
 
 CONTRACT = """
@@ -474,7 +474,7 @@ expect:
 def test_what_this_plc_does_not_have(text, message):
     plan = scenario(f"plants: {{OVEN: {PLANT}}}\n{text}")
 
-    assert [p.message for p in prepare(plan, load(oven())).problems] == [message]
+    assert [p.message for p in prepare_network(plan, load(oven())).problems] == [message]
 
 
 def test_a_scan_time_is_the_base_step():

@@ -13,8 +13,8 @@ import good_plants
 import good_runs
 import pidcfg
 from pidcfg.cli.main import cli
-from pidcfg.study.draft import NoDraftError, draft_scenario, scalar
-from pidcfg.study.draft_plan import digits, round_up_time, rounded_value, time_text
+from pidcfg.study.draft import NoDraftError, draft_scenario, scalar_text
+from pidcfg.study.draft_plan import round_to_digits, round_up_time, rounded_value, time_text
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import checked_of
@@ -282,12 +282,12 @@ def test_names_of_any_kind(name):
     [("TIC-1", "TIC-1"), ("true", '"true"'), ("a, b", '"a, b"'), ("30 %", "30 %"), (True, "true"), (1.5, "1.5")],
 )
 def test_scalars(value, text):
-    assert scalar(value) == text
+    assert scalar_text(value) == text
 
 
 def test_numbers_as_people_write_them():
     assert [round_up_time(x) for x in (1.0, 1.1, 7.3, 480, 481, 0.013)] == [1, 1.2, 8, 500, 500, 0.016]
-    assert [digits(x) for x in (2.66666, 3.0, -93.345)] == [2.667, 3, -93.34]
+    assert [round_to_digits(x) for x in (2.66666, 3.0, -93.345)] == [2.667, 3, -93.34]
     assert [rounded_value(12.3456, span) for span in (0.5, 100, 30000)] == [12.3456, 12.3, 12]
     assert [time_text(x) for x in (90, 600, 7200)] == ["90 s", "10 min", "2 h"]
 

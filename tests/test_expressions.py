@@ -17,7 +17,7 @@ def value_and_fault(text, values=VALUES):
     pool = Pool()
     pool.add(parse("1 + Fi * 2", NAMES))  # so that nothing relies on standing first
     first, last = pool.add(parse(text, NAMES))
-    stack = pool.stack()
+    stack = pool.new_stack()
     value = evaluate(pool.code, pool.constants, first, last, values, stack)
     return value, FAULTS[int(stack[0])]
 
@@ -134,7 +134,7 @@ def test_the_stack_is_as_deep_as_the_deepest_expression_needs():
     pool = Pool()
     pool.add(parse("1 + (2 + (3 + (4 + 5)))", {}))
     assert pool.depth == 5
-    assert len(pool.stack()) == 6
+    assert len(pool.new_stack()) == 6
 
 
 def test_an_expression_that_is_one_signal_is_known_as_such():
@@ -160,7 +160,7 @@ def test_every_expression_of_the_grammar_has_the_value_that_python_gives_it(text
     names = {"Fi": 0, "a_b": 1, "x.y": 2}
     pool = Pool()
     first, last = pool.add(parse(text, names))
-    stack = pool.stack()
+    stack = pool.new_stack()
     value = evaluate(pool.code, pool.constants, first, last, [fi, ab, xy], stack)
     try:
         wanted = eval(text.replace("x.y", "x_y"), {"Fi": fi, "a_b": ab, "x_y": xy, "min": min, "max": max, "abs": abs})  # noqa: S307

@@ -19,7 +19,7 @@ from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.scan import FLAG_BITS, load
 from pidcfg.sim.controllers.ezlogix.scan import MODE_BITS as MODES
 from pidcfg.sim.controllers.plc import NoOptions as Options
-from pidcfg.sim.engine.run import options, prepare
+from pidcfg.sim.engine.run import plc_options, prepare_network
 
 
 class Controller:
@@ -386,7 +386,7 @@ def scenario(**given):
     ],
 )
 def test_events_that_it_has(event, message):
-    found = prepare(scenario(events=[{"at": 0, "loop": "L1", **event}]), plc({})).problems
+    found = prepare_network(scenario(events=[{"at": 0, "loop": "L1", **event}]), plc({})).problems
     said = [p.message for p in found if p.severity == "error"]
 
     assert len(said) == (message is not None)
@@ -394,10 +394,12 @@ def test_events_that_it_has(event, message):
 
 
 def test_the_plc_stops_and_has_no_options():
-    found = prepare(scenario(events=[{"at": 0, "plc": "stop"}, {"at": 0.5, "plc": "program"}]), plc({})).problems
+    found = prepare_network(
+        scenario(events=[{"at": 0, "plc": "stop"}, {"at": 0.5, "plc": "program"}]), plc({})
+    ).problems
     assert ["program" in p.message for p in found if p.severity == "error"] == [True]
-    assert options(scenario(), Controller) == Options()
-    refused = prepare(scenario(plc={"scan_time": 0.1}), plc({})).problems
+    assert plc_options(scenario(), Controller) == Options()
+    refused = prepare_network(scenario(plc={"scan_time": 0.1}), plc({})).problems
 
     assert [p.path for p in refused if p.severity == "error"] == [("plc", "scan_time")]
 

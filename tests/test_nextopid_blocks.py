@@ -32,7 +32,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     State,
     lag_share,
 )
-from pidcfg.sim.engine.compile import Rows, compile_functions, records
+from pidcfg.sim.engine.compile import Rows, compile_functions, record_array
 from rig_plants import FirstOrder
 
 MOST = 3.4e38
@@ -767,7 +767,7 @@ def test_all_blocks_are_the_same_compiled_to_the_last_bit():
         states, aux = [State() for _ in configs], [UNTOUCHED] * (100 * len(configs))
         more = [rng.uniform(-20, 120) for _ in range(997)], [signals[c.base + 1] for c in configs], outs
         other = Rows.of(states)
-        arrays = records(configs, Config), other.array, vector(aux), vector(signals)
+        arrays = record_array(configs, Config), other.array, vector(aux), vector(signals)
         fast(*arrays, *map(vector, more), vector(moved))
         drive(configs, states, aux, signals, *more, moved)
         assert [astuple(s) for s in other] == [astuple(s) for s in states]

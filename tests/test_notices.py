@@ -53,7 +53,7 @@ from pidcfg.sim.controllers.nextopid import plc as nextopid_operate
 from pidcfg.sim.controllers.nextopid import plc as nextopid_report
 from pidcfg.sim.controllers.nextopid import terms as nextopid_state
 from pidcfg.sim.engine.expressions import Pool
-from pidcfg.sim.judgement.evidence import _choices
+from pidcfg.sim.judgement.evidence import _selections
 
 # --- The numbers by which controllers say why: two reasons never share one, or one would be told as the other ---------
 
@@ -195,7 +195,7 @@ def test_a_choice_is_between_what_its_two_sides_read(text, choices):
     wanted = [
         ({NAMES[name] for name in taken.split()}, {NAMES[name] for name in lost.split()}) for taken, lost in choices
     ]
-    assert list(_choices(e, first, last)) == wanted
+    assert list(_selections(e, first, last)) == wanted
 
 
 # --- Listings whose words are no values of their format: they decode, each such word is named and counts as 0 (D50) ---

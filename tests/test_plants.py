@@ -23,22 +23,22 @@ from pidcfg.sim.engine.plants import (
     Noise,
     Plant,
     add_noise,
-    draws_alike,
-    normals,
-    second_order,
+    draw_normals,
+    draws_as_python,
+    second_order_matrix,
     seed_words,
     set_parameters,
     settle_at,
     step_plants,
-    unseeded,
+    unseeded_state,
 )
-from pidcfg.sim.engine.run import prepare
+from pidcfg.sim.engine.run import prepare_network
 from pidcfg.sim.judgement.meters import (
     NEVER,
     Band,
     Gauge,
     Meter,
-    begin,
+    begin_meter,
     begin_step,
     end_step,
     loop_metrics,
@@ -114,7 +114,7 @@ def test_a_damping_below_one_swings_as_the_textbook_says():
 
 @pytest.mark.parametrize(("squared", "damped"), [(1e-12, 2e-6), (1e-12, 1e-7), (1e18, 2e9), (1e-6, 1e6)])
 def test_second_order_coefficients_are_finite_where_exponentials_overflow(squared, damped):
-    assert all(math.isfinite(value) for value in second_order(100.0, squared, damped))
+    assert all(math.isfinite(value) for value in second_order_matrix(100.0, squared, damped))
 
 
 def test_integrator_with_load_is_a_straight_line():
@@ -301,8 +301,8 @@ def test_noise_belongs_to_the_measurement_and_not_to_the_plant():
     ],
 )
 def test_the_longest_time_of_a_network_is_a_lag_a_dead_time_or_what_an_integrator_takes_for_1(text, longest):
-    net = prepare(scenario(f"plants:\n  A: {text}\n  B: {{model: dead_time}}\n"), Controller.load())
-    assert net.longest() == longest
+    net = prepare_network(scenario(f"plants:\n  A: {text}\n  B: {{model: dead_time}}\n"), Controller.load())
+    assert net.longest_time() == longest
 
 
 # --- Noise of transmitters: whoever draws it, the numbers are those of `random.gauss`, to the bit ---------------------
@@ -325,12 +325,12 @@ def fast():
 def by_parts(drawn, counts=COUNTS):
     whole = array("d")
     for count in counts:
-        whole.extend(drawn.rows(count))
+        whole.extend(drawn.draw_rows(count))
     return whole
 
 
 def test_the_kernel_as_it_is_written_draws_what_python_draws():
-    assert by_parts(Noise(["a"], normals)).tobytes() == gauss("a", sum(COUNTS)).tobytes()
+    assert by_parts(Noise(["a"], draw_normals)).tobytes() == gauss("a", sum(COUNTS)).tobytes()
 
 
 def test_the_compiled_kernel_draws_what_python_draws(fast):
@@ -348,7 +348,7 @@ def test_each_column_has_a_source_of_its_own(fast):
 
 @pytest.mark.parametrize("seed", ["", "a", "9223372036854775807/TIC-101", "ä" * 2500])
 def test_a_seed_gives_the_state_that_python_makes_of_it(seed):
-    key, state, spare = unseeded(seed)
+    key, state, spare = unseeded_state(seed)
     seed_words(key, state)
     assert (3, tuple(state), None) == random.Random(seed).getstate()
     assert spare.tolist() == [0.0, 0.0]
@@ -359,24 +359,24 @@ def test_a_state_with_the_second_number_of_a_pair_goes_on_with_it():
     source.gauss(0.0, 1.0)
     _, words, second = source.getstate()
     drawn = array("d", bytes(8 * 5))
-    normals(5, 0, 1, [], array("q", words), array("d", [second, 1.0]), drawn)
+    draw_normals(5, 0, 1, [], array("q", words), array("d", [second, 1.0]), drawn)
 
     assert drawn.tolist() == [source.gauss(0.0, 1.0) for _ in range(5)]
 
 
 def test_without_noise_there_are_no_numbers():
-    assert len(Noise([]).rows(100)) == 0
+    assert len(Noise([]).draw_rows(100)) == 0
 
 
-@pytest.mark.parametrize("wrong", [0, noise.TRIED - 1])
+@pytest.mark.parametrize("wrong", [0, noise.TRIED_NUMBERS - 1])
 def test_one_number_that_is_off_by_its_last_bit_is_seen_and_python_draws(wrong):
     def off(*words):
-        done, drawn = normals(*words), words[-1]
+        done, drawn = draw_normals(*words), words[-1]
         drawn[wrong] = math.nextafter(drawn[wrong], 9.0)
         return done
 
-    assert draws_alike(normals)
-    assert not draws_alike(off)
+    assert draws_as_python(draw_normals)
+    assert not draws_as_python(off)
 
 
 # --- The metrics of a loop, worked out sample by sample by hand: each at its limits -----------------------------------
@@ -387,8 +387,8 @@ def measured(pvs, *, before=0.0, after=10.0, event=2, period=0, share=0.1, contr
 
     Something else moves the loop at base step ``until``.
     """
-    m, band = Meter(0, 1, 2, control=control), Band(0, share)
-    begin(m, [before, before, 0.0])
+    m, band = Meter(0, 1, 2, in_control=control), Band(0, share)
+    begin_meter(m, [before, before, 0.0])
     for k, pv in enumerate([before] * event + pvs):
         sp = before if k < event else set_points[k - event] if set_points else after
         if k == event:
@@ -443,14 +443,14 @@ def test_a_step_at_the_very_beginning_has_a_rise_time_of_its_own():
 
 def test_an_earlier_step_and_a_loop_that_left_auto_settle_nothing():
     m, band = measured([10.0, 10.0])
-    band.outside = 1
+    band.last_outside = 1
     assert settling_time(m, band, 3, 1.0) == 0.0
-    m.control, m.control_since = 0, 3
+    m.in_control, m.control_since = 0, 3
     band.outside = 2
     assert settling_time(m, band, 9, 1.0) is None
     band.outside = 1
     assert settling_time(m, band, 9, 1.0) == 0.0
-    m.stepped = 0
+    m.has_step = 0
     assert settling_time(m, band, 9, 1.0) is None
 
 
@@ -486,15 +486,15 @@ def test_of_two_events_the_first_ends_a_step_and_a_new_step_begins_anew():
     m, _ = measured([1.0, 9.0])
     end_step(m, 5)
     end_step(m, 7)
-    assert m.until == 5
+    assert m.step_until == 5
     begin_step(m, 8, 0.0, 0, [0.0, 0.0, 0.0])
-    assert m.until == NEVER
+    assert m.step_until == NEVER
 
 
 @pytest.mark.parametrize(("period", "after"), [(1, 8.0), (2, 9.0), (3, 9.0)])
 def test_a_set_point_that_is_limited_a_sample_later_is_the_one_that_is_stepped_to(period, after):
     m, _ = measured([0.0, 0.0, 0.0, 0.0], period=period, set_points=[10.0, 8.0, 9.0, 9.0])
-    assert m.after == after
+    assert m.sp_after == after
 
 
 def test_nothing_is_a_step_where_the_set_point_stays_or_the_loop_is_not_in_control():
@@ -504,8 +504,8 @@ def test_nothing_is_a_step_where_the_set_point_stays_or_the_loop_is_not_in_contr
 
 
 def test_the_integrals_count_base_steps_in_control_and_time_in_s():
-    m = Meter(0, 1, 2, control=1)
-    begin(m, [0.0, 0.0, 5.0])
+    m = Meter(0, 1, 2, in_control=1)
+    begin_meter(m, [0.0, 0.0, 5.0])
     for k, (pv, sp, out) in enumerate([(1, 3, 5), (3, 3, 8), (6, 3, 8), (4, 2, 2)]):
         measure_loop(k, m, [float(pv), float(sp), float(out)])
     found = loop_metrics(m, Band(0, 0.05), 3, 0.5, [4.0, 2.0])
@@ -540,19 +540,29 @@ def test_an_event_that_changes_nothing_concerns_no_loop():
     event, same = (Facts(plc=None, disturb=None, loop="A", pv=None, set={"setpoint": 50}) for _ in range(2))
     influence = Influence(Facts(), Facts(configs=configs, loops=["A", "B"]), idle=[event])
 
-    assert [influence.concerns(one, loop) for one in (event, same) for loop in (0, 1)] == [False, False, True, False]
+    assert [influence.can_move(one, loop) for one in (event, same) for loop in (0, 1)] == [False, False, True, False]
 
 
 def test_nothing_is_known_of_a_loop_before_its_first_base_step():
     """−1 is not yet, or never; every sum and every bit is 0."""
     meter = Meter(0, 0, 0)
     known = {name: value for name in Meter.__slots__ if (value := getattr(meter, name)) != 0}
-    not_yet = ("status", "aux_status", "event", "rise_from", "rise_to", "left", "missed", "blind_from", "cut_from")
-    later = ("until", "watched", "window", "middle", "late", "swung")
+    not_yet = (
+        "status",
+        "aux_status",
+        "event_at",
+        "rise_from",
+        "rise_to",
+        "left_at",
+        "missed_at",
+        "blind_from",
+        "cut_from",
+    )
+    later = ("step_until", "watch_from", "window_start", "window_middle", "last_third", "swings_from")
     assert known == {
-        **dict.fromkeys((*not_yet, "extreme_at", "outside", "reached"), -1),
+        **dict.fromkeys((*not_yet, "extreme_at", "last_outside", "reached_at"), -1),
         **dict.fromkeys(later, NEVER),
-        "course": 1,
+        "direction": 1,
     }
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import command
 from pidcfg.cli.main import main
-from pidcfg.sim.engine.recording import POINTS, Recording
+from pidcfg.sim.engine.recording import MOST_POINTS, Recording
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.outcome import charts_of, simulate_document
 from pidcfg.text.source import read_document
@@ -171,14 +171,14 @@ def test_a_recording_keeps_first_lowest_highest_and_last_of_each_group(values, s
     recording.group = size
     for first in range(0, len(values), piece):
         rows = values[first : first + piece]
-        recording.take(rows, len(rows))
+        recording.add_rows(rows, len(rows))
     recording.end()
     wanted = []
     for first in range(0, len(values), size):
         group = values[first : first + size]
         places = {0, group.index(min(group)), group.index(max(group)), len(group) - 1}
         wanted += [(first + place, group[place]) for place in sorted(places)]
-    assert list(zip(*recording.signal("a"), strict=True)) == wanted
+    assert list(zip(*recording.signal_line("a"), strict=True)) == wanted
 
 
 def test_the_recording_is_the_trend_with_all_its_extremes(folder, pidcfg):
@@ -187,7 +187,7 @@ def test_the_recording_is_the_trend_with_all_its_extremes(folder, pidcfg):
     trend = {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
     recording = outcome().recording
     times, values = recording.signal("TIC-201.PV")
-    assert len(times) <= POINTS
+    assert len(times) <= MOST_POINTS
     at = dict(zip(trend["time"], trend["TIC-201.PV"], strict=True))
     assert all(value == pytest.approx(at[time], rel=1e-9) for time, value in zip(times, values, strict=True))
     assert (times[0], times[-1]) == (trend["time"][0], trend["time"][-1])
@@ -203,24 +203,24 @@ def test_no_spike_of_one_sample_is_lost_and_points_are_bounded():
         for spike, value in ((123_457, 5.0), (999_998, -7.0)):
             if chunk <= spike < chunk + count:
                 rows[2 * (spike - chunk) + 1] = value
-        recording.take(rows, count)
+        recording.add_rows(rows, count)
     recording.end()
-    times, values = recording.signal("b")
-    assert len(values) <= POINTS
+    times, values = recording.signal_line("b")
+    assert len(values) <= MOST_POINTS
     assert (min(values), max(values)) == (-7.0, 5.0)
     assert times[values.index(5.0)] == pytest.approx(12345.7)
     assert times == sorted(set(times))
     assert times[-1] == pytest.approx(99999.9)
-    assert set(recording.signal("a")[1]) == {0.0}
+    assert set(recording.signal_line("a")[1]) == {0.0}
 
 
 def test_a_short_run_is_recorded_whole():
     recording = Recording(frozenset({"b"}))
     recording.begin(["a", "b"], 5, 0.5)
-    recording.take([0, 1, 0, 2, 0, 3], 3)
-    recording.take([0, 4, 0, 5], 2)
+    recording.add_rows([0, 1, 0, 2, 0, 3], 3)
+    recording.add_rows([0, 4, 0, 5], 2)
     recording.end()
-    assert recording.signal("b") == ([0, 0.5, 1.0, 1.5, 2.0], [1, 2, 3, 4, 5])
+    assert recording.signal_line("b") == ([0, 0.5, 1.0, 1.5, 2.0], [1, 2, 3, 4, 5])
     assert recording.names == ["b"]
 
 

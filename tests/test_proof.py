@@ -271,18 +271,18 @@ def test_an_allowance_that_allows_nothing_excuses_nothing():
 def test_errors_beyond_the_noise_are_summed_in_control_with_a_sound_sensor(control, broken, sums):
     """The set point is 10 and the noise 1: errors of 2, 0.5 and 3 with the loop, of 5, 0 and 6 without it."""
     rival = Rival(loop=0, slot=1, margin=1.0)
-    meter = Facts(control=control, broken=broken, sp=0)
+    meter = Facts(in_control=control, broken=broken, sp=0)
     for pv, held in ((12.0, 15.0), (9.5, 10.0), (7.0, 4.0)):
         compare_errors([rival], [meter], [10.0, pv], [0.0, held])
 
-    assert (rival.error, rival.held_error, rival.widest) == sums
+    assert (rival.error, rival.held_error, rival.widest_error) == sums
 
 
 @pytest.mark.parametrize(("error", "word"), [(70.0, "proven"), (70.1, "not-proven")])
 def test_seven_tenths_of_the_error_may_be_left(monkeypatch, error, word):
-    monkeypatch.setattr(control, "_otherwise_judged", lambda *_: None)
-    monkeypatch.setattr(control, "_late", lambda *_: "")
-    e = Facts(rivals={0: Rival(0, 0, error=error, held_error=100.0, widest=9.0)}, bands=[2.0])
+    monkeypatch.setattr(control, "_judge_exempt", lambda *_: None)
+    monkeypatch.setattr(control, "_slow_answer", lambda *_: "")
+    e = Facts(rivals={0: Rival(0, 0, error=error, held_error=100.0, widest_error=9.0)}, bands=[2.0])
     assert control.judge_benefit(e, 0).verdict == word
 
 
@@ -290,7 +290,7 @@ def test_seven_tenths_of_the_error_may_be_left(monkeypatch, error, word):
 def test_a_pv_may_be_one_and_a_half_plant_times_behind_a_ramp(monkeypatch, away, word):
     """The set point moves by 10 in the 50 s between the halves of the window; the plant takes 15 s."""
     monkeypatch.setattr(control, "last_event", lambda *_: 0)
-    meter = Meter(0, 1, 2, control=1, moved=95, window=0, middle=50)
+    meter = Meter(0, 1, 2, in_control=1, sp_moved_at=95, window_start=0, window_middle=50)
     e = Facts(
         meters=[meter],
         paces=[Facts(seconds=15.0)],
@@ -299,11 +299,11 @@ def test_a_pv_may_be_one_and_a_half_plant_times_behind_a_ramp(monkeypatch, away,
         plc=Facts(configs=[Facts(period=1)]),
         step=1,
         seconds=float,
-        errors=lambda _: (away, -away),
+        mean_errors=lambda _: (away, -away),
         set_point_moves=lambda _: 10.0,
         unit=lambda _: "",
     )
-    assert control._not_there(e, 0, 95, 100).verdict == word
+    assert control._judge_unsettled(e, 0, 95, 100).verdict == word
 
 
 def test_both_engines_give_the_same_verdicts():

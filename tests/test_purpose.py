@@ -6,9 +6,9 @@ import pytest
 
 import pidcfg
 from pidcfg.cli.formats.runs import simulations_text
-from pidcfg.sim.engine.influence import answer, wrong_actions
-from pidcfg.sim.engine.network import initial_values, rest
-from pidcfg.sim.engine.run import Settings, prepare
+from pidcfg.sim.engine.influence import pv_change, wrong_actions
+from pidcfg.sim.engine.network import initial_values, settle_plants
+from pidcfg.sim.engine.run import Settings, prepare_network
 from pidcfg.study.draft import draft_scenario, simulate_draft
 from pidcfg.study.outcome import simulate_document
 from pidcfg.text.source import read_document
@@ -287,10 +287,10 @@ def test_the_wrong_action_runs_away_and_is_flagged(tmp_path, vendor, process):
 )
 def test_the_way_from_output_to_pv_is_followed(text, sign):
     plc = Controller.load()
-    net = prepare(scenario(text), plc)
+    net = prepare_network(scenario(text), plc)
     assert not any(p.severity == "error" for p in net.problems), net.problems
-    rest(net, initial_values(net))
-    change = answer(net, plc, 0)
+    settle_plants(net, initial_values(net))
+    change = pv_change(net, plc, 0)
     assert (change > 0) - (change < 0) == sign
     plc.rises = (False,) * 8
     assert len(list(wrong_actions(net, plc))) == (sign > 0)

@@ -14,7 +14,7 @@ pytest.importorskip("numba")
 
 from pidcfg.sim.controllers.generic.equation import State
 from pidcfg.sim.controllers.kernels import single
-from pidcfg.sim.engine.compile import Rows, native_single, on_arrays, records
+from pidcfg.sim.engine.compile import Rows, call_on_arrays, native_single, record_array
 
 
 def test_what_compiled_code_has_written_comes_back():
@@ -32,7 +32,7 @@ def test_what_compiled_code_has_written_comes_back():
 
 
 def test_no_objects_are_an_array_without_rows():
-    assert len(records([], State)) == 0
+    assert len(record_array([], State)) == 0
 
 
 @pytest.mark.filterwarnings("ignore:overflow encountered in cast")
@@ -51,18 +51,18 @@ def doubled(k: int, values: MutableSequence[float], states: MutableSequence[Stat
 
 def test_a_function_of_arrays_is_called_with_what_lies_in_them():
     values, states = array("d", [1.0, 2.5]), Rows.of([State(sp=1.0), State(sp=2.0)])
-    assert on_arrays(doubled, doubled, {})(3, values, states) == 5
+    assert call_on_arrays(doubled, doubled, {})(3, values, states) == 5
     assert (values.tolist(), [state.sp for state in states]) == ([2.0, 5.0], [3.0, 7.0])
 
 
 def test_what_lies_in_no_array_is_refused_since_nobody_would_see_what_is_written():
     with pytest.raises(TypeError, match="lies in no array"):
-        on_arrays(doubled, doubled, {})(3, [1.0], Rows.of([State()]))
+        call_on_arrays(doubled, doubled, {})(3, [1.0], Rows.of([State()]))
 
 
 def test_objects_in_an_array_are_written_from_either_side():
     states = Rows.of([State(sp=1.5, status=2), State(sp=-3.0, due=1 << 40)])
-    assert on_arrays(doubled, doubled, {})(0, array("d", [0.25, 2.0]), states) == 2
+    assert call_on_arrays(doubled, doubled, {})(0, array("d", [0.25, 2.0]), states) == 2
     assert [state.sp for state in states] == [2.0, 1.0]
     assert states[1].due == 1 << 40
 
@@ -93,7 +93,7 @@ def raised(k: int, pair: Pair) -> int:
 
 
 def test_a_group_that_lies_in_arrays_has_the_same_ones_in_each_call():
-    pair, call = Pair(array("d", [1.0]), Rows.of([State(sp=1.0)])), on_arrays(raised, raised, {})
+    pair, call = Pair(array("d", [1.0]), Rows.of([State(sp=1.0)])), call_on_arrays(raised, raised, {})
     call(0, pair)
     pair.values[0] = 3.0
     pair.states[0].sp = 20.0

@@ -20,7 +20,7 @@ from pidcfg.pictures import Bar, Chart, Line, Mark, Panel, Strip, page
 from pidcfg.pictures.layout import axis_limits, level_names, ticks
 from pidcfg.pictures.page import SQUARE, line_points, render_figure
 from pidcfg.sim.engine.run import Settings
-from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, WORDS, flag_words
+from pidcfg.sim.judgement.report import FLAG_WORDS, LIMITED_ABOVE, LIMITED_BELOW, flag_words
 from pidcfg.study.outcome import charts_of, level_lines, levels_around, simulate_document
 from pidcfg.text.source import read_document
 from pidcfg.vendors import VENDORS
@@ -171,14 +171,14 @@ def test_every_alarm_and_flag_has_a_name_in_words(vendor):
     assert names
     for name in names:
         assert "_" not in flag_words(name) or "." in name or "SP_CASC" in name
-        assert name in WORDS or name.startswith("ErrBits.") or flag_words(name) == name.replace("_", " ")
+        assert name in FLAG_WORDS or name.startswith("ErrBits.") or flag_words(name) == name.replace("_", " ")
 
 
 def test_names_that_nobody_lists_stay_readable():
     assert flag_words("pv_high_high") == "PV high-high"
     assert flag_words("some_flag") == "some flag"
     assert flag_words("ErrBits.Kp") == "ErrBits.Kp"
-    assert WORDS.keys() >= LIMITED_ABOVE | LIMITED_BELOW
+    assert FLAG_WORDS.keys() >= LIMITED_ABOVE | LIMITED_BELOW
 
 
 def test_a_far_level_does_not_flatten_the_signal():

@@ -14,7 +14,7 @@ import pidcfg
 import pidcfg.sim.engine.run as engine
 from pidcfg.sim.engine.network import MAX_DELAY, MOST_PARTS
 from pidcfg.sim.engine.plants import MODELS, Plant, set_parameters, settle_at, step_plants
-from pidcfg.sim.engine.run import Settings, begin_run, prepare
+from pidcfg.sim.engine.run import Settings, begin_run, prepare_network
 from scenario_rig import MODES, Controller, rows, scenario
 
 # --- A plant alone: dead times of any length against solutions that know of no steps ----------------------------------
@@ -237,7 +237,7 @@ def test_without_control_the_same_plants_go_the_same_way():
     for state in plc.states:
         state.status = MODES["manual"]
     run = begin_run(scenario(text, step=7, duration=700), lambda: plc, Controller, Settings("python"))
-    for _ in run.course():
+    for _ in run.steps_to_end():
         pass
 
     assert run.net.parts > 1
@@ -250,7 +250,7 @@ def test_without_control_the_same_plants_go_the_same_way():
 
 
 def network(plants, step=1, more=""):
-    return prepare(scenario(f"plants:\n{plants}{more}", step=step), Controller.load())
+    return prepare_network(scenario(f"plants:\n{plants}{more}", step=step), Controller.load())
 
 
 A = "  - {name: a, model: first_order, input: A.OUT, time_constant: 0.001}\n"
@@ -305,7 +305,7 @@ def test_a_lag_that_wants_more_parts_than_there_are_is_named():
 
 def test_steps_of_plants_count_when_the_engine_is_chosen(monkeypatch):
     asked = []
-    monkeypatch.setattr(engine, "choose", lambda _wanted, work, *_more: asked.append(work) or "python")
+    monkeypatch.setattr(engine, "choose_engine", lambda _wanted, work, *_more: asked.append(work) or "python")
     for lag in (10, 2):
         text = f"plants:\n{A}  - {{name: z, model: first_order, input: a, time_constant: {lag}}}\n"
         begin_run(scenario(text), Controller.load, Controller, Settings("auto"))

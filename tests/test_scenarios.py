@@ -22,7 +22,7 @@ from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.events import idle_events
 from pidcfg.sim.engine.influence import read_signals
 from pidcfg.sim.engine.kernel import Channel
-from pidcfg.sim.engine.run import CYCLE_WINDOWS, base_step, options, prepare, swings_alike
+from pidcfg.sim.engine.run import CYCLE_WINDOWS, base_step, plc_options, prepare_network, swings_alike
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from scenario_rig import Controller, problems, scenario
@@ -34,7 +34,7 @@ PLANTS = "plants:\n  B: {model: dead_time}\n  A: "
 
 
 def test_a_plant_keyed_by_its_loop_reads_the_output_of_that_loop():
-    net = prepare(
+    net = prepare_network(
         scenario("plants:\n  A: {model: dead_time}\n  B: {model: dead_time, input: A.PV}\n"), Controller.load()
     )
     a, b = (net.plants[net.plant_of[name]] for name in "AB")
@@ -45,7 +45,7 @@ def test_a_plant_keyed_by_its_loop_reads_the_output_of_that_loop():
 
 def test_plants_in_a_list_have_names_and_are_connected_by_expressions():
     text = "plants:\n  - {name: p, model: dead_time, input: A.OUT + 1}\nconnect: {A.PV: p * 2, B.PV: p}\n"
-    net = prepare(scenario(text), Controller.load())
+    net = prepare_network(scenario(text), Controller.load())
     assert not net.problems
     assert net.names["p"] == net.plants[0].measured
     assert [channel.target for channel in net.channels] == [0, 5]
@@ -107,7 +107,7 @@ def test_the_base_step_is_given_or_the_scan_time_or_what_fits_all_sample_rates()
 
 def test_what_a_scenario_chooses_about_the_plc_reaches_it_in_ticks():
     text = "plc: {number_of_loops: 9, auto_interlock: false, scan_time: 20 ms}\n"
-    given = options(scenario(text), Controller)
+    given = plc_options(scenario(text), Controller)
     assert asdict(given) == {"number_of_loops": 9, "auto_interlock": False, "scan_time": TICKS // 50}
 
 
@@ -121,7 +121,7 @@ def test_a_sample_rate_that_is_no_multiple_of_the_step_is_said():
 
 def test_a_set_up_that_the_scenario_spoils_points_at_its_line():
     plc = Controller.load(flags={"V1": 4})
-    found = prepare(scenario(WIRED + "plc: {number_of_loops: 9}\n"), plc).problems
+    found = prepare_network(scenario(WIRED + "plc: {number_of_loops: 9}\n"), plc).problems
     assert [(p.path, p.severity) for p in found] == [(("plc", "number_of_loops"), "warning")]
     assert "V1 = 0x0004" in found[0].message
     assert found[0].effect == "V1 bit 2"
@@ -133,7 +133,7 @@ def test_a_loop_without_a_plant_is_a_warning():
 
 def test_loops_of_one_name_cannot_be_told_apart():
     plc = Controller.load(loops=["A", "A"])
-    found = [(p.path, p.message) for p in prepare(scenario("connect: {A.PV: 1}\n"), plc).problems]
+    found = [(p.path, p.message) for p in prepare_network(scenario("connect: {A.PV: 1}\n"), plc).problems]
     assert (("config",), "the configuration has several loops with the name A") in found
 
 
@@ -273,7 +273,7 @@ REFUSED = [
 @pytest.mark.parametrize(("text", "path", "message"), REFUSED, ids=[row[2] for row in REFUSED])
 def test_what_makes_no_sense_is_refused_where_it_stands(text, path, message):
     rest = "" if "connect" in text or "plants" in text else WIRED
-    found = prepare(scenario(text + rest), Controller.load()).problems
+    found = prepare_network(scenario(text + rest), Controller.load()).problems
     marked = [(".".join(map(str, one.path)) + ":" * one.key, one.message) for one in found]
     assert any(where == path and message in what for where, what in marked), marked
 
@@ -282,7 +282,7 @@ def test_a_disturbed_time_may_carry_its_unit():
     plant = PLANTS + "{model: lead_lag, lead: 1, lag: 5}\n"
     text = plant + "events: [{at: 1, loop: A, disturb: {lead: 500 ms, lag: 2 min, gain: 3}}]\n"
     read = scenario(text)
-    assert not prepare(read, Controller.load()).problems[1:]
+    assert not prepare_network(read, Controller.load()).problems[1:]
     assert read.events[0].disturb == {"lead": Decimal("0.5"), "lag": 120, "gain": 3}
     with pytest.raises(ValidationError, match="'2 s' is not a number"):
         scenario(plant + "events: [{at: 1, loop: A, disturb: {gain: 2 s}}]\n")
@@ -291,7 +291,7 @@ def test_a_disturbed_time_may_carry_its_unit():
 def test_misspelt_names_are_met_with_the_one_that_was_meant():
     plc = Controller.load()
     text = WIRED + "events: [{at: 1, loop: A, mode: atuo}]\nexpect: [{loop: A, alarm: hihg, never: true}]\n"
-    cures = [p.help for p in prepare(scenario(text), plc).problems]
+    cures = [p.help for p in prepare_network(scenario(text), plc).problems]
     assert cures == ["did you mean auto?", "did you mean high?"]
 
 
@@ -315,7 +315,7 @@ def test_a_number_of_loops_fits_its_word(count):
 def test_a_plc_without_ramp_soak_refuses_it():
     plc = Controller.load()
     plc.commands = plc.commands | {"ramp_soak": ()}
-    found = prepare(scenario("events: [{at: 1, loop: A, ramp_soak: start}]\n" + WIRED), plc).problems
+    found = prepare_network(scenario("events: [{at: 1, loop: A, ramp_soak: start}]\n" + WIRED), plc).problems
     assert (("events", 0, "ramp_soak"), "this PLC has no ramp/soak") in [(p.path, p.message) for p in found]
 
 
@@ -323,7 +323,7 @@ def test_a_plc_without_ramp_soak_refuses_it():
 def test_an_event_of_no_or_two_actions_is_marked_at_its_beginning(event):
     (found,) = (
         p
-        for p in prepare(scenario(WIRED + f"events: [{event}]\n"), Controller.load()).problems
+        for p in prepare_network(scenario(WIRED + f"events: [{event}]\n"), Controller.load()).problems
         if p.path[0] == "events"
     )
     assert found.key
@@ -335,7 +335,10 @@ def test_a_set_up_error_is_told_where_the_scenario_gives_the_number_of_loops(fla
     plc.flags["V1"] = flag
     option = "" if count is None else f"plc: {{number_of_loops: {count}}}\n"
 
-    assert any(p.path == ("plc", "number_of_loops") for p in prepare(scenario(WIRED + option), plc).problems) == told
+    assert (
+        any(p.path == ("plc", "number_of_loops") for p in prepare_network(scenario(WIRED + option), plc).problems)
+        == told
+    )
 
 
 def test_a_signal_with_the_name_of_one_of_the_plc_is_reported_at_its_name():
@@ -448,7 +451,7 @@ def test_a_time_is_above_0_and_at_most_1e12_s(key, shortest):
 def test_a_run_has_a_sample_of_the_slowest_loop_and_ten_of_the_fastest(duration, told):
     plc = Controller.load()
     plc.configs[1].period = 2_000_000
-    found = [p.message for p in prepare(scenario(LIMIT_WIRED, duration=duration), plc).problems]
+    found = [p.message for p in prepare_network(scenario(LIMIT_WIRED, duration=duration), plc).problems]
     assert found == ([told] if told else [])
 
 
@@ -456,7 +459,7 @@ def test_what_a_share_of_samples_means_is_told_for_either_end():
     cures = {}
     for share in ("0 %", "100 %"):
         text = LIMIT_WIRED + f"expect: [{{signal: A.PV, max: 3, share: {share}}}]\n"
-        (problem,) = prepare(scenario(text), Controller.load()).problems
+        (problem,) = prepare_network(scenario(text), Controller.load()).problems
         cures[share] = problem.message, problem.help
     assert cures == {
         "0 %": ("samples cannot show a share of 0 %", "write it like 99 %"),
@@ -502,7 +505,7 @@ def test_an_event_that_writes_what_is_there_changes_nothing(events):
     rows = [(at, event[:-2], event[-1] == "-") for at, event in enumerate(events, 1)]
     text = "".join(f"  - {{at: {at}, {event}}}\n" for at, event, _ in reversed(rows))
     read = scenario(f"{IDLE_WIRED}events:\n{text}")
-    net = prepare(read, shown())
+    net = prepare_network(read, shown())
     assert not net.problems
 
     assert [float(event.at) for event in idle_events(read, shown, net)] == [at for at, _, idle in rows if idle]

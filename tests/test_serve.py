@@ -39,7 +39,7 @@ from pidcfg.live.serving import (
 )
 from pidcfg.live.trend import Recording, _readings
 from pidcfg.sim.controllers.settings import RegisterError
-from pidcfg.study.scenario import load
+from pidcfg.study.scenario import load_scenario
 from pidcfg.text.reader import DEFAULT, reader_of
 from pidcfg.validate.engine import document_of
 from pidcfg.vendors import VENDORS
@@ -54,7 +54,7 @@ LOOPBACK = Address("127.0.0.1", 0)
 
 def virtual(vendor):
     """The virtual PLC of an example."""
-    loaded = load(document_of(SCENARIOS[vendor], None, None, DEFAULT), reader_of(None))
+    loaded = load_scenario(document_of(SCENARIOS[vendor], None, None, DEFAULT), reader_of(None))
     return VirtualPlc(loaded, VENDORS[vendor].load("numbering"))
 
 
@@ -179,7 +179,7 @@ def test_writes_do_what_the_same_events_of_a_scenario_do():
 """
     changed = text.replace("events:\n", events)
     assert changed != text
-    other = load(document_of(changed, SCENARIOS["click"].as_posix(), None, DEFAULT), reader_of(None))
+    other = load_scenario(document_of(changed, SCENARIOS["click"].as_posix(), None, DEFAULT), reader_of(None))
     twin = VirtualPlc(other, VENDORS["click"].load("numbering"))
     twin.advance(3900)
     assert twin.run.net.signal_values == plc.run.net.signal_values
@@ -196,7 +196,7 @@ def test_an_output_that_is_written_reaches_the_plant_as_that_of_an_event_does():
     first = f"  - {{at: 20, loop: {name}, mode: manual}}"
     events = f"events:\n{first}\n  - {{at: 30, loop: {name}, set: {{output: 1024 counts}}}}\n"
     changed = SCENARIOS["dl06"].read_text("utf-8").replace("events:\n", events)
-    other = load(document_of(changed, SCENARIOS["dl06"].as_posix(), None, DEFAULT), reader_of(None))
+    other = load_scenario(document_of(changed, SCENARIOS["dl06"].as_posix(), None, DEFAULT), reader_of(None))
     twin = VirtualPlc(other, VENDORS["dl06"].load("numbering"))
     twin.advance(190)
     assert [note.text for note in twin.report().events][:2] == ["request mode manual", "set output to 1024 counts"]
@@ -294,7 +294,7 @@ def test_a_set_point_that_is_written_begins_a_step_and_nothing_else_does(monkeyp
     assert begun == [(3, 0, before)]
     plc.advance(17)
     plc.write("holding", DF101, halves(before + 7))
-    assert plc.run.agenda.done[-1].at == pytest.approx(20 * plc.dt)
+    assert plc.run.agenda.past_events[-1].at == pytest.approx(20 * plc.dt)
     assert plc.dt != 1.0
     assert [trend_module.has_place(VENDORS["click"].load("numbering"), place) for place in (101, -7)] == [True, False]
 

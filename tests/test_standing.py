@@ -27,7 +27,7 @@ from pidcfg.sim.judgement.meters import (
     watch_swings,
 )
 from pidcfg.sim.judgement.report import STANDING_KINDS
-from pidcfg.sim.judgement.standing import KINDS
+from pidcfg.sim.judgement.standing import STANDING_JUDGES
 from standing_rig import SCENARIO, SIDES, failures, outcome, unproven, verdict
 
 VENDORS = [*SIDES]
@@ -42,7 +42,7 @@ ALARMING = [vendor for vendor, side in SIDES.items() if side.alarms is not None]
 
 
 def test_the_kinds_are_the_same_everywhere():
-    assert tuple(KINDS) == STANDING_KINDS == StandingKind.__args__
+    assert tuple(STANDING_JUDGES) == STANDING_KINDS == StandingKind.__args__
     assert Allowance.model_fields["kind"].annotation == Literal[StandingKind, "not-proven"]
 
 
@@ -1004,7 +1004,7 @@ def test_what_is_allowed_or_not_judged_is_skipped_in_junit():
 
 def swung(pvs, least=1.0):
     """The meter of a PV in Auto, looked at from its first value on."""
-    m = Meter(0, 1, 2, control_bits=2, late=0, least=least)
+    m = Meter(0, 1, 2, control_bits=2, last_third=0, least_swing=least)
     change_status(0, m, 2, 0)
     for k, pv in enumerate(pvs):
         watch_swings(k, m, pv)
@@ -1076,7 +1076,7 @@ def test_an_alarm_of_the_pv_counts_in_manual_too_once_it_has_gone():
     m = Meter(0, 1, 2, control_bits=2, outer_bits=24, level_bits=8)
     for k, status in enumerate((1 | 8, 1, 1 | 16, 1 | 8)):
         change_status(10 * k, m, status, 0)
-    assert (time_in_alarm(m, 35), m.alarms) == (5, 8)
+    assert (time_in_alarm(m, 35), m.past_alarms) == (5, 8)
 
 
 def test_a_wanted_mode_is_missed_when_another_is_wanted_before_it_came():
@@ -1084,9 +1084,9 @@ def test_a_wanted_mode_is_missed_when_another_is_wanted_before_it_came():
     want_mode(m, 0, 2, 5)
     change_status(0, m, 1, 0)
     want_mode(m, 5, 4, 5)
-    assert m.missed == -1, "it had no time"
+    assert m.missed_at == -1, "it had no time"
     want_mode(m, 11, 1, 5)
-    assert (m.missed, m.wanted) == (11, 0)
+    assert (m.missed_at, m.wanted_bits) == (11, 0)
 
 
 def test_a_mode_that_an_event_changes_at_once_is_not_missed():

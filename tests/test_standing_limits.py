@@ -9,7 +9,7 @@ import pytest
 from pidcfg.schemas.scenario import Never
 from pidcfg.sim.judgement import evidence as watch
 from pidcfg.sim.judgement import standing as signals
-from pidcfg.sim.judgement.evidence import Look, aim
+from pidcfg.sim.judgement.evidence import Look, aim_meter
 from pidcfg.sim.judgement.expect import NO_STEP, MeasuredRun, place_verdict, verdict
 from pidcfg.sim.judgement.meters import Gauge, Meter, Onset
 from pidcfg.sim.judgement.report import Range
@@ -33,8 +33,8 @@ def judged(judgement):
 
 @pytest.fixture(autouse=True)
 def nothing_moves(monkeypatch):
-    monkeypatch.setattr(signals, "effect", lambda *_: 0.0)
-    monkeypatch.setattr(watch, "answer", lambda *_, **__: -2.0)
+    monkeypatch.setattr(signals, "output_effect", lambda *_: 0.0)
+    monkeypatch.setattr(watch, "pv_change", lambda *_, **__: -2.0)
     monkeypatch.setattr(signals, "noise_of", lambda scenario, *_: scenario.noise)
 
 
@@ -46,10 +46,10 @@ def evidence(**given):
         1,
         2,
         **{
-            "late": 667,
-            "wanted": AUTO,
-            "seen": AUTO,
-            "ever": AUTO,
+            "last_third": 667,
+            "wanted_bits": AUTO,
+            "bits_since_wanted": AUTO,
+            "all_status": AUTO,
             "status": AUTO,
             "outer_bits": HIGH | LOW,
             "control_bits": AUTO,
@@ -81,29 +81,29 @@ def evidence(**given):
         meters=[meter],
         scenario=Facts(expect=given.get("expect", []), noise=given.get("noise", 0.0)),
         influence=Facts(
-            driven=[given.get("driven", True)],
-            drives=lambda _: given.get("drives", True),
-            of_output=lambda _: {0},
+            is_driven=[given.get("driven", True)],
+            can_drive=lambda _: given.get("drives", True),
+            moved_by_output=lambda _: {0},
             plants_between=lambda _: [],
-            cycle=lambda _: given.get("cycle", 0.0),
+            pulse_cycle=lambda _: given.get("cycle", 0.0),
         ),
         effects=[given.get("effect", 50.0)],
-        paces=[Facts(integrates=given.get("integrates", False), seconds=given.get("pace", 10.0), lags=8.0)],
+        paces=[Facts(integrates=given.get("integrates", False), seconds=given.get("pace", 10.0), lag_time=8.0)],
         span=lambda _: 100.0,
-        least=lambda _: 0.2,
-        given=given.get("given", {}),
-        unmet=given.get("unmet", {}),
-        ignored=given.get("ignored", {}),
+        least_difference=lambda _: 0.2,
+        given_set_points=given.get("given", {}),
+        unmet_events=given.get("unmet", {}),
+        ignored_events=given.get("ignored", {}),
         signal_values=given.get("sig", [50.0, 50.0, 0.0]),
         seconds=lambda k: k / 2,
         last=1000,
         step=500_000,
         swings=given.get("swings", {}),
         reasons=given.get("reasons", {}),
-        family=lambda _: {0},
+        cascade_loops=lambda _: {0},
         events=lambda: iter(()),
         events_on=lambda _, since: [time for time in events if time >= since / 2],
-        mode=lambda _: plc.mode(meter.status),
+        last_mode=lambda _: plc.mode(meter.status),
     )
 
 
@@ -197,14 +197,14 @@ SAID = "its PV oscillates with a period of 20 s and an amplitude of 3"
         ({"switches": True}, "not-judged", ": its output is on or off"),
         ({"cycle": 5.0}, "not-judged", ": it is the ripple of its pulses"),
         ({"cycle": 4.99}, "failed", ""),
-        ({"late_status": TUNING}, "not-judged", ": an auto-tune runs in the last third"),
-        ({"ever": TUNING}, "failed", ""),
-        ({"late_aux": 1}, "not-judged", ": a profile runs in the last third"),
-        ({"ever_aux": 1}, "failed", ""),
-        ({"late": 700, "ever": TUNING}, "failed", ""),
-        ({"late": 701, "ever": TUNING}, "not-judged", ": an auto-tune runs in the run"),
-        ({"late": 701, "ever_aux": 1}, "not-judged", ": a profile runs in the run"),
-        ({"late": 701, "late_status": TUNING}, "failed", ""),
+        ({"last_third_status": TUNING}, "not-judged", ": an auto-tune runs in the last third"),
+        ({"all_status": TUNING}, "failed", ""),
+        ({"last_third_aux": 1}, "not-judged", ": a profile runs in the last third"),
+        ({"all_aux": 1}, "failed", ""),
+        ({"last_third": 700, "all_status": TUNING}, "failed", ""),
+        ({"last_third": 701, "all_status": TUNING}, "not-judged", ": an auto-tune runs in the run"),
+        ({"last_third": 701, "all_aux": 1}, "not-judged", ": a profile runs in the run"),
+        ({"last_third": 701, "last_third_status": TUNING}, "failed", ""),
     ],
 )
 def test_an_oscillation_is_the_loops_own_unless_something_else_makes_it(given, found, why):
@@ -233,15 +233,15 @@ def test_pulses_of_half_a_cycle_ripple_by_what_the_plant_lets_through():
     ("given", "text", "at"),
     [
         ({}, "no alarm of the outermost kind stands", None),
-        ({"alarm_steps": 100, "alarms": HIGH}, "no alarm of the outermost kind stands", None),
-        ({"alarm_steps": 150, "alarms": HIGH | LOW}, "high and low stands for 75 s, 15 % of the run", None),
+        ({"alarm_steps": 100, "past_alarms": HIGH}, "no alarm of the outermost kind stands", None),
+        ({"alarm_steps": 150, "past_alarms": HIGH | LOW}, "high and low stands for 75 s, 15 % of the run", None),
         (
-            {"alarm": 1, "alarm_since": 900, "alarms": HIGH, "status": AUTO | HIGH},
+            {"in_alarm": 1, "alarm_since": 900, "past_alarms": HIGH, "status": AUTO | HIGH},
             "high stands at the end, since 450 s",
             450,
         ),
         (
-            {"alarm": 1, "alarm_since": 0, "alarms": HIGH | LOW, "status": AUTO | LOW},
+            {"in_alarm": 1, "alarm_since": 0, "past_alarms": HIGH | LOW, "status": AUTO | LOW},
             "low stands at the end, since 0 s",
             0,
         ),
@@ -257,19 +257,23 @@ def test_an_alarm_may_stand_for_a_tenth_of_the_run_and_not_at_its_end(given, tex
     ("given", "found", "text"),
     [
         ({}, "proven", "reaches auto and ends in it"),
-        ({"wanted": 0}, "proven", "reaches each mode that it is meant for"),
-        ({"seen": 1, "status": 1}, "failed", "is meant for auto and stays in manual"),
-        ({"seen": 1, "status": 1, "reasons": {0: "no"}}, "failed", "is meant for auto and stays in manual: no"),
-        ({"missed": 0}, "failed", "does not come into its mode until 0 s"),
-        ({"missed": 8, "reasons": {0: "no"}}, "failed", "does not come into its mode until 4 s: no"),
-        ({"status": 1, "left": 30}, "failed", "is meant for auto and ends in manual, from 15 s"),
+        ({"wanted_bits": 0}, "proven", "reaches each mode that it is meant for"),
+        ({"bits_since_wanted": 1, "status": 1}, "failed", "is meant for auto and stays in manual"),
         (
-            {"status": 1, "left": 30, "expect": [Facts(loop="A", mode="manual")]},
+            {"bits_since_wanted": 1, "status": 1, "reasons": {0: "no"}},
+            "failed",
+            "is meant for auto and stays in manual: no",
+        ),
+        ({"missed_at": 0}, "failed", "does not come into its mode until 0 s"),
+        ({"missed_at": 8, "reasons": {0: "no"}}, "failed", "does not come into its mode until 4 s: no"),
+        ({"status": 1, "left_at": 30}, "failed", "is meant for auto and ends in manual, from 15 s"),
+        (
+            {"status": 1, "left_at": 30, "expect": [Facts(loop="A", mode="manual")]},
             "not-judged",
             "in manual from 15 s: an expectation names manual",
         ),
         (
-            {"status": 1, "left": 30, "expect": [Facts(loop="B", mode="manual"), Facts(loop="A", mode="auto")]},
+            {"status": 1, "left_at": 30, "expect": [Facts(loop="B", mode="manual"), Facts(loop="A", mode="auto")]},
             "failed",
             "is meant for auto and ends in manual, from 15 s",
         ),
@@ -280,18 +284,22 @@ def test_an_alarm_may_stand_for_a_tenth_of_the_run_and_not_at_its_end(given, tex
         ),
         ({"expect": [Facts(loop="A", mode=Never(mode="manual"))]}, "proven", "reaches auto and ends in it"),
         (
-            {"unmet": {0: (60, 10)}, "control": 1, "control_since": 111},
+            {"unmet": {0: (60, 10)}, "in_control": 1, "control_since": 111},
             "not-proven",
             "the event at 30 s met manual: nothing was tested",
         ),
-        ({"unmet": {0: (60, 10)}, "control": 1, "control_since": 110}, "proven", "reaches auto and ends in it"),
+        ({"unmet": {0: (60, 10)}, "in_control": 1, "control_since": 110}, "proven", "reaches auto and ends in it"),
         (
-            {"ignored": {0: 60}, "wanted": 0, "status": 1, "control_since": 60},
+            {"ignored": {0: 60}, "wanted_bits": 0, "status": 1, "control_since": 60},
             "failed",
             "its set point is changed at 30 s, and it is in manual to the end",
         ),
-        ({"ignored": {0: 60}, "control": 1}, "proven", "reaches auto and ends in it"),
-        ({"ignored": {0: 60}, "wanted": 0, "control_since": 61}, "proven", "reaches each mode that it is meant for"),
+        ({"ignored": {0: 60}, "in_control": 1}, "proven", "reaches auto and ends in it"),
+        (
+            {"ignored": {0: 60}, "wanted_bits": 0, "control_since": 61},
+            "proven",
+            "reaches each mode that it is meant for",
+        ),
     ],
 )
 def test_a_loop_reaches_its_mode_and_ends_in_it(given, found, text):
@@ -302,16 +310,16 @@ def test_a_loop_reaches_its_mode_and_ends_in_it(given, found, text):
 @pytest.mark.parametrize(
     ("look", "pace", "watched"),
     [
-        (Look(500, 550, 600, 0, final=False, following=1.0), 20.0, 420),
-        (Look(500, 550, 600, 450, final=False, following=1.0), 20.0, 450),
-        (Look(900, 950, 1000, 0, final=True, following=1.0), 20.0, 667),
+        (Look(500, 550, 600, 0, is_final=False, next_event_time=1.0), 20.0, 420),
+        (Look(500, 550, 600, 450, is_final=False, next_event_time=1.0), 20.0, 450),
+        (Look(900, 950, 1000, 0, is_final=True, next_event_time=1.0), 20.0, 667),
     ],
 )
 def test_a_loop_is_watched_from_four_plant_times_before_the_window_on(look, pace, watched):
-    m = Meter(0, 1, 2, late=667, early_error=1.0, final_error=1.0, early_sp=1.0, final_sp=1.0, side=1)
-    aim(m, look, pace)
-    assert (m.window, m.middle, m.watched) == (look.start, look.middle, watched)
-    assert (m.early_error, m.final_error, m.early_sp, m.final_sp, m.side) == (0.0, 0.0, 0.0, 0.0, 0)
+    m = Meter(0, 1, 2, last_third=667, early_error=1.0, final_error=1.0, early_sp=1.0, final_sp=1.0, error_sign=1)
+    aim_meter(m, look, pace)
+    assert (m.window_start, m.window_middle, m.watch_from) == (look.start, look.middle, watched)
+    assert (m.early_error, m.final_error, m.early_sp, m.final_sp, m.error_sign) == (0.0, 0.0, 0.0, 0.0, 0)
 
 
 @pytest.mark.parametrize(
@@ -323,7 +331,7 @@ def test_a_swing_passes_counts_share_of_the_span_and_noise(monkeypatch, scale, n
     e = evidence(expect=[Facts(loop="A", alarm="high", never=None), Facts(loop="A", alarm="low", never=True)])
     e.plc.scales, e.plc.goals, e.plc.control_bits = [scale], ["auto"], AUTO
     (m,) = watch.meters_of(e.scenario, e.plc, e.net, 1000)
-    assert (m.least, m.late, m.wanted, m.control_bits, m.outer_bits) == (least, 667, AUTO, AUTO, LOW)
+    assert (m.least_swing, m.last_third, m.wanted_bits, m.control_bits, m.outer_bits) == (least, 667, AUTO, AUTO, LOW)
 
 
 @pytest.mark.parametrize(
@@ -331,8 +339,8 @@ def test_a_swing_passes_counts_share_of_the_span_and_noise(monkeypatch, scale, n
     [([], [], 0.0), ([3.0], [], 3.0), ([3.0, 4.0], [], 5.0), ([3.0, 4.0], [5, 0], 41**0.5), ([3.0], [2], 3.0)],
 )
 def test_the_noise_of_a_pv_is_that_of_all_transmitters_at_its_largest(monkeypatch, sigmas, events, noise):
-    monkeypatch.setattr(watch, "_passed_on", lambda *found: found[-1])
-    monkeypatch.setattr(watch, "_heard", lambda net, *_: net.noisy)
+    monkeypatch.setattr(watch, "_pv_change", lambda *found: found[-1])
+    monkeypatch.setattr(watch, "_noise_sources", lambda net, *_: net.noisy)
     names = [f"p{n}" for n, _ in enumerate(sigmas)]
     net = Facts(
         noisy=names,
@@ -366,8 +374,8 @@ OUT = MeasuredRun(
     PLC,
     [{**dict.fromkeys(METRICS), "iae": None}, METRICS],
     [
-        Meter(0, 0, 0, status=1, ever=1),
-        Meter(0, 0, 0, status=TUNED_AUTO, ever=TUNED_AUTO | ODD, ever_aux=COMPLETE, event=3, stepped=1),
+        Meter(0, 0, 0, status=1, all_status=1),
+        Meter(0, 0, 0, status=TUNED_AUTO, all_status=TUNED_AUTO | ODD, all_aux=COMPLETE, event_at=3, has_step=1),
     ],
     {"A.PV": Range(10.0, 60.0, 50.0), "B.PV": Range(-1.0, 1.0, 0.0)}.__getitem__,
     0.5,

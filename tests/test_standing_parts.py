@@ -13,7 +13,16 @@ from pidcfg.sim.engine.kernel import Span, is_steady
 from pidcfg.sim.engine.run import refused_modes, spans_of, swings_alike, window_of
 from pidcfg.sim.judgement import lasting as saturation
 from pidcfg.sim.judgement import standing as signals
-from pidcfg.sim.judgement.evidence import SHARE, Evidence, Look, Pace, Swings, band_of, lags, limits_reached
+from pidcfg.sim.judgement.evidence import (
+    NEGLIGIBLE_SHARE,
+    Evidence,
+    Look,
+    Pace,
+    Swings,
+    band_of,
+    lag_times,
+    limits_reached,
+)
 from pidcfg.sim.judgement.meters import Meter, begin_calm, calm_oscillation, oscillation, watch_swings
 from pidcfg.sim.judgement.standing import LONG_SHARE, expected_errors, judge_alarms
 
@@ -27,7 +36,7 @@ from pidcfg.sim.judgement.standing import LONG_SHARE, expected_errors, judge_ala
 def test_an_output_is_at_a_limit_within_half_of_what_is_no_difference(out, limit):
     plc = Facts(output_limits=lambda *_: (0.0, 1000.0), configs=[Facts(out_slot=0)])
 
-    assert SHARE == 0.001
+    assert NEGLIGIBLE_SHARE == 0.001
     assert limits_reached(Facts(plc=plc, signal_values=[out]), 0) == limit
 
 
@@ -43,12 +52,12 @@ def test_an_output_is_at_a_limit_within_half_of_what_is_no_difference(out, limit
     ],
 )
 def test_the_lags_of_a_plant_are_its_time_constants_and_two_that_do_not_swing_have_their_sum(numbers, times):
-    assert [*lags(Plant.model_validate({"input": "1", **numbers}))] == times
+    assert [*lag_times(Plant.model_validate({"input": "1", **numbers}))] == times
 
 
 @pytest.mark.parametrize(("steps", "passed"), [(0, True), (100, True), (101, False)])
 def test_an_alarm_that_is_over_may_have_stood_for_a_tenth_of_the_run(steps, passed):
-    meter = Facts(alarms=1, alarm=0, alarm_steps=steps, alarm_since=0, status=0, control=0)
+    meter = Facts(past_alarms=1, in_alarm=0, alarm_steps=steps, alarm_since=0, status=0, in_control=0)
     plc = Facts(outer_alarms=("high-high",), alarm_bits={"high-high": 1})
     found = judge_alarms(Facts(meters=[meter], plc=plc, last=1000, seconds=lambda k: k / 10), 0)
 
@@ -60,7 +69,7 @@ def test_an_alarm_that_is_over_may_have_stood_for_a_tenth_of_the_run(steps, pass
 @pytest.mark.parametrize(("other", "excused"), [(20.0, True), (21.9, True), (18.1, True), (22.1, False), (17.9, False)])
 def test_a_loop_swings_with_another_that_switches_when_their_periods_are_the_same(monkeypatch, other, excused):
     swings = [Swings(20.0, 3.0, 0), Swings(other, 3.0, 0)]
-    monkeypatch.setattr(signals, "_swings", lambda _, i: swings[i])
+    monkeypatch.setattr(signals, "_find_swings", lambda _, i: swings[i])
     monkeypatch.setattr(signals, "pulse_ripple", lambda *_: 0.0)
     plc = Facts(
         loops=["A", "B"],
@@ -72,11 +81,11 @@ def test_a_loop_swings_with_another_that_switches_when_their_periods_are_the_sam
         modes={},
         profile_step=lambda _: 0,
     )
-    meter = Facts(late_status=0, late_aux=0, late=0, ever=0, ever_aux=0)
-    influence = Facts(of_output=lambda _: {0}, cycle=lambda _: 0.0)
+    meter = Facts(last_third_status=0, last_third_aux=0, last_third=0, all_status=0, all_aux=0)
+    influence = Facts(moved_by_output=lambda _: {0}, pulse_cycle=lambda _: 0.0)
     e = Facts(meters=[meter, meter], plc=plc, seconds=float, influence=influence)
 
-    assert signals._excuse(e, 0, swings[0]) == ("B drives it, whose output is on or off" if excused else "")
+    assert signals._excuse_swings(e, 0, swings[0]) == ("B drives it, whose output is on or off" if excused else "")
 
 
 def test_a_fault_of_one_loop_that_is_expected_excuses_its_cascade_and_one_of_the_plc_all():
@@ -93,7 +102,7 @@ def test_a_fault_of_one_loop_that_is_expected_excuses_its_cascade_and_one_of_the
         flag_bits={"odd": 16},
         masters=[-1, -1, 1],
     )
-    e = Evidence(scenario, plc, None, None, [Facts(ever=0), Facts(ever=16), Facts(ever=0)], 1, 1)
+    e = Evidence(scenario, plc, None, None, [Facts(all_status=0), Facts(all_status=16), Facts(all_status=0)], 1, 1)
 
     assert sorted(expected_errors(e)) == [
         (-1, "V1 is expected"),
@@ -106,12 +115,12 @@ def test_a_fault_of_one_loop_that_is_expected_excuses_its_cascade_and_one_of_the
 def test_an_oscillation_has_three_whole_periods_and_goes_on(turns, k, found):
     meter = Facts(
         calm_turns=turns,
-        grown=0,
+        most_growing_swings=0,
         calm_longest=10,
         calm_shortest=10,
         last_swing=4.0,
         calm_first_swing=4.0,
-        widest=4.0,
+        widest_swing=4.0,
         last_turn=60,
         calm_first_turn=0,
         calm_swings=24.0,
@@ -121,12 +130,12 @@ def test_an_oscillation_has_three_whole_periods_and_goes_on(turns, k, found):
 
 @pytest.mark.parametrize(("half", "judged"), [(9.9, False), (10.0, True), (10.1, True)])
 def test_an_error_that_lasts_is_judged_once_its_plant_had_time_to_move(half, judged):
-    look = Facts(start=0, end=10_000, half=half, final=True)
+    look = Facts(start=0, end=10_000, half_length=half, is_final=True)
     plc = Facts(configs=[Facts(period=1)])
-    pace = Facts(seconds=10.0 / saturation.TOO_SHORT)
-    e = Facts(seconds=float, errors=lambda _: (3.0, -2.5), step=1, plc=plc, paces=[pace], unit=lambda _: " bar")
+    pace = Facts(seconds=10.0 / saturation.SHORT_WINDOW_SHARE)
+    e = Facts(seconds=float, mean_errors=lambda _: (3.0, -2.5), step=1, plc=plc, paces=[pace], unit=lambda _: " bar")
 
-    found = saturation._failed(e, 0, look, "with an error of")
+    found = saturation._judge_lasting_error(e, 0, look, "with an error of")
     assert found.verdict == ("failed" if judged else "not-proven")
     assert found.text.startswith("ends with an error of 2.5 bar, which was 3 from 0 s on")
 
@@ -147,7 +156,14 @@ def alone(monkeypatch):
 
 def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates=False, **given):
     """A loop with an error, which may be 1, for 100 s; a base step is a second."""
-    meter = Facts(control_since=given.pop("control_since", 0), since=0, broken=0, late_aux=0, aux_status=0, control=1)
+    meter = Facts(
+        control_since=given.pop("control_since", 0),
+        sign_since=0,
+        broken=0,
+        last_third_aux=0,
+        aux_status=0,
+        in_control=1,
+    )
     plc = Facts(
         configs=CFG,
         loops=["A", "B"],
@@ -163,9 +179,9 @@ def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates
     return Facts(
         plc=plc,
         scenario=Facts(initial=given.get("initial")),
-        meters=[meter, Facts(control=1)],
-        errors=lambda _: (early, late),
-        least=lambda _: least,
+        meters=[meter, Facts(in_control=1)],
+        mean_errors=lambda _: (early, late),
+        least_difference=lambda _: least,
         span=lambda _: 100.0,
         seconds=float,
         set_point_moves=lambda _: given.get("moves", 0.0),
@@ -182,7 +198,7 @@ def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates
 
 def look(start=80, end=99, stage=0):
     """Twenty base steps, ten in either half."""
-    return Look(start, (start + end + 1) // 2, end, stage, final=True, following=100.0)
+    return Look(start, (start + end + 1) // 2, end, stage, is_final=True, next_event_time=100.0)
 
 
 def of(judgement):
@@ -215,12 +231,12 @@ def of(judgement):
 )
 def test_an_error_inside_the_limits_lasts(given, found):
     """The allowed one is 1; it should lose e^(−1/4) of itself between the halves of its window."""
-    assert of(saturation._stands(evidence(**given), 0, look())) == found
+    assert of(saturation._judge_offset(evidence(**given), 0, look())) == found
 
 
 @pytest.mark.parametrize(("stage", "found"), [(80, "failed"), (81, "not-proven")])
 def test_an_event_within_the_window_leaves_the_error_open(stage, found):
-    assert of(saturation._stands(evidence(pace=5.0), 0, look(stage=stage))) == found
+    assert of(saturation._judge_offset(evidence(pace=5.0), 0, look(stage=stage))) == found
 
 
 @pytest.mark.parametrize(
@@ -247,7 +263,7 @@ def test_an_event_within_the_window_leaves_the_error_open(stage, found):
 )
 def test_an_error_at_a_limit_lasts(given, found):
     """It stands for a plant time, or grows for two; or it gets smaller too slowly for three of them."""
-    assert of(saturation._saturated(evidence(**given), 0, look(), "its upper output limit")) == found
+    assert of(saturation._judge_limit(evidence(**given), 0, look(), "its upper output limit")) == found
 
 
 @pytest.mark.parametrize(
@@ -276,8 +292,8 @@ def test_a_pv_may_rest_within_a_fiftieth_of_its_span_its_inner_deviation_alarm_o
     [(80, 90, 1.0, "failed"), (80, 89, 1.0, "not-proven"), (80, 90, 274.9, "failed"), (80, 90, 275.1, "not-proven")],
 )
 def test_a_window_of_ten_samples_and_a_fiftieth_of_the_plant_time_tells(start, end, pace, found):
-    assert look(start, end).half == (end + 1 - start) / 2
-    assert of(saturation._failed(evidence(pace=pace), 0, look(start, end), "with")) == found
+    assert look(start, end).half_length == (end + 1 - start) / 2
+    assert of(saturation._judge_lasting_error(evidence(pace=pace), 0, look(start, end), "with")) == found
 
 
 @pytest.mark.parametrize(
@@ -292,14 +308,14 @@ def test_a_window_of_ten_samples_and_a_fiftieth_of_the_plant_time_tells(start, e
 )
 def test_a_limit_is_that_of_the_loop_or_of_a_slave_in_control(sig, limit):
     e = evidence(slaves=[1], signal_values=sig)
-    assert saturation._limit(e, 0) == limit
-    e.meters[1].control = 0
-    assert saturation._limit(e, 0) == (limit if "its" in limit else "")
+    assert saturation._limit_name(e, 0) == limit
+    e.meters[1].in_control = 0
+    assert saturation._limit_name(e, 0) == (limit if "its" in limit else "")
 
 
 @pytest.mark.parametrize(("out", "works"), [(5.0, False), (5.1, True)])
 def test_a_loop_works_with_more_than_a_twentieth_of_its_output(out, works):
-    assert saturation._works(evidence(signal_values=[out, 0, 0, 0, 0, 0]), 0) == works
+    assert saturation._is_working(evidence(signal_values=[out, 0, 0, 0, 0, 0]), 0) == works
 
 
 # --- A PV that swings, and one that is at rest: each limit of what counts as an oscillation and as a steady state -----
@@ -307,7 +323,7 @@ def test_a_loop_works_with_more_than_a_twentieth_of_its_output(out, works):
 
 def watched(pvs, *, least=1.0, late=0, **fields):
     """A meter that has seen these PVs, one a base step."""
-    m = Meter(0, 1, 2, control=1, least=least, late=late, **fields)
+    m = Meter(0, 1, 2, in_control=1, least_swing=least, last_third=late, **fields)
     for k, pv in enumerate(pvs):
         watch_swings(k, m, pv)
     return m
@@ -344,7 +360,7 @@ def test_an_event_and_a_loop_out_of_control_begin_anew():
     assert (m.turns, m.calm_turns) == (5, 5)
     begin_calm(m)
     assert (m.turns, m.calm_turns) == (5, 0)
-    m.control = 0
+    m.in_control = 0
     watch_swings(99, m, 7.0)
     assert (m.turns, m.calm_turns, m.extreme, m.extreme_at) == (0, 0, 7.0, 99)
 
@@ -368,7 +384,7 @@ CALM = {
     "calm_first_turn": 10,
     "last_turn": 55,
     "calm_swings": 27.0,
-    "widest": 99.0,
+    "widest_swing": 99.0,
 }
 
 
@@ -392,12 +408,12 @@ def test_three_even_periods_of_swings_that_hardly_get_smaller_are_an_oscillation
     [
         ({}, 70, True),
         ({}, 71, False),
-        ({"calm_turns": 7, "grown": 2}, 70, False),
+        ({"calm_turns": 7, "most_growing_swings": 2}, 70, False),
         ({"last_swing": 3.999}, 70, False),
         ({"calm_longest": 21}, 70, False),
-        ({"grown": 3}, 70, False),
-        ({"grown": 3, "widest": 5.0}, 70, True),
-        ({"grown": 2}, 70, True),
+        ({"most_growing_swings": 3}, 70, False),
+        ({"most_growing_swings": 3, "widest_swing": 5.0}, 70, True),
+        ({"most_growing_swings": 2}, 70, True),
     ],
 )
 def test_an_oscillation_since_the_last_event_is_held_against_its_widest_swing_where_it_grew(changed, k, found):
@@ -406,7 +422,12 @@ def test_an_oscillation_since_the_last_event_is_held_against_its_widest_swing_wh
 
 @pytest.mark.parametrize(("turns", "grown", "found"), [(3, 3, True), (2, 3, False), (3, 2, False)])
 def test_one_that_grows_three_times_need_not_have_three_periods(turns, grown, found):
-    m = Meter(0, 1, 2, **{**CALM, "calm_turns": turns, "grown": grown, "widest": 4.0, "calm_first_turn": 50})
+    m = Meter(
+        0,
+        1,
+        2,
+        **{**CALM, "calm_turns": turns, "most_growing_swings": grown, "widest_swing": 4.0, "calm_first_turn": 50},
+    )
     assert (calm_oscillation(m, 55) is not None) == found
 
 
@@ -459,7 +480,7 @@ def test_a_pv_that_swings_comes_back_to_its_extremes_of_four_windows_before(now,
 )
 def test_a_window_is_the_longest_time_constant_in_whole_samples(periods, longest, step, window):
     plc = Facts(configs=[Facts(period=round(period * TICKS)) for period in periods], longest=0.0)
-    machine = Facts(plc=plc, net=Facts(longest=lambda: longest), step=round(step * TICKS))
+    machine = Facts(plc=plc, net=Facts(longest_time=lambda: longest), step=round(step * TICKS))
     assert window_of(machine) == window
 
 

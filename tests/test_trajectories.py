@@ -32,7 +32,7 @@ from ruamel.yaml import YAML
 from nested import merged
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.engine.run import Settings, options, simulate
+from pidcfg.sim.engine.run import Settings, plc_options, simulate
 from pidcfg.vendors import VENDORS
 
 FOLDER = Path(__file__).with_name("trajectories")
@@ -123,7 +123,7 @@ def make_scenario(case, count):
 def load_plc(vendor, case, plan, controller):
     """The virtual PLC of a case, before it runs."""
     image = encoder_of(vendor).encode(vendor.model.model_validate(make_configuration(vendor.key, case))).image
-    return controller.load(image, options(plan, controller))
+    return controller.load(image, plc_options(plan, controller))
 
 
 class Run:
@@ -134,7 +134,7 @@ class Run:
         plan, controller, sink = make_scenario(case, count), vendor.module("controller"), io.StringIO()
         plcs = [load_plc(vendor, case, plan, controller) for _ in range(2)]
         self.alarms = plcs[1].alarm_bits
-        settings = Settings("python", trend=sink, judged=False)
+        settings = Settings("python", trend=sink, with_verdicts=False)
         self.report = simulate(plan, lambda: plcs[0], controller, settings)
         self.rows = list(csv.DictReader(io.StringIO(sink.getvalue())))[:count]
         self.times = [float(row["time"]) for row in self.rows]

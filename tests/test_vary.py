@@ -117,7 +117,7 @@ def test_a_share_that_no_samples_can_show_is_refused(share):
 def ends(vary, config=CONFIG):
     """The ends of the one number that varies."""
     loaded = loaded_of(scenario(vary), config)
-    ((one,), problems) = loaded.uncertainties(loaded.plc())
+    ((one,), problems) = loaded.uncertainties(loaded.new_plc())
     assert problems == []
     return one
 
@@ -150,15 +150,15 @@ def test_a_spread_has_its_ends(vary, wanted):
 def test_a_share_of_a_negative_number_is_of_its_amount():
     text = scenario(plants("gain: ±30 %")).replace("gain: 2}", "gain: -2}")
     loaded = loaded_of(text)
-    ((one,), _) = loaded.uncertainties(loaded.plc())
+    ((one,), _) = loaded.uncertainties(loaded.new_plc())
     assert (one.ends.low, one.ends.high) == pytest.approx((-2.6, -1.4))
 
 
 def test_a_number_keeps_the_unit_of_the_file():
     one = ends(loops("tuning.integral_time: ±50 %"))
     assert one.unit == "min"
-    assert one.written(1.23456789012) == "1.23456789 min"
-    assert ends(plants("gain: ±30 %")).written(1e-7) == "0.0000001"
+    assert one.number_text(1.23456789012) == "1.23456789 min"
+    assert ends(plants("gain: ±30 %")).number_text(1e-7) == "0.0000001"
 
 
 LISTED = """\
@@ -198,10 +198,10 @@ duration: 10
 vary: {loops: {OVEN1: {pv.filter: {uniform: [1, 9]}}}}
 """
     loaded = loaded_of(text, starter(VENDORS["click"]), "starter.yaml")
-    ((one,), problems) = loaded.uncertainties(loaded.plc())
+    ((one,), problems) = loaded.uncertainties(loaded.new_plc())
     assert problems == []
     assert one.whole
-    assert [one.written(value) for value in (1.2, 2.5, 3.5, 8.8)] == ["1", "2", "4", "9"]
+    assert [one.number_text(value) for value in (1.2, 2.5, 3.5, 8.8)] == ["1", "2", "4", "9"]
 
 
 def test_an_amount_is_a_number_with_or_without_a_unit():

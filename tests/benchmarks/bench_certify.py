@@ -79,13 +79,13 @@ def peak() -> float:
 def measured(samples: int, duration: int, loops: int) -> dict[str, float]:
     """Processor time of a sample in ms, without the first one, and the most memory in MB."""
     job = job_of(duration, loops)
-    sampler = job.sampler()
+    sampler = job.make_sampler()
     varies = sampler.batch.varies
     tally = Tally.empty((1, len(loops_kinds(job)), loops, len(varies)))
-    tally.add(sampler.run(0), varies)
+    tally.add_result(sampler.run_sample(0), varies)
     began = time.process_time()
     for sample in range(1, samples):
-        tally.add(sampler.run(sample), varies)
+        tally.add_result(sampler.run_sample(sample), varies)
     return {"ms": (time.process_time() - began) / (samples - 1) * 1e3, "MB": peak()}
 
 
@@ -100,13 +100,13 @@ def vendor_job(vendor: str, steps: int) -> Job:
 
 def sample_seconds(job: Job) -> float:
     """Processor time of a sample: the middle of some rounds."""
-    sampler = job.sampler()
-    sampler.run(0)
+    sampler = job.make_sampler()
+    sampler.run_sample(0)
     times = []
     for first in range(1, ROUNDS * EACH, EACH):
         began = time.process_time()
         for sample in range(first, first + EACH):
-            sampler.run(sample)
+            sampler.run_sample(sample)
         times.append((time.process_time() - began) / EACH)
     return statistics.median(times)
 
@@ -141,7 +141,7 @@ def vendors() -> None:
 
 def loops_kinds(job: Job) -> str:
     """A sign for each standing expectation of a run."""
-    loaded, batch = job.loaded()
+    loaded, batch = job.load_batch()
     return run_sample(loaded, batch, 0, job.settings)[0].standing
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from pidcfg.sim.engine.choice import EngineName
     from pidcfg.sim.engine.recording import Recording
-    from pidcfg.study.scenario import Loaded
+    from pidcfg.study.scenario import LoadedScenario
 
 PLAIN, FAST, WRITTEN, LONG = 60_000, 1_000_000, 100_000, 8_000_000
 """Loop-steps of a run: in CPython, compiled, compiled with a trend (text for the most part), and beside C: from so many
@@ -56,17 +56,17 @@ class Bits:
         self.width = len(names)
 
     def look(self, *_: object) -> None:
-        """As `Recording.look`."""
+        """As `Recording.note_levels`."""
 
     def take(self, values: array[float], rows: int) -> None:
-        """As `Recording.take`."""
+        """As `Recording.add_rows`."""
         self.digest.update(values[: rows * self.width].tobytes())
 
     def end(self) -> None:
         """As `Recording.end`."""
 
 
-def outcome(case: Loaded, name: EngineName, *, judged: bool = True) -> tuple[dict[str, Any], str]:
+def outcome(case: LoadedScenario, name: EngineName, *, judged: bool = True) -> tuple[dict[str, Any], str]:
     """The report without its engine, and the hash of all signals."""
     bits = Bits()
     report = asdict(production.ours(case, name, recording=cast("Recording", bits), judged=judged))
@@ -80,13 +80,13 @@ def must_agree(what: str, *outcomes: tuple[dict[str, Any], str]) -> None:
         raise SystemExit(f"{what}: the results differ")
 
 
-def case_of(vendor: str, loops: int, loop_steps: int, *, noise: bool) -> Loaded:
+def case_of(vendor: str, loops: int, loop_steps: int, *, noise: bool) -> LoadedScenario:
     """A production run of so many loop-steps."""
     text = production.scenario(vendor, loops, loop_steps // loops, noise=noise)
     return production.loaded(production.configuration(vendor, loops), text)
 
 
-def work_of(case: Loaded, name: EngineName, *, trend: bool = False, judged: bool = True) -> Callable[[], Any]:
+def work_of(case: LoadedScenario, name: EngineName, *, trend: bool = False, judged: bool = True) -> Callable[[], Any]:
     """A run of it."""
     return lambda: production.ours(case, name, trend=Nowhere() if trend else None, judged=judged)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.engine.run import Settings, simulate
-from pidcfg.study.scenario import load
+from pidcfg.study.scenario import load_scenario
 from pidcfg.text.source import read_document
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.engine.recording import Recording
     from pidcfg.sim.engine.run import Sink
     from pidcfg.sim.judgement.report import Report
-    from pidcfg.study.scenario import Loaded
+    from pidcfg.study.scenario import LoadedScenario
 
 STEP = 0.5
 """Base step and sample rate in s."""
@@ -178,9 +178,9 @@ class Files:
         return other
 
 
-def loaded(config: str, text: str) -> Loaded:
+def loaded(config: str, text: str) -> LoadedScenario:
     """A scenario ready to run; what is wrong with it ends the benchmark."""
-    done = load(read_document(text.encode(), "s.yaml"), Files(config))
+    done = load_scenario(read_document(text.encode(), "s.yaml"), Files(config))
     errors = [finding.message for finding in (*done.findings, *done.config_errors) if finding.severity.label == "error"]
     if done.image is None or errors:
         raise SystemExit(f"the benchmark's files have errors: {'; '.join(errors)}\n{config}\n{text[:500]}")
@@ -188,7 +188,7 @@ def loaded(config: str, text: str) -> Loaded:
 
 
 def ours(
-    case: Loaded,
+    case: LoadedScenario,
     engine: EngineName,
     *,
     trend: Sink | None = None,
@@ -197,8 +197,8 @@ def ours(
 ) -> Report:
     """The run of `pidcfg simulate`; what C does stands alone, without verdicts and the run without control for them."""
     assert case.scenario is not None
-    settings = Settings(engine, trend=trend, recording=recording, judged=judged, reference=judged)
-    return simulate(case.scenario, case.plc, case.controller, settings)
+    settings = Settings(engine, trend=trend, recording=recording, with_verdicts=judged, reference=judged)
+    return simulate(case.scenario, case.new_plc, case.controller, settings)
 
 
 def simple_pid(loops: int, steps: int, *, noise: bool) -> Callable[[], Any]:

@@ -19,10 +19,10 @@ from pidcfg.sim.controllers.dl06.equation import Config, State
 from pidcfg.sim.engine import choice as engine
 from pidcfg.sim.engine import compile as compilation
 from pidcfg.sim.engine.compile import to_arrays
-from pidcfg.sim.engine.kernel import LOG_COLUMNS, Drawn, Log, Loops, Meters, Reference, World
+from pidcfg.sim.engine.kernel import LOG_COLUMNS, Log, Loops, Meters, NoiseRows, Reference, World
 from pidcfg.sim.engine.kernel import Config as AnyConfig
 from pidcfg.sim.engine.kernel import State as AnyState
-from pidcfg.sim.engine.plants import UNSEEDED, WORDS, Plant, seed_words
+from pidcfg.sim.engine.plants import UNSEEDED_WORDS, WORDS, Plant, seed_words
 from pidcfg.sim.judgement.meters import Band, Gauge, Meter
 
 if TYPE_CHECKING:
@@ -110,16 +110,16 @@ class Twin:
     def instead(self, kernels: engine.Kernels, work: Callable[[], Any]) -> float:
         """Seconds that other kernels count."""
         self.seconds = 0.0
-        engine.KEPT[controller().scan] = kernels
+        engine.KEPT_KERNELS[controller().scan] = kernels
         try:
             work()
         finally:
-            engine.KEPT[controller().scan] = self.compiled
+            engine.KEPT_KERNELS[controller().scan] = self.compiled
         return self.seconds
 
     def with_clocks(self) -> engine.Kernels:
         """The compiled kernels, built once more with a clock inside."""
-        plain = compilation.on_arrays
+        plain = compilation.call_on_arrays
 
         def clocked(function: Kernel, original: Kernel, vendor: Any) -> Kernel:
             def timed(*arguments: Any) -> Any:
@@ -130,14 +130,14 @@ class Twin:
 
             return plain(timed, original, vendor)
 
-        compilation.on_arrays = clocked
+        compilation.call_on_arrays = clocked
         try:
-            engine.KEPT.clear()
+            engine.KEPT_KERNELS.clear()
             engine.fast_normals.cache_clear()
             drawn = engine.fast_normals()
             return engine.numba_kernels(controller())._replace(normals=lambda: drawn)
         finally:
-            compilation.on_arrays = plain
+            compilation.call_on_arrays = plain
             engine.fast_normals.cache_clear()
 
     def advance(  # noqa: PLR0917 - as the kernel
@@ -148,7 +148,7 @@ class Twin:
         final: int,
         reached: int,
         world: World,
-        drawn: Drawn,
+        drawn: NoiseRows,
         loops: Any,
         meters: Meters,
         log: Log,
@@ -162,7 +162,7 @@ class Twin:
             return k
         if k == zero + final:
             return self.compiled.advance(k, last, *rest)
-        kinds = (World, Drawn, Loops, Meters, Log)
+        kinds = (World, NoiseRows, Loops, Meters, Log)
         groups = (world, drawn, loops, meters, log)
         w, d, c, m, g = [to_arrays(kind, value, VENDOR) for kind, value in zip(kinds, groups, strict=True)]
         room = len(g.rows) // LOG_COLUMNS - len(m.loops)
@@ -190,8 +190,8 @@ class Twin:
     def normals(  # noqa: PLR0917 - as the kernel
         self, rows: int, column: int, columns: int, key: Any, state: Any, spare: Any, noise: Any
     ) -> int:
-        """`pidcfg.sim.engine.plants.normals`."""
-        if state[WORDS] == UNSEEDED:
+        """`pidcfg.sim.engine.plants.draw_normals`."""
+        if state[WORDS] == UNSEEDED_WORDS:
             seed_words(key, state)
         places = [ctypes.c_void_p(x.buffer_info()[0]) for x in (state, spare, noise)]
         started = time.process_time()

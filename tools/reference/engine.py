@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.run import Settings, simulate
-from pidcfg.study.scenario import load
+from pidcfg.study.scenario import load_scenario
 from pidcfg.text.reader import DEFAULT, Texts
 from pidcfg.text.source import read_document
 
@@ -55,9 +55,9 @@ def trace(configuration, scenario):
     times are seconds.
     """
     texts = texts_of(configuration, scenario)
-    loaded = load(read_document(texts[SCENARIO].encode(), SCENARIO, DEFAULT), Texts(texts))
+    loaded = load_scenario(read_document(texts[SCENARIO].encode(), SCENARIO, DEFAULT), Texts(texts))
     assert loaded.image is not None, [f"{d.code} {d.message}" for d in loaded.findings]
-    plc = loaded.plc()
+    plc = loaded.new_plc()
     inputs, samples = Inputs(), []
     bits = [*plc.alarm_bits.items(), *plc.flag_bits.items()]
 
@@ -76,7 +76,7 @@ def trace(configuration, scenario):
         samples.append(shown)
 
     controller = SimpleNamespace(**{name: getattr(loaded.controller, name) for name in CONTROLLER}, scan=scan)
-    report = simulate(loaded.scenario, loaded.plc, controller, Settings("python"))
+    report = simulate(loaded.scenario, loaded.new_plc, controller, Settings("python"))
     inputs.step = round(report.step * TICKS)
     inputs.lead = len(samples) - report.steps
     assert inputs.lead == 0 or scenario.get("initial") == "steady"

@@ -118,7 +118,12 @@ def _states() -> Seeds:
     from pidcfg.study.certification.tally import Tally, json_of
 
     tally = Tally.empty((1, 1, 1, 1))
-    state = {"key": "k", "tally": tally.state(), "trial": [0, hashlib.sha256().hexdigest()], "ahead": [tally.state()]}
+    state = {
+        "key": "k",
+        "tally": tally.to_json(),
+        "trial": [0, hashlib.sha256().hexdigest()],
+        "ahead": [tally.to_json()],
+    }
     return [json_of(state).encode()]
 
 

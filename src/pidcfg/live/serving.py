@@ -33,7 +33,7 @@ from pidcfg.sim.controllers.settings import NO_REGISTER, RegisterError
 from pidcfg.sim.engine.run import Settings, UnusableError, begin_run
 from pidcfg.sim.judgement.report import Note, ten_digits
 from pidcfg.study.outcome import Outcome
-from pidcfg.study.scenario import load
+from pidcfg.study.scenario import load_scenario
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DEFAULT, Limits, reader_of
 from pidcfg.validate.engine import document_of
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.listing import Places
     from pidcfg.sim.controllers.settings import Done, Registers
     from pidcfg.sim.judgement.report import Report
-    from pidcfg.study.scenario import Loaded
+    from pidcfg.study.scenario import LoadedScenario
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Data
@@ -83,14 +83,16 @@ MOST_LISTED = 1000
 class VirtualPlc:
     """A run that goes on for as long as it is wanted. Nothing is expected of it: somebody else has a hand in it."""
 
-    def __init__(self, loaded: Loaded, numbering: Places) -> None:
+    def __init__(self, loaded: LoadedScenario, numbering: Places) -> None:
         if loaded.scenario is None or loaded.vendor is None:
             raise ValueError(f"{loaded.document.file} could not be loaded")
         scenario = loaded.scenario.model_copy(update={"duration": ENDLESS_SECONDS, "expect": (), "allow": ()})
-        self.run = begin_run(scenario, loaded.plc, loaded.controller, Settings(engine="python", judged=False))
+        self.run = begin_run(
+            scenario, loaded.new_plc, loaded.controller, Settings(engine="python", with_verdicts=False)
+        )
         self.registers: Registers = loaded.vendor.load("virtual")(self.run.plc)
         self.unlisted = 0
-        self._progress: Iterator[int] = self.run.course()
+        self._progress: Iterator[int] = self.run.steps_to_end()
         self._step = self.run.zero
         self._map: dict[RegisterPlace, list[Part]] = {}
         for number, loop in self.registers.places().items():
@@ -164,7 +166,7 @@ class VirtualPlc:
         before = list(signals)
         effect = self.registers.write(number, raw, signals)
         self._contents.clear()
-        self.run.machine.hold(before)
+        self.run.machine.hold_signals(before)
         if loop >= 0:
             self._note_write(loop, effect)
             slot = self.run.plc.configs[loop].sp_slot
@@ -175,8 +177,8 @@ class VirtualPlc:
         run = self.run
         if effect.mode is not None:
             run.journal.requested[loop] = effect.mode
-        if len(run.agenda.done) < MOST_LISTED:
-            run.agenda.done.append(Note(ten_digits(self.steps * self.dt), run.plc.loops[loop], effect.text))
+        if len(run.agenda.past_events) < MOST_LISTED:
+            run.agenda.past_events.append(Note(ten_digits(self.steps * self.dt), run.plc.loops[loop], effect.text))
         else:
             self.unlisted += 1
 
@@ -435,9 +437,9 @@ def serve_document(
     return ServeResult(outcomes[0], tuple(notes), dict(zip(further, outcomes[1:], strict=True)))
 
 
-def _prepare_plc(doc: Document, reader: Reader, stated: MapFile | None) -> tuple[Loaded, VirtualPlc | None]:
+def _prepare_plc(doc: Document, reader: Reader, stated: MapFile | None) -> tuple[LoadedScenario, VirtualPlc | None]:
     """A scenario and its PLC; None where its findings say why there is none."""
-    loaded = load(doc, reader)
+    loaded = load_scenario(doc, reader)
     if loaded.scenario is None or loaded.image is None or loaded.vendor is None:
         return loaded, None
     stated = stated or named_map(loaded.documents.get(loaded.config), reader)
@@ -445,21 +447,21 @@ def _prepare_plc(doc: Document, reader: Reader, stated: MapFile | None) -> tuple
     try:
         return loaded, VirtualPlc(loaded, numbering)
     except UnusableError as error:
-        loaded.add(error.problems)
+        loaded.add_problems(error.problems)
         return loaded, None
 
 
-def _not_served(loaded: Loaded) -> Outcome:
+def _not_served(loaded: LoadedScenario) -> Outcome:
     file = loaded.document.file
     return Outcome(file, loaded.config, findings=loaded.findings, documents=loaded.documents)
 
 
-def _finish_outcome(loaded: Loaded, plc: VirtualPlc | None, notes: list[str]) -> Outcome:
+def _finish_outcome(loaded: LoadedScenario, plc: VirtualPlc | None, notes: list[str]) -> Outcome:
     """What has happened to a PLC."""
     if plc is None:
         return _not_served(loaded)
     report = plc.report()
-    loaded.add(report.problems)
+    loaded.add_problems(report.problems)
     if plc.unlisted:
         notes.append(f"{plc.unlisted} more writes are not listed")
     findings = [*loaded.findings, *loaded.config_errors]

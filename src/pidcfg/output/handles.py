@@ -18,7 +18,7 @@ from pidcfg.schemas.base import number_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Plant, Scenario
 from pidcfg.sim.controllers.plc import Axes, axes_of
-from pidcfg.study.scenario import Loaded, load
+from pidcfg.study.scenario import LoadedScenario, load_scenario
 from pidcfg.text.diagnostics import Diagnostic
 from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
@@ -152,19 +152,19 @@ def gains_of(document: Document, reader: Reader) -> GainsResult:
     if not is_scenario(document):
         checked = check_document(document)
         return GainsResult(document, checked.findings, _loops_gains(checked))
-    loaded = load(document, reader)
+    loaded = load_scenario(document, reader)
     if loaded.checked is None:
         return GainsResult(document, tuple(loaded.findings))
     loops = _loops_gains(loaded.checked, loaded)
     return GainsResult(document, (*loaded.findings, *loaded.config_errors), loops)
 
 
-def _loops_gains(checked: Checked, loaded: Loaded | None = None) -> tuple[LoopGains, ...]:
+def _loops_gains(checked: Checked, loaded: LoadedScenario | None = None) -> tuple[LoopGains, ...]:
     if checked.vendor is None or checked.config is None:
         return ()
     axes: Mapping[str, Axes] = {}
     if loaded is not None and loaded.image is not None:
-        axes = axes_of(loaded.plc(), loaded.image.settings)
+        axes = axes_of(loaded.new_plc(), loaded.image.settings)
     config: Any = checked.config
     model = checked.vendor.model
     loops = []

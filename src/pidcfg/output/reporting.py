@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.plc import Axes
     from pidcfg.sim.engine.run import Settings
     from pidcfg.study.outcome import Outcome
-    from pidcfg.study.scenario import Loaded
+    from pidcfg.study.scenario import LoadedScenario
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Reader
@@ -75,7 +75,7 @@ def source_file(file: File, kind: str) -> SourceFile:
     return SourceFile(name, kind, len(data), hashlib.sha256(data).hexdigest())
 
 
-def named_input(file: File, loaded: Loaded) -> ConfigurationInput | None:
+def named_input(file: File, loaded: LoadedScenario) -> ConfigurationInput | None:
     """The configuration that a scenario names, or the memory listing."""
     if loaded.checked is not None:
         return configuration_input(file, loaded.checked)
@@ -87,7 +87,7 @@ def named_input(file: File, loaded: Loaded) -> ConfigurationInput | None:
 
 
 def run_input(
-    file: File, loaded: Loaded, settings: Settings, named: ConfigurationInput | None, *, pictures: bool
+    file: File, loaded: LoadedScenario, settings: Settings, named: ConfigurationInput | None, *, pictures: bool
 ) -> RunInput:
     """A scenario that has been read, run; ``pictures``: recorded for charts."""
     from pidcfg.study.outcome import charts_of, signals_before_root, simulate_loaded
@@ -276,7 +276,7 @@ def report_sources(
 ) -> ReportResult:
     """The report on documents, and on the configurations that scenarios among them name."""
     from pidcfg.sim.engine.run import Settings
-    from pidcfg.study.scenario import load
+    from pidcfg.study.scenario import load_scenario
 
     names = {doc.file for doc in documents}
     taken: list[ReadInput] = []
@@ -285,7 +285,7 @@ def report_sources(
         if not is_scenario(doc):
             taken.append(configuration_input(file, check_document(doc)))
             continue
-        loaded = load(doc, reader)
+        loaded = load_scenario(doc, reader)
         named = None
         if loaded.config and loaded.config not in names and (data := _data_of(loaded.config, reader, doc)) is not None:
             named = named_input((loaded.config, data), loaded)

@@ -18,7 +18,7 @@ from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS, units_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS
-from pidcfg.sim.engine.run import Run, Settings, UnusableError, base_step, begin_run, options
+from pidcfg.sim.engine.run import Run, Settings, UnusableError, base_step, begin_run, plc_options
 from pidcfg.sim.judgement.meters import Band, overshoot, settling_time
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
@@ -445,13 +445,15 @@ def _run(trial: Trial, controller: Any, image: object) -> Forecast:
         steps = trial.steps(base_step(scenario, trial.plc))
         if steps * len(trial.plc.loops) > MOST_LOOP_STEPS:
             return Forecast(f"a run of {steps:,} steps would take too long")
-        run = begin_run(scenario, lambda: controller.load(image, options(scenario, controller)), controller, SETTINGS)
+        run = begin_run(
+            scenario, lambda: controller.load(image, plc_options(scenario, controller)), controller, SETTINGS
+        )
     except (ValidationError, UnusableError) as error:
         return Forecast(f"the loop does not run alone: {str(error).splitlines()[0]}")
     return trial.watch(run)
 
 
-SETTINGS = Settings(judged=False, reference=False)
+SETTINGS = Settings(with_verdicts=False, reference=False)
 
 
 class Trial:
@@ -549,7 +551,7 @@ class Trial:
         run.chunk = max(1, (second - first) // LOOKS)
         errors, past, out, settled, late = [0.0], None, 0.0, True, [(0, 0.0), (0, 0.0)]
         up = down = 0.0
-        for k in run.course():
+        for k in run.steps_to_end():
             if k == first:
                 if self.plc.mode(meter.status) not in IN_CONTROL:
                     return Forecast(f"the loop is in {self.plc.mode(meter.status)} when its set point steps")
@@ -564,7 +566,7 @@ class Trial:
                 up, down = meter.out_high - out, out - meter.out_low
             elif second < k <= (3 * second - first) / 2:
                 late[1] = (k, meter.iae)
-        step = abs(meter.after - meter.before)
+        step = abs(meter.sp_after - meter.sp_before)
         if past is None or not step:
             return Forecast("the set point does not move: see its limits")
         room = min((self.high - out) / max(up, 1e-12), (out - self.low) / max(down, 1e-12))
@@ -576,7 +578,7 @@ class Trial:
         rest = max((iae - before) / (k - begin) for k, iae, (begin, before) in ends)
         return Forecast(
             answer=Answer(past, of_setpoint, of_load),
-            step=(meter.before, meter.after),
+            step=(meter.sp_before, meter.sp_after),
             largest=step * room,
             settled=settled,
             rest=rest,

@@ -120,7 +120,7 @@ def confirm_gains(
     (wanted,) = certification.expectations
     largest = certification.metrics["LOOP"]["iae"]["max"]
     held = min(wanted.held, certification.all_passed)
-    return Confirmation(plc, samples, held, wanted.bound, most, largest)
+    return Confirmation(plc, samples, held, wanted.lower_bound, most, largest)
 
 
 def _loop_text(found: RobustTuning, pv: float, output: float) -> str:

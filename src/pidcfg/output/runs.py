@@ -111,11 +111,11 @@ class SimulateResult:
         these. The styles of the figures, and the script that zooms them, are those of ``simulate --plot run.html``.
         """
         from pidcfg.pictures.page import render_figures
-        from pidcfg.study.outcome import charts_of, overlaid
+        from pidcfg.study.outcome import charts_of, overlay_charts
 
         if before is None:
             return render_figures(charts_of(self.outcome, loops))
-        return render_figures(overlaid(before.outcome, self.outcome, names, loops))
+        return render_figures(overlay_charts(before.outcome, self.outcome, names, loops))
 
     def to_json(self) -> Data:
         """What ``pidcfg simulate --format json`` prints for one scenario."""
@@ -125,13 +125,13 @@ class SimulateResult:
 def difference_of_accepted(before: bytes, after: str) -> str:
     """What another accepted run has in the place of the one in a file, in words."""
     from pidcfg.schemas.scenario import AcceptedError, run_of_data
-    from pidcfg.study.accepted import told_differences
+    from pidcfg.study.accepted import differences_text
 
     try:
         old = run_of_data(before, len(before))
     except AcceptedError as error:
         return str(error)
-    told = told_differences(old, run_of_data(after.encode(), len(after.encode())))
+    told = differences_text(old, run_of_data(after.encode(), len(after.encode())))
     return f"differs: {told}" if told else "differs, within the tolerances"
 
 
@@ -275,7 +275,7 @@ def _batch(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
         "failed_to_run": found.failed_to_run,
         "reasons": list(found.reasons),
         "expectations": [
-            {"text": e.text, "share": e.share, "bound": e.bound, "wanted": e.wanted, "passed": e.passed}
+            {"text": e.text, "share": e.share, "bound": e.lower_bound, "wanted": e.wanted, "passed": e.passed}
             for e in found.expectations
         ],
         "metrics": {loop: {name: dict(one) for name, one in row.items()} for loop, row in found.metrics.items()},
@@ -286,7 +286,7 @@ def _batch(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
                 "failed": s.samples - s.held,
                 "not_proven": s.unproven,
                 "judged": s.judged,
-                "bound": s.bound,
+                "bound": s.lower_bound,
                 "passed": s.passed,
             }
             for s in found.standing

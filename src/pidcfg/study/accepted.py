@@ -80,28 +80,28 @@ def accepted_text(run: AcceptedRun) -> str:
 
 def run_of_report(report: Report, axes: Mapping[str, Axes], scenario: Scenario) -> AcceptedRun:
     """What a run shows of the loops that its scenario judges."""
-    names = _judged(scenario, list(report.loops))
-    own = {signal for one in axes.values() for signal in (one.pv, one.setpoint, one.output)}
+    names = _judged_loops(scenario, list(report.loops))
+    own = {signal for axis in axes.values() for signal in (axis.pv, axis.setpoint, axis.output)}
     others = {
-        name: _extent(seen)
-        for name, seen in report.signals.items()
+        name: _signal_extent(reach)
+        for name, reach in report.signals.items()
         if name not in own and name.rpartition(".")[0] not in report.loops
     }
     return AcceptedRun(
         pidcfg=1,
         accepted=report.scenario,
         duration=float(scenario.duration),
-        loops={name: _loop(report, report.loops[name], axes[name]) for name in names},
+        loops={name: _accepted_loop(report, report.loops[name], axes[name]) for name in names},
         signals=others,
     )
 
 
-def _judged(scenario: Scenario, loops: Sequence[str]) -> list[str]:
+def _judged_loops(scenario: Scenario, loops: Sequence[str]) -> list[str]:
     """Those of some loops that a scenario judges."""
     return [name for name in loops if scenario.loops is None or name in scenario.loops]
 
 
-def _loop(report: Report, loop: LoopReport, axes: Axes) -> AcceptedLoop:
+def _accepted_loop(report: Report, loop: LoopReport, axes: Axes) -> AcceptedLoop:
     signals: dict[Role, str] = {"pv": axes.pv, "setpoint": axes.setpoint, "output": axes.output}
     return AcceptedLoop(
         pv_unit=axes.pv_unit,
@@ -109,38 +109,40 @@ def _loop(report: Report, loop: LoopReport, axes: Axes) -> AcceptedLoop:
         pv_range=axes.pv_range,
         output_range=axes.output_range,
         sample_time=axes.sample_time or report.step,
-        metrics={name: None if (v := loop.metrics.get(name)) is None else _digits(v) for name in TOLERANCES},
-        signals={role: _extent(report.signals[name]) for role, name in signals.items() if name in report.signals},
-        modes=_modes(loop),
-        alarms=_alarms(loop, report.duration),
+        metrics={name: None if (v := loop.metrics.get(name)) is None else _six_digits(v) for name in TOLERANCES},
+        signals={
+            role: _signal_extent(report.signals[name]) for role, name in signals.items() if name in report.signals
+        },
+        modes=_lasting_modes(loop),
+        alarms=_alarm_times(loop, report.duration),
     )
 
 
-def _extent(seen: Range) -> Extent:
-    return Extent(min=_digits(seen.low), max=_digits(seen.high), final=_digits(seen.final))
+def _signal_extent(reach: Range) -> Extent:
+    return Extent(min=_six_digits(reach.low), max=_six_digits(reach.high), final=_six_digits(reach.final))
 
 
-def _modes(loop: LoopReport) -> list[ModeBegin]:
+def _lasting_modes(loop: LoopReport) -> list[ModeBegin]:
     """Each mode that lasted, in order; a refusal changes none."""
     modes = [ModeBegin(at=0.0, mode=loop.first_mode)]
     for change in loop.modes:
         if change.mode != modes[-1].mode:
-            modes = [one for one in modes if one.at < change.at]
+            modes = [begin for begin in modes if begin.at < change.at]
             modes += [ModeBegin(at=change.at, mode=change.mode)] if not modes or modes[-1].mode != change.mode else []
     return modes
 
 
-def _alarms(loop: LoopReport, end: float) -> dict[str, AlarmTimes]:
+def _alarm_times(loop: LoopReport, end: float) -> dict[str, AlarmTimes]:
     """Each alarm that came, by name."""
     alarms: dict[str, AlarmTimes] = {}
-    for one in loop.alarms:
-        before = alarms.get(one.alarm, AlarmTimes(first=one.at, total=0.0))
-        total = before.total + (end if one.cleared is None else one.cleared) - one.at
-        alarms[one.alarm] = AlarmTimes(first=before.first, total=_digits(total))
+    for alarm in loop.alarms:
+        before = alarms.get(alarm.alarm, AlarmTimes(first=alarm.at, total=0.0))
+        total = before.total + (end if alarm.cleared is None else alarm.cleared) - alarm.at
+        alarms[alarm.alarm] = AlarmTimes(first=before.first, total=_six_digits(total))
     return dict(sorted(alarms.items()))
 
 
-def _digits(value: float) -> float:
+def _six_digits(value: float) -> float:
     """Six significant digits, which a reader of the file can take in."""
     return float(f"{value:.6g}")
 
@@ -158,25 +160,25 @@ class Tolerance(NamedTuple):
     """How it is told; ``PV`` and ``OUT`` stand for the loop's units."""
 
 
-TIME = Tolerance(0.05, 2, "sample", "s")
-OF_PV = Tolerance(0, 0.01, "span", "PV")
-OF_OUTPUT = Tolerance(0, 0.02, "range", "OUT")
+TIME_TOLERANCE = Tolerance(0.05, 2, "sample", "s")
+PV_TOLERANCE = Tolerance(0, 0.01, "span", "PV")
+OUTPUT_TOLERANCE = Tolerance(0, 0.02, "range", "OUT")
 TOLERANCES: Mapping[Metric, Tolerance] = {
     "overshoot": Tolerance(0.1, 2, "point", "%"),
-    "settling_time": TIME,
-    "rise_time": TIME,
+    "settling_time": TIME_TOLERANCE,
+    "rise_time": TIME_TOLERANCE,
     "iae": Tolerance(0.1, 2e-4, "span for the run", "PV s"),
     "ise": Tolerance(0.2, 1e-6, "square of it", "PV² s"),
     "itae": Tolerance(0.1, 2e-4, "growing with time", "PV s²"),
     "total_variation": Tolerance(0.1, 0.02, "range", "OUT"),
-    "final_error": OF_PV,
-    "oscillation_period": TIME,
-    "oscillation_amplitude": OF_PV,
+    "final_error": PV_TOLERANCE,
+    "oscillation_period": TIME_TOLERANCE,
+    "oscillation_amplitude": PV_TOLERANCE,
 }
-OF_SIGNALS: Mapping[Role, tuple[str, Tolerance]] = {
-    "pv": ("PV", OF_PV),
-    "setpoint": ("set point", OF_PV),
-    "output": ("output", OF_OUTPUT),
+SIGNAL_TOLERANCES: Mapping[Role, tuple[str, Tolerance]] = {
+    "pv": ("PV", PV_TOLERANCE),
+    "setpoint": ("set point", PV_TOLERANCE),
+    "output": ("output", OUTPUT_TOLERANCE),
 }
 OTHER_SHARE = 0.02
 """Of the largest value of a signal that is no loop's."""
@@ -189,45 +191,47 @@ class Difference(NamedTuple):
     text: str
 
 
-EXACT = float("inf")
+EXACT_WEIGHT = float("inf")
 """The weight of what is the same or not."""
 
 
-def differences(was: AcceptedRun, now: AcceptedRun) -> dict[str, list[str]]:
+def differences_by_loop(was: AcceptedRun, now: AcceptedRun) -> dict[str, list[str]]:
     """Where a run differs from the accepted one, in words, by loop, what weighs most first; empty: other signals."""
-    found = {"": list(_other_signals(was.signals, now.signals))}
+    rows_by_loop = {"": list(_compare_other_signals(was.signals, now.signals))}
     for name, loop in was.loops.items():
-        found[name] = list(_LoopComparison(loop, now.loops[name], was.duration).differences())
-    ordered = {name: sorted(rows, key=lambda row: -row.weight) for name, rows in found.items()}
+        rows_by_loop[name] = list(_LoopComparison(loop, now.loops[name], was.duration).find_differences())
+    ordered = {name: sorted(rows, key=lambda row: -row.weight) for name, rows in rows_by_loop.items()}
     return {name: [row.text for row in rows] for name, rows in ordered.items() if rows}
 
 
-def _other_signals(was: Mapping[str, Extent], now: Mapping[str, Extent]) -> Iterator[Difference]:
+def _compare_other_signals(was: Mapping[str, Extent], now: Mapping[str, Extent]) -> Iterator[Difference]:
     for name, before in was.items():
         least = OTHER_SHARE * max(abs(before.min), abs(before.max))
         if name in now:
-            yield from _of_extent(name, before, now[name], least, "")
+            yield from _compare_extents(name, before, now[name], least, "")
         else:
-            yield Difference(EXACT, f"there is no signal {name}")
+            yield Difference(EXACT_WEIGHT, f"there is no signal {name}")
 
 
-def _of_extent(name: str, was: Extent, now: Extent, least: float, unit: str) -> Iterator[Difference]:
-    yield from _of_value(f"{name} at the end", was.final, now.final, least, unit)
-    yield from _of_value(f"lowest {name}", was.min, now.min, least, unit)
-    yield from _of_value(f"highest {name}", was.max, now.max, least, unit)
+def _compare_extents(name: str, was: Extent, now: Extent, least: float, unit: str) -> Iterator[Difference]:
+    yield from _compare_values(f"{name} at the end", was.final, now.final, least, unit)
+    yield from _compare_values(f"lowest {name}", was.min, now.min, least, unit)
+    yield from _compare_values(f"highest {name}", was.max, now.max, least, unit)
 
 
-def _of_value(what: str, was: float | None, now: float | None, least: float, unit: str) -> Iterator[Difference]:
+def _compare_values(name: str, was: float | None, now: float | None, least: float, unit: str) -> Iterator[Difference]:
     if was is None and now is None:
         return
     if was is None or now is None:
-        yield Difference(EXACT, f"{what} {_told(now, unit)} instead of {_told(was, unit)}")
+        yield Difference(EXACT_WEIGHT, f"{name} {_value_text(now, unit)} instead of {_value_text(was, unit)}")
     elif abs(now - was) > least:
-        weight = abs(now - was) / least if least else EXACT
-        yield Difference(weight, f"{what} {_told(now, unit)} instead of {_told(was, unit)} ± {_told(least, unit)}")
+        weight = abs(now - was) / least if least else EXACT_WEIGHT
+        yield Difference(
+            weight, f"{name} {_value_text(now, unit)} instead of {_value_text(was, unit)} ± {_value_text(least, unit)}"
+        )
 
 
-def _told(value: float | None, unit: str) -> str:
+def _value_text(value: float | None, unit: str) -> str:
     return "none" if value is None else f"{value:.4g} {unit}".rstrip()
 
 
@@ -238,33 +242,35 @@ class _LoopComparison(NamedTuple):
     now: AcceptedLoop
     duration: float
 
-    def differences(self) -> Iterator[Difference]:
+    def find_differences(self) -> Iterator[Difference]:
         """What differs."""
         was, now = self.was, self.now
         low, high = was.pv_range
         if max(abs(a - b) for a, b in zip(was.pv_range, now.pv_range, strict=True)) > RANGE_SHARE * abs(high - low):
             unit = f" {now.pv_unit}".rstrip()
             ends = f"{now.pv_range[0]:g} to {now.pv_range[1]:g}{unit} instead of {low:g} to {high:g}"
-            yield Difference(EXACT, f"its PV's range is {ends}")
-        yield from self._modes()
-        yield from self._alarms()
+            yield Difference(EXACT_WEIGHT, f"its PV's range is {ends}")
+        yield from self._compare_modes()
+        yield from self._compare_alarms()
         for name, before in was.metrics.items():
-            yield from self._metric(name, before, now.metrics.get(name))
+            yield from self._compare_metric(name, before, now.metrics.get(name))
         for role, extent in was.signals.items():
-            what, tolerance = OF_SIGNALS[role]
+            what, tolerance = SIGNAL_TOLERANCES[role]
             if role in now.signals:
-                least, unit = self._least(tolerance, 0.0), self._unit(tolerance)
-                yield from _of_extent(what, extent, now.signals[role], least, unit)
+                least, unit = self._allowed_difference(tolerance, 0.0), self._unit_of(tolerance)
+                yield from _compare_extents(what, extent, now.signals[role], least, unit)
 
-    def _metric(self, name: Metric, was: float | None, now: float | None) -> Iterator[Difference]:
+    def _compare_metric(self, name: Metric, was: float | None, now: float | None) -> Iterator[Difference]:
         tolerance = TOLERANCES[name]
         if name == "oscillation_amplitude":
             was, now = was or 0.0, now or 0.0
         if name == "oscillation_period" and (was is None or now is None):
             return  # the amplitude tells it
-        yield from _of_value(name, was, now, self._least(tolerance, was or 0.0), self._unit(tolerance))
+        yield from _compare_values(
+            name, was, now, self._allowed_difference(tolerance, was or 0.0), self._unit_of(tolerance)
+        )
 
-    def _least(self, tolerance: Tolerance, value: float) -> float:
+    def _allowed_difference(self, tolerance: Tolerance, value: float) -> float:
         """By how much a value may differ."""
         ends = self.was.output_range or (0.0, 100.0)
         span, time = abs(self.was.pv_range[1] - self.was.pv_range[0]), self.duration
@@ -279,39 +285,41 @@ class _LoopComparison(NamedTuple):
         }
         return max(tolerance.share * value, tolerance.least * per[tolerance.per])
 
-    def _unit(self, tolerance: Tolerance) -> str:
+    def _unit_of(self, tolerance: Tolerance) -> str:
         """The unit of a value; none where its loop has none."""
         word, _, rest = tolerance.unit.partition(" ")
         base = {"PV": self.was.pv_unit, "PV²": self.was.pv_unit, "OUT": self.was.output_unit}.get(word, word)
         squared = "²" if base and word.endswith("²") else ""
         return f"{base}{squared} {rest}".strip() if base else ""
 
-    def _modes(self) -> Iterator[Difference]:
+    def _compare_modes(self) -> Iterator[Difference]:
         was, now = self.was.modes, self.now.modes
-        if [one.mode for one in was] != [one.mode for one in now]:
-            yield Difference(EXACT, f"mode {_modes_told(now)} instead of {_modes_told(was)}")
+        if [begin.mode for begin in was] != [begin.mode for begin in now]:
+            yield Difference(EXACT_WEIGHT, f"mode {_modes_text(now)} instead of {_modes_text(was)}")
             return
         for before, after in zip(was, now, strict=True):
-            least = self._least(TIME, before.at)
-            yield from _of_value(f"mode {before.mode} begins at", before.at, after.at, least, "s")
+            least = self._allowed_difference(TIME_TOLERANCE, before.at)
+            yield from _compare_values(f"mode {before.mode} begins at", before.at, after.at, least, "s")
 
-    def _alarms(self) -> Iterator[Difference]:
+    def _compare_alarms(self) -> Iterator[Difference]:
         was, now = self.was.alarms, self.now.alarms
         for name in [*was, *(name for name in now if name not in was)]:
             if name not in now:
-                yield Difference(EXACT, f"{name} does not come, and came at {was[name].first:g} s")
+                yield Difference(EXACT_WEIGHT, f"{name} does not come, and came at {was[name].first:g} s")
             elif name not in was:
-                yield Difference(EXACT, f"{name} comes at {now[name].first:g} s, and did not come")
+                yield Difference(EXACT_WEIGHT, f"{name} comes at {now[name].first:g} s, and did not come")
             else:
-                for what, before, after in (
+                for name_of_time, before, after in (
                     (f"{name} comes at", was[name].first, now[name].first),
                     (f"{name} is on for", was[name].total, now[name].total),
                 ):
-                    yield from _of_value(what, before, after, self._least(TIME, before), "s")
+                    yield from _compare_values(
+                        name_of_time, before, after, self._allowed_difference(TIME_TOLERANCE, before), "s"
+                    )
 
 
-def _modes_told(modes: Sequence[ModeBegin]) -> str:
-    return ", ".join(f"{one.mode} at {one.at:g} s" for one in modes)
+def _modes_text(modes: Sequence[ModeBegin]) -> str:
+    return ", ".join(f"{begin.mode} at {begin.at:g} s" for begin in modes)
 
 
 # --- A run held against the accepted one ------------------------------------------------------------------------------
@@ -344,7 +352,7 @@ def reference_of(
     try:
         data = read_other(reader, name, most + 1) if against is None else against[0]
         run = run_of_data(data, most, may_quote=against is not None or may_be_quoted(reader, doc.file, name))
-        _refuse_another(run, scenario, loops)
+        _refuse_other_scenario(run, scenario, loops)
     except AcceptedError as error:
         message = f"{name} {error}"
     except (OSError, ValueError) as error:
@@ -356,31 +364,31 @@ def reference_of(
     return Reference(name, None, [Diagnostic("PID068", Severity.ERROR, message, file, span, path, help=cure)])
 
 
-def _refuse_another(run: AcceptedRun, scenario: Scenario, loops: Sequence[str]) -> None:
+def _refuse_other_scenario(run: AcceptedRun, scenario: Scenario, loops: Sequence[str]) -> None:
     """Raises `AcceptedError` for the run of another scenario."""
-    judged = _judged(scenario, loops)
+    judged = _judged_loops(scenario, loops)
     missing = [name for name in judged if name not in run.loops]
     unknown = [name for name in run.loops if name not in judged]
     if run.accepted != scenario.scenario:
         raise AcceptedError(f"is of another scenario: {run.accepted!r}, not {scenario.scenario!r}")
     if missing or unknown:
-        said = [f"it has no {', '.join(missing)}"] * bool(missing) + [f"it has {', '.join(unknown)}"] * bool(unknown)
-        raise AcceptedError(f"is of other loops: {' and '.join(said)}")
+        reasons = [f"it has no {', '.join(missing)}"] * bool(missing) + [f"it has {', '.join(unknown)}"] * bool(unknown)
+        raise AcceptedError(f"is of other loops: {' and '.join(reasons)}")
     if run.duration != float(scenario.duration):
         raise AcceptedError(f"is of another duration: {run.duration:g} s, not {scenario.duration:f} s")
 
 
-def hold_against(report: Report, was: AcceptedRun, now: AcceptedRun, name: str) -> None:
+def compare_with_accepted(report: Report, was: AcceptedRun, now: AcceptedRun, name: str) -> None:
     """Adds to a report what differs from the accepted run of a file, and takes what agrees for proven (D925)."""
-    found = differences(was, now)
+    rows_by_loop = differences_by_loop(was, now)
     standing = [v for v in report.standing if not v.loop]
-    standing += [_standing("", found[""], name)] if "" in found else []
+    standing += [_make_standing("", rows_by_loop[""], name)] if "" in rows_by_loop else []
     for loop, loop_report in report.loops.items():
         verdicts = [v for v in report.standing if v.loop == loop]
         if loop in was.loops:
-            agrees = loop not in found and "" not in found
+            agrees = loop not in rows_by_loop and "" not in rows_by_loop
             verdicts = [_as_accepted(v, name) if agrees and v.verdict == "not-proven" else v for v in verdicts]
-            verdicts.append(_standing(loop, found.get(loop, []), name))
+            verdicts.append(_make_standing(loop, rows_by_loop.get(loop, []), name))
         loop_report.verdict, loop_report.missing = loop_verdict(verdicts)
         standing += verdicts
     report.standing = standing
@@ -391,7 +399,7 @@ def _as_accepted(verdict: Standing, name: str) -> Standing:
     return replace(verdict, verdict="proven", text=text, allowed=None, accepted=True)
 
 
-def _standing(loop: str, texts: Sequence[str], name: str) -> Standing:
+def _make_standing(loop: str, texts: Sequence[str], name: str) -> Standing:
     """What a comparison says of a loop."""
     if not texts:
         return Standing(ACCEPTED_KIND, loop, "proven", f"as accepted in {name}")
@@ -399,11 +407,13 @@ def _standing(loop: str, texts: Sequence[str], name: str) -> Standing:
     return Standing(ACCEPTED_KIND, loop, "failed", f"{'; '.join(texts[:MAX_TEXTS])}{more} ({name})")
 
 
-def told_differences(was: AcceptedRun, now: AcceptedRun) -> str:
+def differences_text(was: AcceptedRun, now: AcceptedRun) -> str:
     """Where two runs differ, in one line; empty: nowhere beyond the tolerances."""
     if was.accepted != now.accepted:
         return f"the scenario is {now.accepted!r} instead of {was.accepted!r}"
     if set(was.loops) != set(now.loops):
         return f"loops {', '.join(now.loops)} instead of {', '.join(was.loops)}"
-    rows = [f"{loop}: {text}" if loop else text for loop, texts in differences(was, now).items() for text in texts]
+    rows = [
+        f"{loop}: {text}" if loop else text for loop, texts in differences_by_loop(was, now).items() for text in texts
+    ]
     return "; ".join(rows[:MAX_TEXTS]) + (f"; and {len(rows) - MAX_TEXTS} more" if len(rows) > MAX_TEXTS else "")

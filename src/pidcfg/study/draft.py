@@ -16,14 +16,14 @@ from pidcfg.study.draft_plan import (
     DraftParts,
     Line,
     PlanUnits,
-    digits,
     find_connections,
     make_draft,
     make_plans,
+    round_to_digits,
     time_text,
 )
 from pidcfg.study.outcome import Outcome, simulate_loaded
-from pidcfg.study.scenario import Loaded, read_scenario
+from pidcfg.study.scenario import LoadedScenario, read_scenario
 from pidcfg.study.verification.trial import loops_of
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document
@@ -42,21 +42,21 @@ OVERSHOOT = 30
 """In %: what a step may overshoot on a plant that suits the loop."""
 
 
-def expected_behaviour(units: PlanUnits, course: DraftParts) -> list[Line]:
+def expected_behaviour(units: PlanUnits, draft: DraftParts) -> list[Line]:
     """What such a run should show."""
     lines: list[Line] = []
-    stepped = {line.data["loop"]: line.data["set"]["setpoint"] for line in course.events if _is_setpoint(line)}
+    stepped = {line.data["loop"]: line.data["set"]["setpoint"] for line in draft.events if _is_setpoint(line)}
     for plan in units.plans.values():
         if plan.name in stepped and plan.integrates:
-            band = END_TOLERANCE * units.span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.signal_values)
-            signal = units.process(plan) if units.process(plan) != plan.name else f"{plan.name}.PV"
-            row = {"signal": signal, "final": stepped[plan.name], "tolerance": digits(band, 2)}
+            band = END_TOLERANCE * units.pv_span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.signal_values)
+            signal = units.plant_name(plan) if units.plant_name(plan) != plan.name else f"{plan.name}.PV"
+            row = {"signal": signal, "final": stepped[plan.name], "tolerance": round_to_digits(band, 2)}
             lines.append(Line(row))
-            if any(line.data.get("loop") == plan.name and line.data["at"] for line in course.events):
+            if any(line.data.get("loop") == plan.name and line.data["at"] for line in draft.events):
                 lines.append(Line({"loop": plan.name, "metric": "overshoot", "max": f"{OVERSHOOT} %"}))
         alarms = [a for a in units.plc.outer_alarms if a.startswith("pv_") and units.plc.alarm_is_on(plan.i, a)]
         lines += [Line({"loop": plan.name, "alarm": alarm, "never": True}) for alarm in alarms]
-    lines += [Line({"loop": line.data["loop"], "mode": "auto"}) for line in course.events if "mode" in line.data]
+    lines += [Line({"loop": line.data["loop"], "mode": "auto"}) for line in draft.events if "mode" in line.data]
     return lines
 
 
@@ -81,56 +81,65 @@ HEAD = """\
 """
 
 
-def scenario_text(course: DraftParts, title: str, config: str, action_key: str) -> str:
+def scenario_text(draft: DraftParts, title: str, config: str, action_key: str) -> str:
     """The scenario as YAML; ``action_key``: what the vendor calls the action."""
-    rows = ["pidcfg: 1", f"scenario: {_title(title)}", f"config: {scalar(config)}", _duration(course.duration)]
-    if course.initial == "steady":
+    rows = [
+        "pidcfg: 1",
+        f"scenario: {_title_text(title)}",
+        f"config: {scalar_text(config)}",
+        _duration_line(draft.duration),
+    ]
+    if draft.initial == "steady":
         rows.append("initial: steady                  # settled at the set points when time starts")
-    elif isinstance(course.initial, dict) and course.initial:
-        rows.append(f"initial: {flow(course.initial)}   # the output that each loop starts with")
-    if course.plants:
+    elif isinstance(draft.initial, dict) and draft.initial:
+        rows.append(f"initial: {flow_text(draft.initial)}   # the output that each loop starts with")
+    if draft.plants:
         rows.append("plants:                          # each moves its loop's PV, in engineering units")
-        rows += _plants(course)
-    if course.connect:
+        rows += _plant_lines(draft)
+    if draft.connect:
         rows += ["connect:                         # what the PVs show"]
-        rows += _aligned(
-            [(f"  {scalar(line.key)}: {scalar(line.data['to'])}", line.comment) for line in course.connect]
+        rows += _align_comments(
+            [(f"  {scalar_text(line.key)}: {scalar_text(line.data['to'])}", line.comment) for line in draft.connect]
         )
-    if course.tolerance:
+    if draft.tolerance:
         rows.append("tolerance:                       # how far from its set point a PV may come to rest")
-        rows += _aligned(
-            [(f"  {scalar(line.key)}: {number_text(line.data['of'])}", line.comment) for line in course.tolerance]
+        rows += _align_comments(
+            [(f"  {scalar_text(line.key)}: {number_text(line.data['of'])}", line.comment) for line in draft.tolerance]
         )
-    if course.assumed:
+    if draft.assumed_signs:
         rows.append(f"# sign of the plant assumed from `{action_key}`: check, and take the loop off the list")
-        rows.append(f"assumed_signs: [{', '.join(map(scalar, course.assumed))}]")
-    for part, lines in (("events", course.events), ("expect", course.expect), ("allow", course.allow)):
+        rows.append(f"assumed_signs: [{', '.join(map(scalar_text, draft.assumed_signs))}]")
+    for part, lines in (("events", draft.events), ("expect", draft.expect), ("allow", draft.allow)):
         if lines:
             rows.append(f"{part}:")
-            rows += _aligned([(f"  - {flow(line.data)}", line.comment) for line in lines])
-    remarks = [f"# - {remark}" for remark in course.remarks]
+            rows += _align_comments([(f"  - {flow_text(line.data)}", line.comment) for line in lines])
+    remarks = [f"# - {remark}" for remark in draft.remarks]
     head = HEAD.format(config=config) + ("# What to know:\n" + "\n".join(remarks) + "\n" if remarks else "")
     return head + "\n".join(rows) + "\n"
 
 
-def _title(text: str) -> str:
+def _title_text(text: str) -> str:
     """On a line of its own commas need no quotes."""
-    return text if all(PLAIN.fullmatch(part) for part in text.split(", ")) else scalar(text)
+    return text if all(PLAIN.fullmatch(part) for part in text.split(", ")) else scalar_text(text)
 
 
-def _duration(seconds: float) -> str:
+def _duration_line(seconds: float) -> str:
     row = f"duration: {number_text(seconds)}"
     return f"{row:33}# s, {time_text(seconds)}" if seconds >= 120 else f"{row:33}# s"
 
 
-def _plants(course: DraftParts) -> list[str]:
-    if course.connect:
-        return _aligned([(f"  - {flow({'name': line.key, **line.data})}", line.comment) for line in course.plants])
-    width = max(len(scalar(line.key)) for line in course.plants) + 1
-    return _aligned([(f"  {scalar(line.key) + ':':{width}} {flow(line.data)}", line.comment) for line in course.plants])
+def _plant_lines(draft: DraftParts) -> list[str]:
+    if draft.connect:
+        return _align_comments(
+            [(f"  - {flow_text({'name': line.key, **line.data})}", line.comment) for line in draft.plants]
+        )
+    width = max(len(scalar_text(line.key)) for line in draft.plants) + 1
+    return _align_comments(
+        [(f"  {scalar_text(line.key) + ':':{width}} {flow_text(line.data)}", line.comment) for line in draft.plants]
+    )
 
 
-def _aligned(rows: Sequence[tuple[str, str]]) -> list[str]:
+def _align_comments(rows: Sequence[tuple[str, str]]) -> list[str]:
     """Lines with their comments in one column; above the line where it is long."""
     column = max((len(row) for row, comment in rows if comment and len(row) <= WIDEST), default=0) + 3
     out = []
@@ -143,19 +152,19 @@ def _aligned(rows: Sequence[tuple[str, str]]) -> list[str]:
     return out
 
 
-def flow(data: dict[str, Any]) -> str:
+def flow_text(data: dict[str, Any]) -> str:
     """A mapping in braces."""
-    return "{" + ", ".join(f"{scalar(key)}: {scalar(value)}" for key, value in data.items()) + "}"
+    return "{" + ", ".join(f"{scalar_text(key)}: {scalar_text(value)}" for key, value in data.items()) + "}"
 
 
-def scalar(value: Any) -> str:
+def scalar_text(value: Any) -> str:
     """A value as YAML writes it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
         return number_text(value)
     if isinstance(value, dict):
-        return flow(value)
+        return flow_text(value)
     text = str(value)
     file = text.endswith((".yaml", ".yml")) and FILE.fullmatch(text)
     if file or SHARE.fullmatch(text) or (PLAIN.fullmatch(text) and text.lower() not in RESERVED):
@@ -176,10 +185,10 @@ LENGTHS = (1, 3)
 """Times as long as planned: a longer run is tried where all that fails is not proven."""
 MOST_NAMES = 3
 """Loops that a title names."""
-PROFILE = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
-CONTRADICTION = "fails: the {place} says {word!r} ({purpose}), and {here} is for the opposite"
-COUNTED = "{name}: gain and load are in counts of the output, {low} to {high}; with an output.range in its unit"
-NOT_EXPECTED = "{text} is not expected: on this plant it is {value}"
+PROFILE_REMARK = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
+CONTRADICTION_REMARK = "fails: the {place} says {word!r} ({purpose}), and {here} is for the opposite"
+COUNTS_REMARK = "{name}: gain and load are in counts of the output, {low} to {high}; with an output.range in its unit"
+NOT_EXPECTED_REMARK = "{text} is not expected: on this plant it is {value}"
 
 
 class NoDraftError(ValueError):
@@ -195,12 +204,15 @@ class Draft:
     """Loops that have no plant, or whose verdict is allowed to fail, each with the reason."""
 
 
-def _counted(units: PlanUnits, loops: Sequence[Any]) -> list[str]:
+def _count_remarks(units: PlanUnits, loops: Sequence[Any]) -> list[str]:
     """Remarks on outputs in counts: those of a PLC that scales them, without a range."""
     if not units.plc.outputs:
         return []
     plans = (p for p in units.plans.values() if not p.switches and value_at(loops[p.i], ("output", "range")) is None)
-    return [COUNTED.format(name=p.name, low=f"{units.scale(p)[0]:g}", high=f"{units.scale(p)[1]:g}") for p in plans]
+    return [
+        COUNTS_REMARK.format(name=p.name, low=f"{units.output_scale(p)[0]:g}", high=f"{units.output_scale(p)[1]:g}")
+        for p in plans
+    ]
 
 
 def draft_scenario(checked: Checked, config: str, title: str = "", most: int | None = None) -> Draft:
@@ -215,58 +227,58 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
     if to_one_line(config) != config:
         raise NoDraftError(f"no scenario can name {config!r}: rename the file, without control characters")
     plc = vendor.module("controller").load(encoding.image)
-    around = find_connections(checked.config, plc)
-    signs = _signs(checked, plc.rises)
-    plans = make_plans(plc, loops_of(checked.config, vendor), around, [sign.rises for sign in signs])
+    connections = find_connections(checked.config, plc)
+    signs = _find_signs(checked, plc.rises)
+    plans = make_plans(plc, loops_of(checked.config, vendor), connections, [sign.rises for sign in signs])
     if not plans:
         raise NoDraftError(f"{checked.document.file} has no loop that is calculated")
-    units = PlanUnits(plc, {plan.i: plan for plan in plans}, around)
+    units = PlanUnits(plc, {plan.i: plan for plan in plans}, connections)
     names = ", ".join(plan.name for plan in plans) if len(plans) <= MOST_NAMES else f"{len(plans)} loops"
     title = title or f"Steps and disturbances of {names}"
-    wrong = {plan.name for plan in plans if signs[plan.i].contradiction}
+    wrong_loops = {plan.name for plan in plans if signs[plan.i].contradiction}
     assumed = tuple(plan.name for plan in plans if signs[plan.i].assumed)
-    trials: list[_Trial] = []
-    refused = ""
+    trials: list[_DraftRun] = []
+    reason = ""
     for (size, steady), length in product(ATTEMPTS, LENGTHS):
         if length > 1 and not (trials and trials[-1].is_short):
             continue
         if not size and any(trial.is_short for trial in trials):
             break  # without a step or a disturbance nothing would be proven at all
-        course = make_draft(units, size, steady=steady, length=length)
-        course.expect, course.assumed = expected_behaviour(units, course), assumed
-        outcome = _run(checked, course, title, config, most)
+        draft = make_draft(units, size, steady=steady, length=length)
+        draft.expect, draft.assumed_signs = expected_behaviour(units, draft), assumed
+        outcome = _run_draft(checked, draft, title, config, most)
         if outcome.report is None:
-            refused = refused or _reason(outcome)
+            reason = reason or _reason_text(outcome)
             continue
-        trials.append(_trial(course, outcome.report, wrong))
+        trials.append(_judge_draft(draft, outcome.report, wrong_loops))
         if not trials[-1].failing:
             break
     if not trials:
-        raise NoDraftError(f"{checked.document.file}: no scenario runs with it{refused}; write one by hand")
-    course = _settled(min(trials, key=lambda trial: (not trial.is_short, len(trial.failing))), wrong)
-    course.remarks = [f"{plan.name} {text}" for plan in plans if (text := signs[plan.i].contradiction)] + course.remarks
+        raise NoDraftError(f"{checked.document.file}: no scenario runs with it{reason}; write one by hand")
+    draft = _finish_draft(min(trials, key=lambda trial: (not trial.is_short, len(trial.failing))), wrong_loops)
+    draft.remarks = [f"{plan.name} {text}" for plan in plans if (text := signs[plan.i].contradiction)] + draft.remarks
     loops = checked.config.loops
-    course.remarks += _counted(units, loops)
-    course.remarks += [PROFILE.format(name=plan.name) for plan in plans if _has_profile(loops[plan.i])]
+    draft.remarks += _count_remarks(units, loops)
+    draft.remarks += [PROFILE_REMARK.format(name=plan.name) for plan in plans if has_profile(loops[plan.i])]
     key = next((sign.key for sign in signs if sign.assumed), "")
-    return Draft(scenario_text(course, title, config, key), tuple(course.remarks))
+    return Draft(scenario_text(draft, title, config, key), tuple(draft.remarks))
 
 
-def _settled(best: _Trial, wrong: Collection[str]) -> DraftParts:
-    """The course of a run with what it may fail by, and without what it does not show; ``wrong`` loops shall fail."""
-    course = best.course
-    course.allow += [_allowance(v) for v in best.failing]
-    course.expect = [line for line, verdict in best.verdicts if verdict.passed or verdict.loop in wrong]
-    course.remarks += [
-        NOT_EXPECTED.format(text=verdict.text, value=_shown(verdict.value))
-        for _, verdict in best.verdicts
-        if not verdict.passed and verdict.loop not in wrong
+def _finish_draft(run: _DraftRun, wrong_loops: Collection[str]) -> DraftParts:
+    """The course of a run with what it may fail by, and without what it does not show; ``wrong_loops`` shall fail."""
+    draft = run.draft
+    draft.allow += [_allowance_line(v) for v in run.failing]
+    draft.expect = [line for line, verdict in run.verdicts if verdict.passed or verdict.loop in wrong_loops]
+    draft.remarks += [
+        NOT_EXPECTED_REMARK.format(text=verdict.text, value=_value_text(verdict.value))
+        for _, verdict in run.verdicts
+        if not verdict.passed and verdict.loop not in wrong_loops
     ]
-    return course
+    return draft
 
 
 @frozen
-class _Sign:
+class _PlantSign:
     """Whether the PV of a loop's plant rises with the output, and how that is known."""
 
     rises: bool
@@ -278,32 +290,34 @@ class _Sign:
     """Why the loop fails: its action is the other one than its words want."""
 
 
-def _signs(checked: Checked, rises: Sequence[bool]) -> list[_Sign]:
+def _find_signs(checked: Checked, rises: Sequence[bool]) -> list[_PlantSign]:
     """By the words of each loop; where they tell nothing, by its action."""
     signs = []
     for loop, by_action in zip(checked.config.loops, rises, strict=True):
         purpose, action = purpose_of(loop), None if checked.vendor is None else action_of(checked.vendor, loop)
         key = ACTION if action is None else action.key
         if purpose is None:
-            signs.append(_Sign(by_action, assumed=True, key=key))
+            signs.append(_PlantSign(by_action, assumed=True, key=key))
             continue
-        here = key if action is None else action.here
-        text = CONTRADICTION.format(here=here, place=purpose.place, word=purpose.word, purpose=purpose.text)
-        right = purpose.heats is by_action
-        signs.append(_Sign(purpose.heats, assumed=False, key=key, contradiction="" if right else text))
+        action_key = key if action is None else action.here
+        text = CONTRADICTION_REMARK.format(
+            here=action_key, place=purpose.place, word=purpose.word, purpose=purpose.text
+        )
+        is_right = purpose.heats is by_action
+        signs.append(_PlantSign(purpose.heats, assumed=False, key=key, contradiction="" if is_right else text))
     return signs
 
 
-def _has_profile(loop: Any) -> bool:
+def has_profile(loop: Any) -> bool:
     """Whether a loop has a set-point profile to run."""
     return bool(getattr(getattr(loop, "ramp_soak", None), "steps", ()))
 
 
 @frozen
-class _Trial:
+class _DraftRun:
     """A course that has run."""
 
-    course: DraftParts
+    draft: DraftParts
     failing: list[Standing]
     verdicts: list[tuple[Line, Verdict]]
 
@@ -313,30 +327,30 @@ class _Trial:
         return all(v.verdict == "not-proven" for v in self.failing)
 
 
-def _trial(course: DraftParts, report: Report, wrong: Collection[str]) -> _Trial:
-    """A run; loops that ``wrong`` names fail, as they should."""
-    failing = [v for v in report.standing if v.fails and v.loop not in wrong]
-    return _Trial(course, failing, list(zip(course.expect, report.expectations, strict=True)))
+def _judge_draft(draft: DraftParts, report: Report, wrong_loops: Collection[str]) -> _DraftRun:
+    """A run; loops that ``wrong_loops`` names fail, as they should."""
+    failing = [v for v in report.standing if v.fails and v.loop not in wrong_loops]
+    return _DraftRun(draft, failing, list(zip(draft.expect, report.expectations, strict=True)))
 
 
-def _reason(outcome: Outcome) -> str:
+def _reason_text(outcome: Outcome) -> str:
     """Why a course did not run."""
     return next((f" ({d.message})" for d in outcome.findings if d.severity is Severity.ERROR), "")
 
 
-def _allowance(verdict: Standing) -> Line:
+def _allowance_line(verdict: Standing) -> Line:
     row = {"kind": verdict.kind, "loop": verdict.loop, "reason": f"on the drafted plant: {verdict.text}"}
     return Line(row)
 
 
-def _shown(value: object) -> str:
+def _value_text(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def _run(checked: Checked, course: DraftParts, title: str, config: str, most: int | None) -> Outcome:
+def _run_draft(checked: Checked, draft: DraftParts, title: str, config: str, most: int | None) -> Outcome:
     """The course as a scenario, run."""
-    data: dict[str, Any] = course.data(title, config)
-    loaded = Loaded(checked.document, scenario=Scenario.model_validate(data), config=config)
+    data: dict[str, Any] = draft.scenario_data(title, config)
+    loaded = LoadedScenario(checked.document, scenario=Scenario.model_validate(data), config=config)
     encoding = checked.encoding
     loaded.vendor, loaded.image = checked.vendor, None if encoding is None else encoding.image
     return simulate_loaded(loaded, Settings("auto", max_loop_steps=most))
@@ -361,7 +375,7 @@ def simulate_draft(
             findings = (*findings, Diagnostic("PID058", Severity.ERROR, str(error), doc.file))
         return Outcome(doc.file, doc.file, findings=findings, documents=documents)
     scenario = read_document(text.encode(), f"{doc.file} (drafted scenario)", doc.limits)
-    loaded = Loaded(scenario, [], *read_scenario(scenario)[:1], config=doc.file, documents=documents)
+    loaded = LoadedScenario(scenario, [], *read_scenario(scenario)[:1], config=doc.file, documents=documents)
     loaded.documents[scenario.file] = scenario
     loaded.vendor, loaded.image = checked.vendor, checked.encoding.image if checked.encoding else None
     outcome = simulate_loaded(loaded, settings, record=record, against=against, accept=accept)

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS
 from pidcfg.sim.engine.influence import Influence
-from pidcfg.sim.engine.run import prepare
+from pidcfg.sim.engine.run import prepare_network
 from pidcfg.study.verification.stages import dynamics, middle_output, output_limits, quiet_range
 from pidcfg.study.verification.trial import is_whole, output_scale
 from pidcfg.text.frozen import frozen
@@ -33,7 +33,7 @@ HOUR, MINUTES = 3600, 120
 LARGEST_WHOLE = 1e15
 
 
-def digits(value: float, most: int = 4) -> float:
+def round_to_digits(value: float, most: int = 4) -> float:
     """A number of so many significant digits; a whole one as such."""
     rounded = float(f"{value:.{most}g}")
     return int(rounded) if rounded == int(rounded) and abs(rounded) < LARGEST_WHOLE else rounded
@@ -49,7 +49,7 @@ def rounded_value(value: float, span: float) -> float:
 def round_up_time(seconds: float) -> float:
     """A neat time that is not shorter."""
     power = 10.0 ** int(f"{seconds:e}".split("e")[1])
-    return digits(next(step * power for step in ROUND_TIMES if step * power >= seconds * (1 - 1e-9)))
+    return round_to_digits(next(step * power for step in ROUND_TIMES if step * power >= seconds * (1 - 1e-9)))
 
 
 def time_text(seconds: float) -> str:
@@ -88,7 +88,7 @@ class Connections:
     """The first loop with the same PV, of every further one."""
     selectors: Mapping[int, Selector] = field(default_factory=dict)
     """The selector that reads its output."""
-    given: Mapping[int, str] = field(default_factory=dict)
+    given_signals: Mapping[int, str] = field(default_factory=dict)
     """A signal from outside that the program makes its set point of."""
 
     def slaves(self, i: int) -> Iterator[int]:
@@ -100,16 +100,16 @@ def find_connections(config: Any, plc: Plc) -> Connections:
     """Of a configuration and its PLC as it starts."""
     masters = {i: m for i, m in enumerate(plc.masters) if m >= 0 and plc.goals[i] == "cascade"}
     empty = Scenario.model_validate({"pidcfg": 1, "scenario": "-", "config": "-", "duration": 1})
-    net = prepare(empty, plc)
+    net = prepare_network(empty, plc)
     influence = Influence.of(empty, net, plc)
     name_of = {slot: name for name, slot in plc.inputs.items()}
-    measured, given = set(plc.inlets.values()), {}
+    measured, given_signals = set(plc.inlets.values()), {}
     for i in range(len(plc.loops)):
         names = [name_of[slot] for slot in sorted(influence.set_points[i]) if slot in name_of]
         names = [name for name in names if "." not in name and name not in measured and input_step(plc, name)]
         if names and i not in masters:
-            given[i] = names[0]
-    return Connections(masters, _leaders(config, plc), _selectors(config, plc, influence), given)
+            given_signals[i] = names[0]
+    return Connections(masters, _find_leaders(config, plc), _find_selectors(config, plc, influence), given_signals)
 
 
 def input_step(plc: Plc, name: str) -> tuple[float, float] | None:
@@ -124,7 +124,7 @@ def input_step(plc: Plc, name: str) -> tuple[float, float] | None:
     return None
 
 
-def _leaders(config: Any, plc: Plc) -> dict[int, int]:
+def _find_leaders(config: Any, plc: Plc) -> dict[int, int]:
     places: dict[object, list[int]] = defaultdict(list)
     for i, loop in enumerate(config.loops):
         inlet = plc.inlets.get(plc.loops[i])
@@ -144,22 +144,22 @@ def _value_at(model: Any, path: tuple[str, ...]) -> Any:
     return model
 
 
-def _selectors(config: Any, plc: Plc, influence: Influence) -> dict[int, Selector]:
+def _find_selectors(config: Any, plc: Plc, influence: Influence) -> dict[int, Selector]:
     configs = plc.configs[: len(plc.loops)]
     barrier = {slot for c in configs for slot in (c.pv_slot, c.sp_slot)}
     outs = {c.out_slot for c in configs}
     readers: dict[int, list[int]] = defaultdict(list)
     for i, c in enumerate(configs):
-        for slot in influence.reach([c.out_slot], without=barrier | (outs - {c.out_slot})) - {c.out_slot}:
+        for slot in influence.reached_signals([c.out_slot], without=barrier | (outs - {c.out_slot})) - {c.out_slot}:
             readers[slot].append(i)
     kinds = {block.name: block.type for block in getattr(config, "blocks", ())}
-    found: dict[int, Selector] = {}
+    selectors: dict[int, Selector] = {}
     for slot, loops in readers.items():
         block = plc.signals[slot].partition(".")[0] if slot < len(plc.signals) else ""
         if len(loops) > 1 and "Select" in kinds.get(block, "") and plc.signals[slot].endswith(".MV"):
             selector = Selector(plc.signals[slot], TAKES_LARGER in kinds[block], loops[0])
-            found |= dict.fromkeys(loops, selector)
-    return found
+            selectors |= dict.fromkeys(loops, selector)
+    return selectors
 
 
 # --- What is planned for each loop: where it rests, how far it is moved, and the plant that suits its gains -----------
@@ -194,7 +194,7 @@ OUTPUT_SHARE = 0.6
 """Of the way from rest to a limit, what the output may take for a step in the end."""
 WATCHED_TIME = 9.0
 """Times 1/crossover for which a change is watched, at least."""
-DISTURBANCE = 0.1
+DISTURBANCE_SHARE = 0.1
 """Of the output's range, what a disturbance asks of it."""
 ASIDE_SHARE = 0.12
 """How far a PV lies from the set point of a loop that a selector leaves out, as a share of the range."""
@@ -212,13 +212,13 @@ class LoopPlan:
 
     i: int
     name: str
-    sample: float
+    sample_time: float
     gain: float
     """PV for the whole output, with its sign."""
-    time: float
-    length: float
+    time_constant: float
+    watched_time: float
     """How long a change is watched."""
-    rest: float
+    rest_pv: float
     output: float
     limits: tuple[float, float]
     """Of the output."""
@@ -229,11 +229,11 @@ class LoopPlan:
     crossover: float = 0.0
     integrates: bool = True
     switches: bool = False
-    is_set: bool = False
+    needs_setpoint: bool = False
     """Whether its set point is given to it at the start."""
     selector: Selector | None = None
     neutral: Loop | None = None
-    dead: float = 0.0
+    dead_band: float = 0.0
     """Its dead band."""
     stiffness: float = 0.0
     """Of a loop without an integral: by how much it opposes an error, the gain of loop and plant together."""
@@ -253,23 +253,23 @@ def make_plans(
     """
     plans: dict[int, LoopPlan] = {}
 
-    def plan(i: int) -> None:
+    def plan_loop(i: int) -> None:
         if i in plans:
             return
         slaves = [j for j in connections.slaves(i) if j != i and not plc.configs[j].halt]
         for j in slaves:
             if j not in waiting:
                 waiting.add(j)
-                plan(j)
+                plan_loop(j)
         inner = sum(INNER_LOOP_DELAY / plans[j].crossover for j in slaves[:1] if j in plans)
-        plans[i] = _plan(plc, i, neutral[i], connections, inner, 1.0 if rises[i] else -1.0)
+        plans[i] = _plan_loop(plc, i, neutral[i], connections, inner, 1.0 if rises[i] else -1.0)
 
     waiting: set[int] = set()
     for i in range(len(plc.loops)):
         if not plc.configs[i].halt:
-            plan(i)
+            plan_loop(i)
     for i in sorted(plans, key=lambda i: len(_masters_of(i, connections))):
-        _settle(plans, connections, plc, i)
+        _adapt_plan(plans, connections, plc, i)
     return [plans[i] for i in sorted(plans)]
 
 
@@ -282,16 +282,16 @@ def _masters_of(i: int, connections: Connections) -> list[int]:
     return above
 
 
-def _plan(plc: Plc, i: int, loop: Loop | None, connections: Connections, inner: float, sign: float) -> LoopPlan:
+def _plan_loop(plc: Plc, i: int, loop: Loop | None, connections: Connections, inner: float, sign: float) -> LoopPlan:
     """A loop by itself, ``inner`` s behind its slave; ``sign`` of its plant."""
     sample = plc.configs[i].period / TICKS
     name, selector = plc.loops[i], connections.selectors.get(i)
     if plc.only_switches(i):
         time = SAMPLES_OF_SWITCHED * sample
-        rest, is_set = _rest(plc, i, (0.1, 0.9))
+        rest, is_set = _find_rest(plc, i, (0.1, 0.9))
         return LoopPlan(
             i, name, sample, sign * ON_OFF_GAIN, time, 4 * time, rest, 0.0, (0.0, 1.0), crossover=1 / time,
-            integrates=False, switches=True, is_set=is_set,
+            integrates=False, switches=True, needs_setpoint=is_set,
         )  # fmt: skip
     integrates = plc.integrates(i, plc.signal_values)
     if loop is None:
@@ -307,18 +307,19 @@ def _plan(plc: Plc, i: int, loop: Loop | None, connections: Connections, inner: 
         bottom, top = quiet_range(loop)
         quiet = (bottom - low) / (high - low), (top - low) / (high - low)
         length = max(WATCHED_TIME / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
-    rest, is_set = _rest(plc, i, quiet, loop)
+    rest, is_set = _find_rest(plc, i, quiet, loop)
     low, high, _ = plc.scales[i]
     dead = 0.0 if plc.roots and plc.roots[i] is not None else plc.dead_band(i, plc.signal_values) / abs(high - low)
     plan = LoopPlan(
         i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
-        is_set=is_set, selector=selector, neutral=loop, disturbance=DISTURBANCE if integrates else 0.0, dead=dead,
+        needs_setpoint=is_set, selector=selector, neutral=loop, dead_band=dead,
+        disturbance=DISTURBANCE_SHARE if integrates else 0.0,
         stiffness=0.0 if integrates or loop is None else crossover * time,
     )  # fmt: skip
-    return replace(plan, step=_step(plan, quiet))
+    return replace(plan, step=_step_size(plan, quiet))
 
 
-def _rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None) -> tuple[float, bool]:
+def _find_rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None) -> tuple[float, bool]:
     """Where a loop rests, and whether it must be brought there: its set point is none it can rest at."""
     low, high, _ = plc.scales[i]
     if loop is not None and loop.setpoint.value is not None:
@@ -330,19 +331,19 @@ def _rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None
     return (share, False) if quiet[0] <= share <= quiet[1] else ((quiet[0] + quiet[1]) / 2, True)
 
 
-def _step(plan: LoopPlan, quiet: tuple[float, float]) -> float:
+def _step_size(plan: LoopPlan, quiet: tuple[float, float]) -> float:
     """How far the set point goes: to the side that has more room, and no further than the output can follow."""
     more, less = plan.limits[1] - plan.output, plan.output - plan.limits[0]
     reach = OUTPUT_SHARE * abs(plan.gain)
-    up = min(STEP_SHARE * (quiet[1] - plan.rest), reach * (more if plan.sign > 0 else less))
-    down = min(STEP_SHARE * (plan.rest - quiet[0]), reach * (less if plan.sign > 0 else more))
-    most = max(SETPOINT_STEP, STEP_PER_BAND * (plan.dead + SETTLED_SHARE)) if plan.dead else SETPOINT_STEP
+    up = min(STEP_SHARE * (quiet[1] - plan.rest_pv), reach * (more if plan.sign > 0 else less))
+    down = min(STEP_SHARE * (plan.rest_pv - quiet[0]), reach * (less if plan.sign > 0 else more))
+    most = max(SETPOINT_STEP, STEP_PER_BAND * (plan.dead_band + SETTLED_SHARE)) if plan.dead_band else SETPOINT_STEP
     most = most if plan.integrates or plan.stiffness else SMALL_STEP
     size = min(most, max(up, down))
     return 0.0 if size < LEAST_STEP else size if up >= size else -size
 
 
-def _settle(plans: dict[int, LoopPlan], connections: Connections, plc: Plc, i: int) -> None:
+def _adapt_plan(plans: dict[int, LoopPlan], connections: Connections, plc: Plc, i: int) -> None:
     """Brings a loop in line with those it hangs on: its master, the loop that shares its PV, or that has its valve."""
     plan = plans[i]
     master = plans.get(connections.masters.get(i, -1))
@@ -355,34 +356,39 @@ def _settle(plans: dict[int, LoopPlan], connections: Connections, plc: Plc, i: i
             plan = replace(plan, output=(inner[0] + inner[1]) / 2)
         plan = replace(plan, step=_limit_size(plan.step, OUTPUT_SHARE * abs(plan.gain) * (inner[1] - inner[0]) / 2))
     if master is not None:
-        plan = replace(plan, rest=master.output, step=0.0, disturbance=0.0, is_set=False)
-    elif i in connections.given:
+        plan = replace(plan, rest_pv=master.output, step=0.0, disturbance=0.0, needs_setpoint=False)
+    elif i in connections.given_signals:
         low, high, _ = plc.scales[i]
-        plan = replace(plan, step=0.0, is_set=False)
+        plan = replace(plan, step=0.0, needs_setpoint=False)
     leader = plans.get(connections.leaders.get(i, -1))
     if leader is not None:
         plan = replace(
-            plan, rest=leader.rest, step=0.0, disturbance=0.0, is_set=False, output=_driven_output(plan, leader.rest)
+            plan,
+            rest_pv=leader.rest_pv,
+            step=0.0,
+            disturbance=0.0,
+            needs_setpoint=False,
+            output=_driven_output(plan, leader.rest_pv),
         )
     if plan.selector is not None and plan.selector.first != i:
         first = plans[plan.selector.first]
         asks_more = -1.0 if plan.selector.takes_larger else 1.0
-        moved = abs(first.step / first.gain) + DISTURBANCE
+        moved = abs(first.step / first.gain) + DISTURBANCE_SHARE
         plan = replace(plan, gain=plan.sign * min(abs(plan.gain), ASIDE_SHARE / 2 / moved))
         plan = replace(
             plan,
-            rest=plan.rest - asks_more * plan.sign * ASIDE_SHARE,
+            rest_pv=plan.rest_pv - asks_more * plan.sign * ASIDE_SHARE,
             step=0.0,
             disturbance=0.0,
             output=first.output,
-            is_set=False,
+            needs_setpoint=False,
         )
     plans[i] = plan
 
 
 def _driven_output(plan: LoopPlan, pv: float) -> float:
     """The output of a loop whose PV another one holds at a value: at the limit to which its error drives it."""
-    error = (plan.rest - pv) * plan.sign
+    error = (plan.rest_pv - pv) * plan.sign
     return plan.output if not error else plan.limits[1] if error > 0 else plan.limits[0]
 
 
@@ -425,12 +431,12 @@ class DraftParts:
     allow: list[Line] = field(default_factory=list)
     tolerance: list[Line] = field(default_factory=list)
     """How far from its set point a loop may come to rest by its own configuration."""
-    assumed: tuple[str, ...] = ()
+    assumed_signs: tuple[str, ...] = ()
     """Loops whose plant has the sign of their own action."""
     remarks: list[str] = field(default_factory=list)
     """What there is to know about single loops."""
 
-    def data(self, title: str, config: str) -> Row:
+    def scenario_data(self, title: str, config: str) -> Row:
         """The scenario as plain data."""
         data: Row = {"pidcfg": 1, "scenario": title, "config": config, "duration": self.duration}
         data |= {"initial": self.initial} if self.initial else {}
@@ -441,8 +447,8 @@ class DraftParts:
             data["plants"] = {line.key: line.data for line in self.plants}
         if self.tolerance:
             data["tolerance"] = {line.key: line.data["of"] for line in self.tolerance}
-        if self.assumed:
-            data["assumed_signs"] = list(self.assumed)
+        if self.assumed_signs:
+            data["assumed_signs"] = list(self.assumed_signs)
         for part in ("events", "expect", "allow"):
             lines: list[Line] = getattr(self, part)
             if lines:
@@ -458,28 +464,28 @@ class PlanUnits:
     plans: Mapping[int, LoopPlan]
     connections: Connections
 
-    def pv(self, plan: LoopPlan, share: float) -> float:
+    def pv_value(self, plan: LoopPlan, share: float) -> float:
         """A PV in the unit of its signal."""
         low, high, _ = self.plc.scales[plan.i]
         return low + share * (high - low)
 
-    def setpoint(self, plan: LoopPlan, share: float) -> float:
+    def setpoint_value(self, plan: LoopPlan, share: float) -> float:
         """A set point as the loop takes it."""
-        value = rounded_value(self.pv(plan, share), self.span(plan))
+        value = rounded_value(self.pv_value(plan, share), self.pv_span(plan))
         return round(value) if is_whole(self.plc, plan.i, "setpoint", self.plc.scales[plan.i][0]) else value
 
-    def span(self, plan: LoopPlan) -> float:
+    def pv_span(self, plan: LoopPlan) -> float:
         """Width of the PV's range."""
         low, high, _ = self.plc.scales[plan.i]
         return high - low
 
-    def output(self, plan: LoopPlan, share: float) -> float:
+    def output_value(self, plan: LoopPlan, share: float) -> float:
         """An output in the unit of its signal."""
-        low, high = self.scale(plan)
+        low, high = self.output_scale(plan)
         value = rounded_value(low + share * (high - low), high - low)
         return round(value) if is_whole(self.plc, plan.i, "output", low) else value
 
-    def scale(self, plan: LoopPlan) -> tuple[float, float]:
+    def output_scale(self, plan: LoopPlan) -> tuple[float, float]:
         """What the output's signal shows at 0 % and 100 %."""
         return (0.0, 1.0) if plan.switches else output_scale(self.plc, plan.i, plan.neutral)
 
@@ -487,7 +493,7 @@ class PlanUnits:
         """Whether the loop takes the root of its PV."""
         return bool(self.plc.roots) and self.plc.roots[plan.i] is not None
 
-    def process(self, plan: LoopPlan) -> str:
+    def plant_name(self, plan: LoopPlan) -> str:
         """The name of a loop's plant: the loop's own, unless its signal has to be wired to the PV."""
         apart = self.is_rooted(plan) or plan.name in self.plc.wired or self.followers(plan)
         return plan.name if not apart else f"{UNNAMEABLE.sub('_', plan.name)}_process"
@@ -496,9 +502,9 @@ class PlanUnits:
         """The loops that share the PV of one."""
         return [self.plans[i] for i, leader in self.connections.leaders.items() if leader == plan.i and i in self.plans]
 
-    def measured(self, plan: LoopPlan) -> str:
+    def plant_signal(self, plan: LoopPlan) -> str:
         """The signal of a loop's plant, in an expression."""
-        name = self.process(plan)
+        name = self.plant_name(plan)
         return f"{name}.PV" if name == plan.name else name
 
 
@@ -506,100 +512,108 @@ def make_draft(units: PlanUnits, size: float = 1.0, *, steady: bool = True, leng
     """The course with steps and disturbances of so much of their planned size, ``length`` times as long as planned."""
     plans = list(units.plans.values())
     base = units.plc.base / TICKS
-    half = round_up_time(length * max((plan.length for plan in plans), default=10 * base))
+    half = round_up_time(length * max((plan.watched_time for plan in plans), default=10 * base))
     most = MOST_STEPS * base / max(len(plans), 1) / 2
-    course = DraftParts(0.0)
+    draft = DraftParts(0.0)
     if half > most:
         shorter = round_up_time(most) / 2
-        course.remarks.append(f"{time_text(2 * shorter)} is short for the slowest loop: {time_text(2 * half)} would do")
+        draft.remarks.append(f"{time_text(2 * shorter)} is short for the slowest loop: {time_text(2 * half)} would do")
         half = shorter
-    course.duration = digits(2 * half)
+    draft.duration = round_to_digits(2 * half)
     in_control = all(units.plc.goals[plan.i] in IN_CONTROL and not plan.switches for plan in plans)
-    course.initial = "steady" if steady and in_control else _initial(units)
+    draft.initial = "steady" if steady and in_control else _initial_outputs(units)
     for plan in plans:
-        _plant(units, plan, course)
-    course.tolerance = list(_tolerances(units, size))
-    course.events = [
-        *_start_events(units, course),
-        *_disturbances(units, digits(LEAD_SHARE * half), size),
-        *_setpoint_steps(units, half, size),
+        _add_plant(units, plan, draft)
+    draft.tolerance = list(_tolerance_lines(units, size))
+    draft.events = [
+        *_start_events(units, draft),
+        *_disturbance_events(units, round_to_digits(LEAD_SHARE * half), size),
+        *_setpoint_events(units, half, size),
     ]
-    return course
+    return draft
 
 
-def _tolerances(units: PlanUnits, size: float) -> Iterator[Line]:
+def _tolerance_lines(units: PlanUnits, size: float) -> Iterator[Line]:
     """What each loop leaves of an error by its dead band, or without an integral, and what is left beside it."""
     for plan in units.plans.values():
-        span, step = units.span(plan), abs(plan.step * size)
-        left = step / (1 + plan.stiffness) if plan.stiffness else 0.0
-        why = [f"its dead band is {digits(plan.dead * span, 3):g}"] * bool(plan.dead)
-        if left:
-            told = f"{digits(left * span, 3):g} of a step of {digits(step * span, 3):g}"
-            why.append(f"without an integral it leaves {told}")
-        if why:
-            of = digits((SETTLED_SHARE + plan.dead + left) * span, 3)
-            yield Line({"of": of}, f"{' and '.join(why)}; and 2 % of the range", plan.name)
+        span, step = units.pv_span(plan), abs(plan.step * size)
+        offset = step / (1 + plan.stiffness) if plan.stiffness else 0.0
+        reasons = [f"its dead band is {round_to_digits(plan.dead_band * span, 3):g}"] * bool(plan.dead_band)
+        if offset:
+            share_text = f"{round_to_digits(offset * span, 3):g} of a step of {round_to_digits(step * span, 3):g}"
+            reasons.append(f"without an integral it leaves {share_text}")
+        if reasons:
+            of = round_to_digits((SETTLED_SHARE + plan.dead_band + offset) * span, 3)
+            yield Line({"of": of}, f"{' and '.join(reasons)}; and 2 % of the range", plan.name)
 
 
-def _initial(units: PlanUnits) -> dict[str, float]:
+def _initial_outputs(units: PlanUnits) -> dict[str, float]:
     """The output that each loop rests at, or the one it has in Manual."""
-    return {plan.name: units.output(plan, plan.output) for plan in units.plans.values() if not plan.switches}
+    return {plan.name: units.output_value(plan, plan.output) for plan in units.plans.values() if not plan.switches}
 
 
-def _plant(units: PlanUnits, plan: LoopPlan, course: DraftParts) -> None:
+def _add_plant(units: PlanUnits, plan: LoopPlan, draft: DraftParts) -> None:
     """The plant of a loop, and what is wired to its PV; a loop that shares another one's PV has none of its own."""
-    name, plc = units.process(plan), units.plc
+    name, plc = units.plant_name(plan), units.plc
     leader = units.plans.get(units.connections.leaders.get(plan.i, -1))
     inlet = plc.inlets.get(plan.name, f"{plan.name}.PV")
     if leader is not None:
         if plan.name not in plc.wired:
-            course.connect.append(Line({"to": units.measured(leader)}, f"the same PV as {leader.name}", inlet))
+            draft.connect.append(Line({"to": units.plant_signal(leader)}, f"the same PV as {leader.name}", inlet))
         return
     if plan.name in plc.wired and plan.name not in plc.inlets:
-        course.remarks.append(f"{plan.name} has no plant: the program works its PV out of several signals")
+        draft.remarks.append(f"{plan.name} has no plant: the program works its PV out of several signals")
         return
-    at_rest = units.pv(plan, plan.rest)
-    text, gain, u = _input(units, plan)
-    pull = 0.0
+    at_rest = units.pv_value(plan, plan.rest_pv)
+    text, gain, u = _plant_input(units, plan)
+    others = 0.0
     for other in units.followers(plan):
-        more, factor, out = _input(units, other)
-        share = digits(factor / gain)
-        times = "" if abs(share) == 1 else f"{digits(abs(share))} * "
+        more, factor, out = _plant_input(units, other)
+        share = round_to_digits(factor / gain)
+        times = "" if abs(share) == 1 else f"{round_to_digits(abs(share))} * "
         text = (
             f"{text or _output_of(units, plan)} {'+' if share > 0 else '-'} {times}{more or _output_of(units, other)}"
         )
-        pull += share * out
-    gain = digits(gain)
+        others += share * out
+    gain = round_to_digits(gain)
     row: Row = {"model": "first_order"} | ({"input": text} if text or name != plan.name else {})
     if "input" in row and not row["input"]:
         row["input"] = _output_of(units, plan)
-    load = at_rest - gain * (u + pull)
-    row |= {"gain": gain, "time_constant": digits(plan.time, 3), "dead_time": digits(plan.sample, 6)}
-    row |= {"load": digits(load, 6)} if abs(load) > 1e-9 * units.span(plan) else {}
-    row["initial"] = rounded_value(at_rest, units.span(plan))
-    course.plants.append(Line(row, _plant_comment(units, plan), name))
+    load = at_rest - gain * (u + others)
+    row |= {
+        "gain": gain,
+        "time_constant": round_to_digits(plan.time_constant, 3),
+        "dead_time": round_to_digits(plan.sample_time, 6),
+    }
+    row |= {"load": round_to_digits(load, 6)} if abs(load) > 1e-9 * units.pv_span(plan) else {}
+    row["initial"] = rounded_value(at_rest, units.pv_span(plan))
+    draft.plants.append(Line(row, _plant_comment(units, plan), name))
     if name == plan.name:
         return
     low, high, _ = plc.scales[plan.i]
     to = name
     if units.is_rooted(plan):
-        zero = f" - {digits(low, 6)}" if low > 0 else f" + {digits(-low, 6)}" if low else ""
+        zero = f" - {round_to_digits(low, 6)}" if low > 0 else f" + {round_to_digits(-low, 6)}" if low else ""
         shown = f"({name}{zero})" if zero else name
-        to = f"{shown} * {shown} / {digits(high - low, 6)}" + (f" + {digits(low, 6)}" if low else "")
+        to = f"{shown} * {shown} / {round_to_digits(high - low, 6)}" + (f" + {round_to_digits(low, 6)}" if low else "")
     comment = "the transmitter shows the square, of which the PLC takes the root" if units.is_rooted(plan) else ""
-    course.connect.append(Line({"to": to}, comment, inlet))
+    draft.connect.append(Line({"to": to}, comment, inlet))
 
 
-def _input(units: PlanUnits, plan: LoopPlan) -> tuple[str, float, float]:
+def _plant_input(units: PlanUnits, plan: LoopPlan) -> tuple[str, float, float]:
     """What a plant reads (empty: its loop's output), its gain, and the value at rest."""
     slave = next((units.plans[j] for j in units.connections.slaves(plan.i) if j in units.plans), None)
     if slave is not None:
-        return units.measured(slave), plan.gain * units.span(plan) / units.span(slave), units.pv(slave, slave.rest)
-    low, high = units.scale(plan)
+        return (
+            units.plant_signal(slave),
+            plan.gain * units.pv_span(plan) / units.pv_span(slave),
+            units.pv_value(slave, slave.rest_pv),
+        )
+    low, high = units.output_scale(plan)
     output = 0.5 if plan.switches else plan.output
-    u = low + output * (high - low) if plan.switches else units.output(plan, output)
+    u = low + output * (high - low) if plan.switches else units.output_value(plan, output)
     text = "" if plan.selector is None else plan.selector.signal
-    return text, plan.gain * units.span(plan) / (high - low), u
+    return text, plan.gain * units.pv_span(plan) / (high - low), u
 
 
 def _output_of(units: PlanUnits, plan: LoopPlan) -> str:
@@ -619,34 +633,34 @@ def _plant_comment(units: PlanUnits, plan: LoopPlan) -> str:
     return ""
 
 
-def _start_events(units: PlanUnits, course: DraftParts) -> Iterator[Line]:
+def _start_events(units: PlanUnits, draft: DraftParts) -> Iterator[Line]:
     """What brings loops to where they rest: a set point, and Auto for those that begin in Manual."""
     for plan in units.plans.values():
-        if plan.is_set:
-            value = units.setpoint(plan, plan.rest)
+        if plan.needs_setpoint:
+            value = units.setpoint_value(plan, plan.rest_pv)
             yield Line({"at": 0, "loop": plan.name, "set": {"setpoint": value}}, "it has none that it can rest at")
     for plan in units.plans.values():
         goal = units.plc.goals[plan.i]
         if goal in IN_CONTROL:
             continue
         if units.plc.mode_inputs(plan.i):
-            course.remarks.append(f"{plan.name} stays in {goal}: the program chooses its mode")
+            draft.remarks.append(f"{plan.name} stays in {goal}: the program chooses its mode")
         else:
             yield Line({"at": 0, "loop": plan.name, "mode": "auto"}, f"configured: {goal}")
 
 
-def _setpoint_steps(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
+def _setpoint_events(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
     """Steps of the set points, and of the signals that the program makes set points of."""
     for plan in units.plans.values():
         if plan.step and size:
-            value = units.setpoint(plan, plan.rest + plan.step * size)
-            before = units.setpoint(plan, plan.rest)
+            value = units.setpoint_value(plan, plan.rest_pv + plan.step * size)
+            before = units.setpoint_value(plan, plan.rest_pv)
             if value != before:
                 yield Line({"at": at, "loop": plan.name, "set": {"setpoint": value}}, f"from {before:g}")
     readers: dict[str, list[str]] = {}
-    for i, given in units.connections.given.items():
+    for i, signal in units.connections.given_signals.items():
         if i in units.plans:
-            readers.setdefault(given, []).append(units.plans[i].name)
+            readers.setdefault(signal, []).append(units.plans[i].name)
     for name, loops in readers.items() if size else ():
         step = input_step(units.plc, name)
         if step is not None:
@@ -655,15 +669,15 @@ def _setpoint_steps(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
             )
 
 
-def _disturbances(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
+def _disturbance_events(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
     """Disturbances: the load of each plant as if its output had moved."""
     for plan in units.plans.values():
         if not plan.disturbance or not size or (plan.name in units.plc.wired and plan.name not in units.plc.inlets):
             continue
-        moved = plan.disturbance * size * plan.gain * units.span(plan)
-        gain, u = _input(units, plan)[1:]
-        load = digits(units.pv(plan, plan.rest) - digits(gain) * u - moved, 6)
-        name = units.process(plan)
-        whose = {"loop": name} if name == plan.name else {"plant": name}
+        moved = plan.disturbance * size * plan.gain * units.pv_span(plan)
+        gain, u = _plant_input(units, plan)[1:]
+        load = round_to_digits(units.pv_value(plan, plan.rest_pv) - round_to_digits(gain) * u - moved, 6)
+        name = units.plant_name(plan)
+        target = {"loop": name} if name == plan.name else {"plant": name}
         share = f"asks for {abs(plan.disturbance * size):.0%} more output".replace("%", " %")
-        yield Line({"at": at, **whose, "disturb": {"load": load}}, share)
+        yield Line({"at": at, **target, "disturb": {"load": load}}, share)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.engine.recording import Recording
     from pidcfg.sim.engine.run import Settings
     from pidcfg.sim.judgement.report import LoopReport, Period, Report, Verdict
-    from pidcfg.study.scenario import Loaded
+    from pidcfg.study.scenario import LoadedScenario
     from pidcfg.text.document import Document
 
     Steps = Sequence[tuple[float, float]]
@@ -41,7 +41,7 @@ def alarm_lines(recording: Recording, loop: str, alarms: Sequence[str], setpoint
     for alarm in alarms:
         level = recording.levels.get((loop, alarm), ())
         if alarm.startswith(DEVIATION) and setpoint:
-            centre = list(zip(*recording.signal(setpoint), strict=True))
+            centre = list(zip(*recording.signal_line(setpoint), strict=True))
             for side in (1.0, -1.0):
                 yield from level_lines(flag_words(alarm), levels_around(centre, level, side), end)
         elif alarm != RATE:
@@ -73,10 +73,10 @@ def level_lines(title: str, steps: Steps, end: float) -> Iterator[Line]:
 def levels_around(centre: Steps, distance: Steps, side: float) -> list[tuple[float, float]]:
     """What is a distance away from a centre, whenever either changes."""
     rows: list[tuple[float, float]] = []
-    at = away = nan
-    for time, which, value in sorted([(t, 0, v) for t, v in centre] + [(t, 1, v) for t, v in distance]):
-        at, away = (value, away) if which == 0 else (at, value)
-        row = at + side * away
+    at = distance_now = nan
+    for time, kind, value in sorted([(t, 0, v) for t, v in centre] + [(t, 1, v) for t, v in distance]):
+        at, distance_now = (value, distance_now) if kind == 0 else (at, value)
+        row = at + side * distance_now
         if rows and rows[-1][0] == time:
             rows[-1] = (time, row)
         elif not rows or repr(rows[-1][1]) != repr(row):
@@ -99,7 +99,7 @@ def charts_of(outcome: Outcome, loops: Collection[str] = ()) -> list[Chart]:
     if report is None or recording is None:
         return []
     return [
-        _chart(loop, loop_report, outcome.axes[loop], report, recording)
+        _loop_chart(loop, loop_report, outcome.axes[loop], report, recording)
         for loop, loop_report in report.loops.items()
         if not loops or loop in loops
     ]
@@ -107,16 +107,16 @@ def charts_of(outcome: Outcome, loops: Collection[str] = ()) -> list[Chart]:
 
 def signals_before_root(outcome: Outcome) -> dict[str, str]:
     """What PV and set point are of each loop that takes the root of its PV."""
-    found = {}
+    remarks = {}
     for loop, axes in outcome.axes.items():
-        seen = outcome.report.signals.get(axes.setpoint) if outcome.report is not None else None
-        if axes.root is not None and seen is not None:
-            found[loop] = axes.root.remark(axes.setpoint.rpartition(".")[2], seen.final, axes.pv_unit)
-    return found
+        setpoint = outcome.report.signals.get(axes.setpoint) if outcome.report is not None else None
+        if axes.root is not None and setpoint is not None:
+            remarks[loop] = axes.root.remark(axes.setpoint.rpartition(".")[2], setpoint.final, axes.pv_unit)
+    return remarks
 
 
-def _chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
-    marks, notes = failures(loop, report)
+def _loop_chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
+    marks, notes = find_failures(loop, report)
     events = [
         Mark(event.text if event.loop in {loop, None} else f"{event.loop}: {event.text}", event.at)
         for event in report.events
@@ -125,7 +125,7 @@ def _chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recor
     return Chart(
         title=f"{loop}: {axes.description}" if axes.description else loop,
         loop=loop,
-        panels=panels(axes, recording, loop, loop_report, report.duration),
+        panels=loop_panels(axes, recording, loop, loop_report, report.duration),
         strips=state_strips(loop_report, report.duration),
         marks=(*events, *marks),
         begin=0.0,
@@ -138,17 +138,17 @@ def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
     """What the signals of a loop that takes the root of its PV are; nothing for another loop."""
     if axes.root is None or not axes.setpoint:
         return ()
-    _, values = recording.signal(axes.setpoint)
+    _, values = recording.signal_line(axes.setpoint)
     if not values:
         return ()
     return (axes.root.remark(axes.setpoint.rpartition(".")[2], float(values[-1]), axes.pv_unit),)
 
 
-def panels(axes: Axes, recording: Recording, loop: str, report: LoopReport, end: float) -> tuple[Panel, ...]:
+def loop_panels(axes: Axes, recording: Recording, loop: str, report: LoopReport, end: float) -> tuple[Panel, ...]:
     """PV and set point on one axis, the output on its own, each with the levels that bars below refer to."""
-    wanted: tuple[tuple[str, Role], ...] = ((axes.setpoint, "setpoint"), (axes.pv, "pv"))
-    lines = [signal_line(recording, name, role) for name, role in wanted if name]
-    title = ", ".join(reversed([one.name for one in lines]))
+    signals: tuple[tuple[str, Role], ...] = ((axes.setpoint, "setpoint"), (axes.pv, "pv"))
+    lines = [signal_line(recording, name, role) for name, role in signals if name]
+    title = ", ".join(reversed([line.name for line in lines]))
     lines += alarm_lines(recording, loop, names_of(report.alarms), axes.setpoint, end)
     rows = [Panel(title, axes.pv_unit, tuple(lines))]
     if axes.root is not None:
@@ -162,23 +162,25 @@ def panels(axes: Axes, recording: Recording, loop: str, report: LoopReport, end:
 
 def signal_line(recording: Recording, signal: str, role: Role, side: Side | None = None) -> Line:
     """One signal, called as the vendor does: TIC-101.PV is PV."""
-    times, values = recording.signal(signal)
+    times, values = recording.signal_line(signal)
     return Line(signal.rpartition(".")[2], role, times, values, side)
 
 
 def state_strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
     """Modes, then each alarm and flag that was on, then the steps of a profile."""
-    spans = [(flag_words(one.alarm), one.at, one.cleared) for one in report.alarms]
-    rows = [Strip("mode", mode_strip(report, end), "mode"), *_rows(spans, end, "alarm")]
+    spans = [(flag_words(period.alarm), period.at, period.cleared) for period in report.alarms]
+    rows = [Strip("mode", mode_strip(report, end), "mode"), *_state_strips(spans, end, "alarm")]
     if report.steps:
-        rows.append(Strip("ramp/soak", tuple(_bar(step, end) for step in report.steps), "step"))
-    rows += _rows([(flag_words(one.name), one.at, one.until) for one in report.conditions], end, "condition")
+        rows.append(Strip("ramp/soak", tuple(_step_bar(step, end) for step in report.steps), "step"))
+    rows += _state_strips(
+        [(flag_words(period.name), period.at, period.until) for period in report.conditions], end, "condition"
+    )
     return tuple(rows)
 
 
 def names_of(spans: Sequence[Alarm] | Sequence[Period]) -> list[str]:
     """The alarms or flags that have a row."""
-    return list(dict.fromkeys(one.alarm if isinstance(one, Alarm) else one.name for one in spans))[:MOST_STATE_ROWS]
+    return list(dict.fromkeys(span.alarm if isinstance(span, Alarm) else span.name for span in spans))[:MOST_STATE_ROWS]
 
 
 def mode_strip(report: LoopReport, end: float) -> tuple[Bar, ...]:
@@ -192,11 +194,11 @@ def mode_strip(report: LoopReport, end: float) -> tuple[Bar, ...]:
     return tuple(bar for bar in bars if bar.end > bar.begin)
 
 
-def _bar(step: Period, end: float) -> Bar:
+def _step_bar(step: Period, end: float) -> Bar:
     return Bar(step.name, step.at, end if step.until is None else step.until)
 
 
-def _rows(spans: Sequence[tuple[str, float, float | None]], end: float, kind: Any) -> list[Strip]:
+def _state_strips(spans: Sequence[tuple[str, float, float | None]], end: float, kind: Any) -> list[Strip]:
     """A row for each name, in the order in which they first came on."""
     names = list(dict.fromkeys(name for name, _, _ in spans))
     return [
@@ -205,17 +207,31 @@ def _rows(spans: Sequence[tuple[str, float, float | None]], end: float, kind: An
     ]
 
 
-def failures(loop: str, report: Report) -> tuple[list[Mark], tuple[str, ...]]:
+def find_failures(loop: str, report: Report) -> tuple[list[Mark], tuple[str, ...]]:
     """Failed expectations of a loop, written and standing: marks where they are about a time, else lines of text."""
-    failed = [(_with_value(one), one.at) for one in report.expectations if one.loop == loop and not one.passed]
-    failed += [(f"{one.kind}: {one.text}", one.at) for one in report.standing if one.loop == loop and one.fails]
+    failed = [
+        (_verdict_text(verdict), verdict.at)
+        for verdict in report.expectations
+        if verdict.loop == loop and not verdict.passed
+    ]
+    failed += [
+        (f"{verdict.kind}: {verdict.text}", verdict.at)
+        for verdict in report.standing
+        if verdict.loop == loop and verdict.fails
+    ]
     marks = [Mark(text, at, "failure") for text, at in failed if at is not None]
     return marks, tuple(f"failed: {text}" for text, at in failed if at is None)
 
 
-def _with_value(one: Verdict) -> str:
-    value = "" if one.value is None else f" ({one.value:g})" if isinstance(one.value, float) else f" ({one.value})"
-    return f"{one.text}{value}"
+def _verdict_text(verdict: Verdict) -> str:
+    value = (
+        ""
+        if verdict.value is None
+        else f" ({verdict.value:g})"
+        if isinstance(verdict.value, float)
+        else f" ({verdict.value})"
+    )
+    return f"{verdict.text}{value}"
 
 
 # --- One scenario run: what was read, what became of it, and whether that is what was expected ------------------------
@@ -275,18 +291,18 @@ def simulate_document(
     ``against``: an accepted run, its content and name, in the place of the scenario's ``reference``. ``accept``: the
     name of the file that this run is to be accepted as, which takes the place of either.
     """
-    from pidcfg.study.scenario import load
+    from pidcfg.study.scenario import load_scenario
     from pidcfg.validate.engine import is_scenario
 
     if doc.data is not None and not is_scenario(doc):
         cure = "a scenario begins with 'scenario: …' and names its configuration"
         finding = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
         return Outcome(doc.file, findings=[finding], documents={doc.file: doc})
-    return simulate_loaded(load(doc, reader), settings, record=record, against=against, accept=accept)
+    return simulate_loaded(load_scenario(doc, reader), settings, record=record, against=against, accept=accept)
 
 
 def simulate_loaded(
-    loaded: Loaded,
+    loaded: LoadedScenario,
     settings: Settings,
     *,
     record: bool = False,
@@ -300,27 +316,27 @@ def simulate_loaded(
     outcome = Outcome(loaded.document.file, loaded.config, documents=loaded.documents)
     if loaded.scenario is None or loaded.image is None:
         return replace(outcome, findings=loaded.findings)
-    plc = loaded.plc()
+    plc = loaded.new_plc()
     _, problems = loaded.uncertainties(plc)
-    loaded.add(problems)
-    scenario, held = loaded.scenario, None
+    loaded.add_problems(problems)
+    scenario, reference = loaded.scenario, None
     if accept is None and (against is not None or scenario.reference is not None):
         from pidcfg.study.accepted import reference_of
 
-        held = reference_of(loaded.document, scenario, plc.loops, loaded.reader, against)
-        outcome = replace(outcome, reference=held.name)
-        if held.run is None:
-            return replace(outcome, findings=sort_findings([*loaded.findings, *held.findings]))
+        reference = reference_of(loaded.document, scenario, plc.loops, loaded.reader, against)
+        outcome = replace(outcome, reference=reference.name)
+        if reference.run is None:
+            return replace(outcome, findings=sort_findings([*loaded.findings, *reference.findings]))
     if any(problem.severity == "error" for problem in problems):
         return replace(outcome, findings=loaded.findings)
     axes = axes_of(plc, loaded.image.settings)
     recording = Recording(signals_of(axes)) if record else None
     try:
-        report = simulate(scenario, loaded.plc, loaded.controller, replace(settings, recording=recording))
+        report = simulate(scenario, loaded.new_plc, loaded.controller, replace(settings, recording=recording))
     except UnusableError as error:
-        loaded.add(error.problems)
+        loaded.add_problems(error.problems)
         return replace(outcome, findings=loaded.findings)
-    loaded.add(report.problems)
+    loaded.add_problems(report.problems)
     outcome = replace(
         outcome,
         report=report,
@@ -329,54 +345,61 @@ def simulate_loaded(
         recording=recording,
         axes=axes,
     )
-    if held is None and accept is None:
+    if reference is None and accept is None:
         return outcome
-    from pidcfg.study.accepted import accepted_text, hold_against, run_of_report
+    from pidcfg.study.accepted import accepted_text, compare_with_accepted, run_of_report
 
     now = run_of_report(report, axes, scenario)
-    was = now if held is None or held.run is None else held.run
-    hold_against(report, was, now, outcome.reference or str(accept))
+    was = now if reference is None or reference.run is None else reference.run
+    compare_with_accepted(report, was, now, outcome.reference or str(accept))
     return replace(outcome, accepted=accepted_text(now)) if accept is not None and outcome.passed else outcome
 
 
 # --- Charts of two runs of the same loops laid over each other: as it was, and as it is now ---------------------------
 
 
-def overlaid(before: Outcome, after: Outcome, names: tuple[str, str], loops: Collection[str] = ()) -> list[Chart]:
+def overlay_charts(before: Outcome, after: Outcome, names: tuple[str, str], loops: Collection[str] = ()) -> list[Chart]:
     """The charts of a run, with the lines of another one of the same loops behind them, and what lasted otherwise."""
     old = {chart.loop: chart for chart in charts_of(before)}
-    return [_over(old[chart.loop], chart, names) if chart.loop in old else chart for chart in charts_of(after, loops)]
+    return [
+        _overlay_chart(old[chart.loop], chart, names) if chart.loop in old else chart
+        for chart in charts_of(after, loops)
+    ]
 
 
-def _over(before: Chart, after: Chart, names: tuple[str, str]) -> Chart:
+def _overlay_chart(before: Chart, after: Chart, names: tuple[str, str]) -> Chart:
     """One chart of two runs; levels and marks are those of the second. Nobody expects a reference of it."""
     from pidcfg.sim.judgement.control import NO_REFERENCE
 
     panels = []
     for i, panel in enumerate(after.panels):
-        now = [replace(line, side=None if line.role == "level" else "after") for line in panel.lines]
-        held = {line.name: line for line in now if line.role != "level"}
-        was = before.panels[i].lines if i < len(before.panels) else ()
-        lines = [replace(line, side="before") for line in was if _differs(line, held.get(line.name))]
-        panels.append(replace(panel, lines=(*lines, *now)))
+        lines_after = [replace(line, side=None if line.role == "level" else "after") for line in panel.lines]
+        lines_by_name = {line.name: line for line in lines_after if line.role != "level"}
+        lines_before = before.panels[i].lines if i < len(before.panels) else ()
+        lines = [
+            replace(line, side="before")
+            for line in lines_before
+            if _needs_second_line(line, lines_by_name.get(line.name))
+        ]
+        panels.append(replace(panel, lines=(*lines, *lines_after)))
     rows = {(strip.kind, strip.title): strip for strip in after.strips}
     others = [
         replace(strip, title=f"{strip.title}, {names[0]}")
         for strip in before.strips
-        if not _alike(strip, rows.get((strip.kind, strip.title)))
+        if not _is_same_strip(strip, rows.get((strip.kind, strip.title)))
     ]
     notes = tuple(note for note in after.notes if NO_REFERENCE not in note)
     return replace(after, panels=tuple(panels), strips=(*after.strips, *others), notes=notes, sides=names)
 
 
-def _alike(strip: Strip, other: Strip | None) -> bool:
+def _is_same_strip(strip: Strip, other: Strip | None) -> bool:
     """Whether a row would show the same again; modes are the same in the same order."""
     if strip.kind == "mode" and other is not None:
         return [bar.label for bar in strip.bars] == [bar.label for bar in other.bars]
     return strip == other
 
 
-def _differs(line: Line, other: Line | None) -> bool:
+def _needs_second_line(line: Line, other: Line | None) -> bool:
     """Whether a signal is worth a second line: PV and output are, a set point that went another way."""
     if line.role == "level" or other is None:
         return False

@@ -12,8 +12,8 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.schemas.base import SECONDS
 from pidcfg.schemas.scenario import Scenario, rejoin_expressions
 from pidcfg.sim.engine.influence import wrong_actions
-from pidcfg.sim.engine.network import initial_values, rest
-from pidcfg.sim.engine.run import options, prepare
+from pidcfg.sim.engine.network import initial_values, settle_plants
+from pidcfg.sim.engine.run import plc_options, prepare_network
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.paths import dotted_text, leaves, parse_path
 from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, near_name, read_failure, read_other
@@ -46,7 +46,7 @@ SEVERITIES = {severity.label: severity for severity in Severity}
 
 
 @dataclass(slots=True)
-class Loaded:
+class LoadedScenario:
     """A scenario as far as it could be loaded; it can run when ``image`` is there."""
 
     document: Document
@@ -75,12 +75,12 @@ class Loaded:
         controller: Controller = self.vendor.module("controller")
         return controller
 
-    def plc(self) -> Plc:
+    def new_plc(self) -> Plc:
         """A new virtual PLC with the scenario's image."""
         if self.scenario is None or self.image is None:
             raise ValueError(f"{self.document.file} could not be loaded")
         controller = self.controller
-        plc = controller.load(self.image, options(self.scenario, controller))
+        plc = controller.load(self.image, plc_options(self.scenario, controller))
         units = ((entry.get("loop"), (entry.get("pv") or {}).get("unit")) for entry in self.image.settings)
         plc.units = {str(loop): str(unit) for loop, unit in units if unit}
         return plc
@@ -89,26 +89,28 @@ class Loaded:
         """What varies, and what is wrong with it."""
         if self.scenario is None or self.scenario.vary is None:
             return [], []
-        from pidcfg.study.uncertainty import uncertainties
+        from pidcfg.study.uncertainty import find_uncertainties
 
-        return uncertainties(self.scenario, plc, self.documents.get(self.config))
+        return find_uncertainties(self.scenario, plc, self.documents.get(self.config))
 
-    def refuse(self, message: str, cure: str | None = None) -> None:
+    def refuse_config(self, message: str, cure: str | None = None) -> None:
         """A configuration that cannot be used."""
         path = ("config",)
         span = self.document.locate(path)
         self.findings.append(Diagnostic("PID058", Severity.ERROR, message, self.document.file, span, path, help=cure))
 
-    def add(self, problems: Iterable[Problem]) -> None:
+    def add_problems(self, problems: Iterable[Problem]) -> None:
         """Problems of the scenario as findings with places."""
-        told = [replace(one, help=self.cures.get(one.path) or one.help) for one in problems]
-        self.findings = sort_findings([*self.findings, *(place_problem(problem, self.document) for problem in told)])
+        problems_with_cures = [replace(entry, help=self.cures.get(entry.path) or entry.help) for entry in problems]
+        self.findings = sort_findings(
+            [*self.findings, *(place_problem(problem, self.document) for problem in problems_with_cures)]
+        )
 
 
-def load(doc: Document, reader: Reader = DISK) -> Loaded:
+def load_scenario(doc: Document, reader: Reader = DISK) -> LoadedScenario:
     """Reads a scenario and what it names; ``findings`` say why it cannot run, if so."""
-    loaded = Loaded(doc, list(doc.problems), documents={doc.file: doc}, reader=reader)
-    if doc.data is None or unreadable(doc.problems):
+    loaded = LoadedScenario(doc, list(doc.problems), documents={doc.file: doc}, reader=reader)
+    if doc.data is None or is_unreadable(doc.problems):
         return loaded
     scenario, loaded.findings = read_scenario(doc)
     loaded.scenario = scenario
@@ -118,7 +120,7 @@ def load(doc: Document, reader: Reader = DISK) -> Loaded:
     return loaded
 
 
-def _use_own_units(loaded: Loaded) -> None:
+def _use_own_units(loaded: LoadedScenario) -> None:
     """Events may set a key in its own unit, as the configuration may: ``90 degC`` where the PV is in degC is 90.
 
     Times are read with their units wherever they stand.
@@ -132,12 +134,12 @@ def _use_own_units(loaded: Loaded) -> None:
         loop = loops.get(str(event.get("loop")))
         for keys, value, below in leaves(event.get("set") or {}) if loop is not None else ():
             if isinstance(value, str) and " " in value and value.split()[-1] not in SECONDS:
-                path = parse_path(loaded.plc().setpoint) if dotted_text(keys) == "setpoint" else keys
-                said, place_of = stated_number(loaded.vendor, loop, path, value), ("events", i, "set", *below)
-                if said is not None and said.fits:
-                    numbers[place_of] = said.number
-                elif said is not None:
-                    loaded.cures[place_of] = said.cure
+                path = parse_path(loaded.new_plc().setpoint) if dotted_text(keys) == "setpoint" else keys
+                stated, place_of = stated_number(loaded.vendor, loop, path, value), ("events", i, "set", *below)
+                if stated is not None and stated.fits:
+                    numbers[place_of] = stated.number
+                elif stated is not None:
+                    loaded.cures[place_of] = stated.cure
     if numbers:
         loaded.document = with_numbers(doc, numbers)
         loaded.scenario, loaded.findings = read_scenario(loaded.document)
@@ -150,26 +152,26 @@ def read_scenario(doc: Document) -> tuple[Scenario | None, list[Diagnostic]]:
     return scenario, sort_findings([*doc.problems, *errors])
 
 
-def unreadable(findings: Iterable[Diagnostic]) -> bool:
+def is_unreadable(findings: Iterable[Diagnostic]) -> bool:
     """Whether a text can be read in more than one way, such as a key that stands twice: what runs would be a guess."""
     return any(map(unusable, findings))
 
 
 def check_scenario(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
     """All findings of a scenario file; those of its configuration are reported with the configuration."""
-    loaded = load(doc, reader)
+    loaded = load_scenario(doc, reader)
     if loaded.scenario is not None and loaded.image is not None:
-        plc = loaded.plc()
-        net = prepare(loaded.scenario, plc)
-        loaded.add([*net.problems, *loaded.uncertainties(plc)[1]])
+        plc = loaded.new_plc()
+        net = prepare_network(loaded.scenario, plc)
+        loaded.add_problems([*net.problems, *loaded.uncertainties(plc)[1]])
         if not any(problem.severity == "error" for problem in net.problems):
-            rest(net, initial_values(net))
-            loaded.add(wrong_actions(net, plc))
+            settle_plants(net, initial_values(net))
+            loaded.add_problems(wrong_actions(net, plc))
         if loaded.scenario.reference is not None:
             from pidcfg.study.accepted import reference_of
 
-            found = reference_of(loaded.document, loaded.scenario, plc.loops, reader).findings
-            loaded.findings = sort_findings([*loaded.findings, *found])
+            findings = reference_of(loaded.document, loaded.scenario, plc.loops, reader).findings
+            loaded.findings = sort_findings([*loaded.findings, *findings])
     return loaded.findings
 
 
@@ -197,19 +199,19 @@ def place_problem(problem: Problem, doc: Document) -> Diagnostic:
     )
 
 
-def _read_config(loaded: Loaded, scenario: Scenario, reader: Reader) -> None:
+def _read_config(loaded: LoadedScenario, scenario: Scenario, reader: Reader) -> None:
     """The configuration or listing, relative to the scenario."""
     loaded.config = reader.resolve(loaded.document.file, scenario.config)
     if scenario.config == STDIN:
-        loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
+        loaded.refuse_config(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
     try:
         data = read_other(reader, loaded.config, loaded.document.limits.listing_bytes + 1)
     except (OSError, ValueError) as error:
-        shown = may_be_quoted(reader, loaded.document.file, loaded.config)
-        near = near_name(loaded.config, reader) if shown else None
+        quoted = may_be_quoted(reader, loaded.document.file, loaded.config)
+        near = near_name(loaded.config, reader) if quoted else None
         meant = f"did you mean {PurePath(near).name}? " if near else ""
-        loaded.refuse(read_failure(loaded.config, error), f"{meant}the path is relative to the scenario file")
+        loaded.refuse_config(read_failure(loaded.config, error), f"{meant}the path is relative to the scenario file")
         return
     if PurePath(loaded.config).suffix.lower() in SUFFIXES:
         _use_configuration(loaded, data)
@@ -217,51 +219,51 @@ def _read_config(loaded: Loaded, scenario: Scenario, reader: Reader) -> None:
         _use_listing(loaded, data, quoted=may_be_quoted(reader, loaded.document.file, loaded.config))
 
 
-def _use_configuration(loaded: Loaded, data: bytes) -> None:
+def _use_configuration(loaded: LoadedScenario, data: bytes) -> None:
     """Encodes a configuration; errors that the PLC survives do not keep it from running."""
     doc = read_document(data, loaded.config, loaded.document.limits)
     loaded.documents[doc.file] = doc
     if is_scenario(doc):
-        loaded.refuse(f"{loaded.config} is a scenario", "name the configuration that it runs")
+        loaded.refuse_config(f"{loaded.config} is a scenario", "name the configuration that it runs")
         return
     checked = check_document(doc)
-    if unreadable(checked.findings):
+    if is_unreadable(checked.findings):
         first = next(d for d in checked.findings if unusable(d))
         cure = f"run 'pidcfg validate {loaded.config}'"
-        loaded.refuse(f"{loaded.config}:{first.span.line}:{first.span.column}: {first.message}", cure)
+        loaded.refuse_config(f"{loaded.config}:{first.span.line}:{first.span.column}: {first.message}", cure)
         return
     if checked.encoding is None or not checked.encoding.is_complete:
         worst = next((d for d in checked.findings if d.severity is Severity.ERROR), None)
         reason = f"{worst.span.line}:{worst.span.column}: {worst.message}" if worst else " it has no memory image"
-        loaded.refuse(f"{loaded.config}:{reason}", f"run 'pidcfg validate {loaded.config}'")
+        loaded.refuse_config(f"{loaded.config}:{reason}", f"run 'pidcfg validate {loaded.config}'")
         return
     loaded.config_errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     loaded.checked, loaded.vendor, loaded.image = checked, checked.vendor, checked.encoding.image
 
 
-def _use_listing(loaded: Loaded, data: bytes, *, quoted: bool) -> None:
+def _use_listing(loaded: LoadedScenario, data: bytes, *, quoted: bool) -> None:
     """Takes the words of a memory listing as they are, once what stands beside them is known to be sound.
 
     The vendor is the one that can read it; of those that cannot, the one that it names, or that got furthest, says why.
     """
-    wrong: list[tuple[bool, int, ListingError]] = []
+    errors: list[tuple[bool, int, ListingError]] = []
     for vendor in VENDORS.values():
         try:
             listing = read_listing(data, vendor, loaded.document.limits)
         except ListingError as error:
-            wrong.append((vendor.key.encode() in data[:HEAD_BYTES], error.line, error))
+            errors.append((vendor.key.encode() in data[:HEAD_BYTES], error.line, error))
             continue
         _use_words(loaded, vendor, listing)
         return
-    _, line, worst = max(wrong, key=lambda row: row[:2])
+    _, line, worst = max(errors, key=lambda row: row[:2])
     if quoted:
-        loaded.refuse(f"{loaded.config}: line {line}: {worst}")
+        loaded.refuse_config(f"{loaded.config}: line {line}: {worst}")
     else:
-        told = f"'pidcfg decode {loaded.config} --vendor VENDOR' says why (a file outside of this folder is not quoted)"
-        loaded.refuse(f"{loaded.config}: line {line} cannot be read as one of a memory listing", told)
+        cure = f"'pidcfg decode {loaded.config} --vendor VENDOR' says why (a file outside of this folder is not quoted)"
+        loaded.refuse_config(f"{loaded.config}: line {line} cannot be read as one of a memory listing", cure)
 
 
-def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
+def _use_words(loaded: LoadedScenario, vendor: Vendor, listing: Listing) -> None:
     """The image of a listing; one that has no meaning without its settings must have them.
 
     A word that is no value does not keep it from running: the PLC has it, and the run is told what it does with it.
@@ -274,6 +276,6 @@ def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
             cure = f"run 'pidcfg decode {loaded.config} --vendor {vendor.key}'"
             if needed and not listing.settings:
                 cure += " with that option, and name the configuration that it writes"
-            loaded.refuse(f"{loaded.config}: {error}", cure)
+            loaded.refuse_config(f"{loaded.config}: {error}", cure)
             return
     loaded.vendor, loaded.image = vendor, listing.make_image(vendor.key)

@@ -13,7 +13,14 @@ from pidcfg.schemas.base import DURATION, SECONDS, parse_seconds
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Amount, Plant, Scenario, Spread, parse_amount
 from pidcfg.sim.controllers.plc import SETPOINT, Plc
-from pidcfg.sim.engine.checks import LARGEST, MODEL_KEYS, NOT_NEGATIVE, OWN_KEYS, POSITIVE, SMALLEST
+from pidcfg.sim.engine.checks import (
+    LARGEST_NUMBER,
+    MODEL_KEYS,
+    NOT_NEGATIVE_KEYS,
+    OWN_KEYS,
+    POSITIVE_KEYS,
+    SMALLEST_NUMBER,
+)
 from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.text.document import Document, Plain
 from pidcfg.text.frozen import frozen
@@ -67,7 +74,7 @@ class Uncertainty:
     """Its word takes whole numbers alone."""
 
     @property
-    def row(self) -> str:
+    def random_row(self) -> str:
         """What its random numbers hang on: neither the place in the file nor the other ones."""
         return f"{self.of}.{self.name}.{self.key}"
 
@@ -76,7 +83,7 @@ class Uncertainty:
         """For people."""
         return f"{self.name} {self.key}"
 
-    def written(self, value: float) -> str:
+    def number_text(self, value: float) -> str:
         """A drawn number as a scenario has it."""
         number = Decimal(f"{value:.{DRAWN_DIGITS}g}")
         return f"{decimal_text(round(number) + Decimal(0) if self.whole else number)} {self.unit}".rstrip()
@@ -90,28 +97,30 @@ class VaryError(Exception):
         self.cure = cure
 
 
-def uncertainties(scenario: Scenario, plc: Plc, config: Document | None) -> tuple[list[Uncertainty], list[Problem]]:
+def find_uncertainties(
+    scenario: Scenario, plc: Plc, config: Document | None
+) -> tuple[list[Uncertainty], list[Problem]]:
     """All numbers that vary, in the order of the file, and what is wrong with ``vary``.
 
     ``config``: the configuration, whose numbers a ± is a share of; None: a listing, which has none.
     """
-    found: list[Uncertainty] = []
+    uncertainties_found: list[Uncertainty] = []
     problems: list[Problem] = []
-    for path, what in _entries(scenario, plc, config):
-        if isinstance(what, Problem):
-            problems.append(what)
+    for path, make in _vary_entries(scenario, plc, config):
+        if isinstance(make, Problem):
+            problems.append(make)
             continue
         try:
-            found.append(what())
+            uncertainties_found.append(make())
         except VaryError as error:
             problems.append(Problem(path, str(error), "value", help=error.cure))
             continue
-        if found[-1].of == "plants" and found[-1].key == "gain":
-            problems += _turned_round(path, found[-1])
-    return found, problems
+        if uncertainties_found[-1].of == "plants" and uncertainties_found[-1].key == "gain":
+            problems += _warn_of_sign(path, uncertainties_found[-1])
+    return uncertainties_found, problems
 
 
-def _turned_round(path: Path, gain: Uncertainty) -> Iterator[Problem]:
+def _warn_of_sign(path: Path, gain: Uncertainty) -> Iterator[Problem]:
     """A process whose direction is as uncertain as its gain."""
     low, high, mean, sigma = gain.ends
     if sigma is not None:
@@ -121,7 +130,7 @@ def _turned_round(path: Path, gain: Uncertainty) -> Iterator[Problem]:
         yield Problem(path, message, "value", "warning", help="keep the gain on one side of 0")
 
 
-def _entries(scenario: Scenario, plc: Plc, config: Document | None) -> Iterator[tuple[Path, Any]]:
+def _vary_entries(scenario: Scenario, plc: Plc, config: Document | None) -> Iterator[tuple[Path, Any]]:
     """The place of each number, and what makes its `Uncertainty`, or a problem of its name."""
     if scenario.vary is None:
         return
@@ -149,29 +158,35 @@ def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty
     """A number of a plant; a `VaryError` says why it cannot vary so."""
     base = key.partition(".")[0]
     own = [k for k in OWN_KEYS if getattr(plant, k) is not None and any(k in keys for keys in MODEL_KEYS[plant.model])]
-    own = [k for one in own for k in ((f"{one}.0", f"{one}.1") if one == "time_constants" else (one,))]
+    own = [
+        k
+        for text_part in own
+        for k in ((f"{text_part}.0", f"{text_part}.1") if text_part == "time_constants" else (text_part,))
+    ]
     if key not in (*PLANT_NUMBERS, *own):
         near = unknown_name((), f"number of {name} that can vary", key, [*PLANT_NUMBERS, *own])
         raise VaryError(near.message, near.help)
-    written = [one for one in (*spread.pair, *(spread.limits or ())) if one.unit and spread.kind != "share"]
+    written = [
+        text_part for text_part in (*spread.pair, *(spread.limits or ())) if text_part.unit and spread.kind != "share"
+    ]
     if written and base not in PLANT_TIMES:
         raise VaryError(f"{key} is a plain number, not {written[0]}", "leave out the unit")
     value = value_at(plant, parse_path(key))
-    stands = None if value is None else Amount(value)
-    ends = number_spread(spread, stands, f"{name} has no {key}", time=base in PLANT_TIMES)
+    file_number = None if value is None else Amount(value)
+    ends = number_spread(spread, file_number, f"{name} has no {key}", time=base in PLANT_TIMES)
     lowest, highest = (ends.low, ends.high) if ends.sigma is None or ends.low > -inf else (ends.mean, ends.mean)
-    above = base in POSITIVE or base == "time_constants"
-    if above or base in NOT_NEGATIVE:
-        wanted = "above 0" if above else "at least 0"
+    above = base in POSITIVE_KEYS or base == "time_constants"
+    if above or base in NOT_NEGATIVE_KEYS:
+        bound = "above 0" if above else "at least 0"
         if ends.sigma is not None and ends.low == -inf:
             cure = f"add limits, such as limits: [{ends.mean / 2:g}, {ends.mean * 2:g}]"
-            raise VaryError(f"{key} must be {wanted}, and a normal spread without limits goes below", cure)
+            raise VaryError(f"{key} must be {bound}, and a normal spread without limits goes below", cure)
         if lowest < 0 or (above and lowest == 0):
-            raise VaryError(f"{key} must be {wanted}, and {spread} goes down to {lowest:g}", "narrow it")
-    if above and lowest < float(SMALLEST):
-        raise VaryError(f"{key} goes below {SMALLEST:g}", "narrow it")
-    if max(abs(lowest), abs(highest)) > LARGEST:
-        raise VaryError(f"{key} goes beyond {LARGEST:g}")
+            raise VaryError(f"{key} must be {bound}, and {spread} goes down to {lowest:g}", "narrow it")
+    if above and lowest < float(SMALLEST_NUMBER):
+        raise VaryError(f"{key} goes below {SMALLEST_NUMBER:g}", "narrow it")
+    if max(abs(lowest), abs(highest)) > LARGEST_NUMBER:
+        raise VaryError(f"{key} goes beyond {LARGEST_NUMBER:g}")
     return Uncertainty("plants", name, key, str(spread), ends)
 
 
@@ -180,29 +195,34 @@ def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty
 
 def vary_loop(name: str, key: str, spread: Spread, plc: Plc, config: Document | None) -> Uncertainty:
     """A key of a loop that ``set`` may change; a `VaryError` says why it cannot vary so."""
-    unknown_key = _refusal(Uncertainty("loops", name, key, "", NumberSpread()), 1.0, plc)
+    unknown_key = _refused_value(Uncertainty("loops", name, key, "", NumberSpread()), 1.0, plc)
     if unknown_key is not None and unknown_key.type == "set_key":
         raise VaryError(unknown_key.message(), (unknown_key.context or {}).get("help"))
-    stands = file_value(name, key, plc, config) if spread.kind == "share" else None
-    ends = number_spread(spread, stands, f"the configuration file gives {name} no number at {key}")
-    unit = stands.unit if stands is not None else spread.pair[0].unit
-    one = Uncertainty("loops", name, key, str(spread), ends, unit)
+    file_number = file_value(name, key, plc, config) if spread.kind == "share" else None
+    ends = number_spread(spread, file_number, f"the configuration file gives {name} no number at {key}")
+    unit = file_number.unit if file_number is not None else spread.pair[0].unit
+    uncertainty = Uncertainty("loops", name, key, str(spread), ends, unit)
     inner = [ends.mean] if ends.sigma is not None and ends.low == -inf else [ends.low, ends.high]
     middle = (inner[0] + inner[-1]) / 2
     fraction = middle // 1 + HALF
-    if _refusal(one, fraction, plc) is not None and _refusal(one, fraction - HALF, plc) is None:
-        one = Uncertainty("loops", name, key, str(spread), ends, unit, whole=True)
+    if (
+        _refused_value(uncertainty, fraction, plc) is not None
+        and _refused_value(uncertainty, fraction - HALF, plc) is None
+    ):
+        uncertainty = Uncertainty("loops", name, key, str(spread), ends, unit, whole=True)
     for value in inner:
-        error = _refusal(one, value, plc)
+        error = _refused_value(uncertainty, value, plc)
         if error is not None:
-            raise VaryError(f"{one.written(value)}: {error.message()}", (error.context or {}).get("help"))
-    return one
+            raise VaryError(f"{uncertainty.number_text(value)}: {error.message()}", (error.context or {}).get("help"))
+    return uncertainty
 
 
-def _refusal(one: Uncertainty, value: float, plc: Plc) -> PydanticCustomError | None:
+def _refused_value(uncertainty: Uncertainty, value: float, plc: Plc) -> PydanticCustomError | None:
     """What the controller has against a value."""
     try:
-        plc.check_set(plc.loops.index(one.name), tuple(one.key.split(".")), Plain(one.written(value)))
+        plc.check_set(
+            plc.loops.index(uncertainty.name), tuple(uncertainty.key.split(".")), Plain(uncertainty.number_text(value))
+        )
     except PydanticCustomError as error:
         return error
     return None
@@ -216,10 +236,10 @@ def file_value(name: str, key: str, plc: Plc, config: Document | None) -> Amount
     )
     if not entries:
         return None
-    wanted = plc.setpoint if key in SETPOINT else key
-    values = [value for keys, value, _ in leaves(entries[0]) if dotted_text(keys) == wanted]
-    values = values or [value for keys, value, _ in leaves(entries[0]) if keys[-1] == wanted]
-    pair = value_at(entries[0], parse_path(wanted))
+    path = plc.setpoint if key in SETPOINT else key
+    values = [value for keys, value, _ in leaves(entries[0]) if dotted_text(keys) == path]
+    values = values or [value for keys, value, _ in leaves(entries[0]) if keys[-1] == path]
+    pair = value_at(entries[0], parse_path(path))
     if not values and pair is not None:
         values = [pair]
     if len(values) != 1:
@@ -233,23 +253,25 @@ def file_value(name: str, key: str, plc: Plc, config: Document | None) -> Amount
 # --- ends ------------------------------------------------------------------------------------------------------------
 
 
-def number_spread(spread: Spread, stands: Amount | None, without: str, *, time: bool = False) -> NumberSpread:
-    """The ends of a spread around what ``stands`` in the file; ``time``: in s."""
+def number_spread(spread: Spread, file_number: Amount | None, without: str, *, time: bool = False) -> NumberSpread:
+    """The ends of a spread around what ``file_number`` in the file; ``time``: in s."""
     if spread.kind == "share":
-        if stands is None:
+        if file_number is None:
             raise VaryError(f"{without}, of which {spread} could be a share", "write uniform: [low, high]")
-        if not stands.value:
+        if not file_number.value:
             raise VaryError(f"{spread} of 0 is 0", "write uniform: [low, high]")
-        reach = abs(stands.value) * spread.pair[0].value / 100
-        return NumberSpread(float(stands.value - reach), float(stands.value + reach))
-    first, second = (_number(one, time=time) for one in spread.pair)
+        reach = abs(file_number.value) * spread.pair[0].value / 100
+        return NumberSpread(float(file_number.value - reach), float(file_number.value + reach))
+    first, second = (_amount_number(amount, time=time) for amount in spread.pair)
     if spread.kind == "uniform":
         return NumberSpread(first, second)
-    low, high = (-inf, inf) if spread.limits is None else (_number(one, time=time) for one in spread.limits)
+    low, high = (
+        (-inf, inf) if spread.limits is None else (_amount_number(amount, time=time) for amount in spread.limits)
+    )
     return NumberSpread(low, high, first, second)
 
 
-def _number(amount: Amount, *, time: bool) -> float:
+def _amount_number(amount: Amount, *, time: bool) -> float:
     """An amount in its own unit; a ``time`` in s."""
     if not time or not amount.unit:
         return float(amount.value)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pidcfg.cli.main import Exit
     from pidcfg.output.report import Content
     from pidcfg.study.outcome import Outcome
-    from pidcfg.study.scenario import Loaded
+    from pidcfg.study.scenario import LoadedScenario
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
@@ -88,9 +88,9 @@ class InputReader:
 
     def _run(self, entry: Input, doc: Document) -> RunInput:
         from pidcfg.sim.engine.run import Settings
-        from pidcfg.study.scenario import load
+        from pidcfg.study.scenario import load_scenario
 
-        loaded = load(doc, FILES)
+        loaded = load_scenario(doc, FILES)
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress, runs=self.runs)
         taken = run_input(
             (entry.name, entry.data), loaded, settings, self._configuration_of(loaded), pictures=self.pictures
@@ -100,7 +100,7 @@ class InputReader:
             self.checked_before[loaded.config] = loaded.checked
         return taken
 
-    def _configuration_of(self, loaded: Loaded) -> ConfigurationInput | None:
+    def _configuration_of(self, loaded: LoadedScenario) -> ConfigurationInput | None:
         """What a scenario runs; each is read once."""
         name = loaded.config
         if not name or name in self.names:

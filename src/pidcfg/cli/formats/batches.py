@@ -75,7 +75,7 @@ def _shares(found: Certification, *, tables: bool) -> str:
     held = [one for one in found.standing if one.passed and one.judged]
     rows = [("", "share", "at least", "wanted", "samples", ""), *map(_row, (*found.expectations, *failing))]
     if held:
-        bound = figure(min(one.bound for one in held))
+        bound = figure(min(one.lower_bound for one in held))
         named = f"{len(held)} others that are" if failing else f"all {len(held)} that are"
         rows.append(("passed", "100 %", f"{bound} %", "all", "", f"{named} always checked"))
     said = _text_table([row if tables else (*row[:4], row[5]) for row in rows])
@@ -93,14 +93,16 @@ def _row(one: Share) -> tuple[str, ...]:
     wanted = "all" if one.wanted is None else f"{one.wanted:g} %"
     judged = "passed" if one.passed else FAILED if one.failed else NOT_PROVEN
     count = f"{one.held:,} of {one.samples:,}"
-    return judged, f"{figure(one.share)} %", f"{figure(one.bound)} %", wanted, count, one.text
+    return judged, f"{figure(one.share)} %", f"{figure(one.lower_bound)} %", wanted, count, one.text
 
 
 def _shortfall(one: Share) -> str:
     """What an expectation with a share lacks; nothing where it is proven."""
     if one.passed or one.wanted is None:
         return ""
-    said = f"{figure(one.share)} % of {one.samples:,} samples, so at least {figure(one.bound)} %; {one.wants}"
+    said = (
+        f"{figure(one.share)} % of {one.samples:,} samples, so at least {figure(one.lower_bound)} %; {one.requirement}"
+    )
     return f"  {to_one_line(f'{one.text}: {said}')}\n"
 
 
@@ -187,9 +189,9 @@ def _cases(outcome: BatchOutcome) -> Iterator[Case]:
 
 
 def _batch_case(one: Share, found: Certification) -> Case:
-    said = f"{one.held:,} of {one.samples:,} samples, so at least {figure(one.bound)} %"
+    said = f"{one.held:,} of {one.samples:,} samples, so at least {figure(one.lower_bound)} %"
     if one.judged == 0 and not found.failed_to_run:
         return Case(one.text, skipped="not judged in any sample")
     if one.passed:
         return Case(one.text, output=said)
-    return Case(one.text, (("error PID061" if one.failed else "not-proven", f"{said}; {one.wants}", said),))
+    return Case(one.text, (("error PID061" if one.failed else "not-proven", f"{said}; {one.requirement}", said),))

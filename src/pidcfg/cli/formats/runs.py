@@ -13,7 +13,7 @@ from pidcfg.cli.formats.findings import Findings, details, display_name
 from pidcfg.cli.formats.findings import text as findings_text
 from pidcfg.output.runs import runs_data, signal_rows
 from pidcfg.sim.judgement.meters import METRICS, SWING_METRICS
-from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, in_brief
+from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, summarise_verdicts
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import CONTROL, pad_left, pad_right, to_one_line, width_of
@@ -194,7 +194,7 @@ def _flags(report: Report) -> str:
 def failures(report: Report) -> str:
     """The expectations that failed, as the text of a run has them; nothing where all hold."""
     rows = [row for row in _expected(report) if row[0] == FAILED]
-    standing = [row for row in in_brief(report.standing) if row[0] in {FAILED, NOT_PROVEN}]
+    standing = [row for row in summarise_verdicts(report.standing) if row[0] in {FAILED, NOT_PROVEN}]
     return (table(rows) if rows else "") + (table(standing) if standing else "")
 
 
@@ -228,7 +228,7 @@ def _notes(report: Report) -> str:
 
 def _judged(report: Report) -> str:
     """Every expectation, and the standing ones that are not simply met."""
-    rows, standing = _expected(report), in_brief(report.standing)
+    rows, standing = _expected(report), summarise_verdicts(report.standing)
     return ("Expectations\n" + table(rows) if rows else "") + ("Always checked\n" + table(standing) if standing else "")
 
 

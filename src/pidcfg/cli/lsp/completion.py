@@ -438,10 +438,10 @@ def _may_be_wired(config: Document, path: Path) -> bool:
 
 def signals_of(scenario: Document, reader: Reader) -> list[str]:
     """The signals that a scenario may name: those of its PLC, of its plants, and its own."""
-    from pidcfg.study.scenario import load
+    from pidcfg.study.scenario import load_scenario
 
-    loaded = load(scenario, reader)
-    found = [name for name in loaded.plc().signals if name] if loaded.image is not None else []
+    loaded = load_scenario(scenario, reader)
+    found = [name for name in loaded.new_plc().signals if name] if loaded.image is not None else []
     if loaded.scenario is not None:
         found += [*loaded.scenario.signals, *(str(name) for name in loaded.scenario.plants)]
     return list(dict.fromkeys(found))

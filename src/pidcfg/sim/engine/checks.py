@@ -36,31 +36,31 @@ UNITS = {
 """Units that the bounds of a metric may carry; none by default."""
 
 
-def check_expectation(path: Path, wanted: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+def check_expectation(path: Path, expectation: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """One subject with the keys that go with it, and a bound."""
-    fields = type(wanted).model_fields
-    present = {fields[name].alias or name for name in wanted.model_fields_set}
+    fields = type(expectation).model_fields
+    present = {fields[name].alias or name for name in expectation.model_fields_set}
     subjects = [key for key in SUBJECTS if key in present]
     if len(subjects) != 1:
-        what = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
-        yield Problem(path, what, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
+        message = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
+        yield Problem(path, message, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
         return
     subject = subjects[0]
     for key in sorted(present - SUBJECTS[subject] - {"share"}):
         keys = ", ".join(sorted(SUBJECTS[subject]))
         yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
-    yield from _check_names(path, subject, wanted, plc, scenario)
-    yield from _check_bounds(path, subject, wanted, present)
-    yield from _check_possible(path, subject, wanted, scenario.duration)
-    if wanted.share is not None and not 0 < wanted.share < 100:
-        cure = "without share no sample may fail" if wanted.share >= 100 else "write it like 99 %"
-        yield Problem((*path, "share"), f"samples cannot show a share of {wanted.share:f} %", "value", help=cure)
+    yield from _check_names(path, subject, expectation, plc, scenario)
+    yield from _check_bounds(path, subject, expectation, present)
+    yield from _check_possible(path, subject, expectation, scenario.duration)
+    if expectation.share is not None and not 0 < expectation.share < 100:
+        cure = "without share no sample may fail" if expectation.share >= 100 else "write it like 99 %"
+        yield Problem((*path, "share"), f"samples cannot show a share of {expectation.share:f} %", "value", help=cure)
     times = {
-        "at": wanted.at,
-        "before": wanted.before,
-        "after": wanted.after,
-        "from": wanted.start,
-        "until": wanted.until,
+        "at": expectation.at,
+        "before": expectation.before,
+        "after": expectation.after,
+        "from": expectation.start,
+        "until": expectation.until,
     }
     for key, time in times.items():
         if time is not None and not 0 <= time <= scenario.duration:
@@ -69,21 +69,21 @@ def check_expectation(path: Path, wanted: Expectation, scenario: Scenario, plc: 
             )
 
 
-def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
+def _check_names(path: Path, subject: str, expectation: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
     """Names of loops, signals, alarms, modes and flags."""
-    if wanted.loop is not None and wanted.loop not in plc.loops:
-        yield unknown_name((*path, "loop"), "loop", wanted.loop, plc.loops)
-    elif wanted.loop is None and subject not in {"signal", "flag"}:
+    if expectation.loop is not None and expectation.loop not in plc.loops:
+        yield unknown_name((*path, "loop"), "loop", expectation.loop, plc.loops)
+    elif expectation.loop is None and subject not in {"signal", "flag"}:
         yield Problem((*path, subject), f"{subject} needs a loop", help="add 'loop: …'", key=True)
     plants = [text.name for text in scenario.plants.values() if text.name]
     known = {
         "signal": [name for name in plc.signals if name] + [*scenario.signals, *plants],
         "alarm": list(plc.alarm_bits),
         "mode": list(plc.modes),
-        "flag": list(plc.flags) if wanted.loop is None else [*plc.flag_bits, *plc.aux_bits],
+        "flag": list(plc.flags) if expectation.loop is None else [*plc.flag_bits, *plc.aux_bits],
         "autotune": ["done", "error", *plc.tuned_names],
     }.get(subject)
-    name = getattr(wanted, subject)
+    name = getattr(expectation, subject)
     if isinstance(name, Never):
         name, path = name.mode, (*path, "mode")
         subject = "never"
@@ -93,75 +93,79 @@ def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenar
         )
 
 
-def _check_bounds(path: Path, subject: str, wanted: Expectation, present: set[str]) -> Iterator[Problem]:
+def _check_bounds(path: Path, subject: str, expectation: Expectation, present: set[str]) -> Iterator[Problem]:
     """Something must be demanded, in a unit that fits."""
     needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
     if subject in needs and not needs[subject] & present:
         yield Problem(
             path, f"nothing is expected of the {subject}", help=f"add {' or '.join(sorted(needs[subject]))}", key=True
         )
-    if subject == "autotune" and wanted.autotune in {"done", "error"} and {"min", "max"} & present:
-        yield Problem(path, f"{wanted.autotune} is true or false", help="use 'is: true'", key=True)
+    if subject == "autotune" and expectation.autotune in {"done", "error"} and {"min", "max"} & present:
+        yield Problem(path, f"{expectation.autotune} is true or false", help="use 'is: true'", key=True)
     if ("final" in present) != ("tolerance" in present) and subject == "signal":
         yield Problem(path, "final and tolerance belong together", help="final: 50, tolerance: 0.5", key=True)
     if (
         subject == "alarm"
         and "never" in present
-        and ({"at", "after"} & present or ("before" in present and not wanted.never))
+        and ({"at", "after"} & present or ("before" in present and not expectation.never))
     ):
         yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
-    if isinstance(wanted.mode, Never) and "at" in present:
+    if isinstance(expectation.mode, Never) and "at" in present:
         yield Problem((*path, "at"), "a mode that never comes has no time", key=True)
-    if wanted.band is not None and not (wanted.metric == "settling_time" and 0 < wanted.band < 100):
+    if expectation.band is not None and not (expectation.metric == "settling_time" and 0 < expectation.band < 100):
         yield Problem(
             (*path, "band"), "band is the share (above 0 %, below 100 %) of the step in settling_time", key=True
         )
-    units: tuple[str, ...] = UNITS.get(wanted.metric or "", ("",))
+    units: tuple[str, ...] = UNITS.get(expectation.metric or "", ("",))
     for key in ("min", "max"):
-        bound: Bound | None = getattr(wanted, key)
+        bound: Bound | None = getattr(expectation, key)
         if bound is not None and bound.unit not in units:
             has = " or ".join(unit or "a plain number" for unit in units)
             yield Problem(
                 (*path, key),
-                f"{key} of {wanted.metric or subject} cannot be in {bound.unit}",
+                f"{key} of {expectation.metric or subject} cannot be in {bound.unit}",
                 "value",
                 help=f"write {has}",
             )
 
 
-def _check_possible(path: Path, subject: str, wanted: Expectation, duration: Decimal) -> Iterator[Problem]:
+def _check_possible(path: Path, subject: str, expectation: Expectation, duration: Decimal) -> Iterator[Problem]:
     """Something must be able to pass."""
-    if wanted.metric not in {None, "final_error"} and wanted.max is not None and wanted.max.value < 0:
-        yield Problem((*path, "max"), f"{wanted.metric} is never below 0: no value passes", "value")
-    if "s" in UNITS.get(wanted.metric or "", ()) and wanted.min is not None and wanted.min.value > duration:
-        what = f"{wanted.metric} is never above the {duration:f} s that the scenario has: no value passes"
-        yield Problem((*path, "min"), what, "value", help="write less, or lengthen the duration")
-    if wanted.min is not None and wanted.max is not None and wanted.min.value > wanted.max.value:
-        what = f"min {wanted.min.value:f} is above max {wanted.max.value:f}: no value passes"
-        yield Problem((*path, "min"), what, "value", help="write the smaller number as min")
-    if wanted.start is not None and wanted.until is not None and wanted.start > wanted.until:
+    if expectation.metric not in {None, "final_error"} and expectation.max is not None and expectation.max.value < 0:
+        yield Problem((*path, "max"), f"{expectation.metric} is never below 0: no value passes", "value")
+    if (
+        "s" in UNITS.get(expectation.metric or "", ())
+        and expectation.min is not None
+        and expectation.min.value > duration
+    ):
+        message = f"{expectation.metric} is never above the {duration:f} s that the scenario has: no value passes"
+        yield Problem((*path, "min"), message, "value", help="write less, or lengthen the duration")
+    if expectation.min is not None and expectation.max is not None and expectation.min.value > expectation.max.value:
+        message = f"min {expectation.min.value:f} is above max {expectation.max.value:f}: no value passes"
+        yield Problem((*path, "min"), message, "value", help="write the smaller number as min")
+    if expectation.start is not None and expectation.until is not None and expectation.start > expectation.until:
         yield Problem((*path, "from"), "from comes after until", "value")
-    if wanted.before is not None and wanted.after is not None and wanted.after > wanted.before:
-        what = f"before {wanted.before:f} s and after {wanted.after:f} s: no alarm is both"
-        yield Problem((*path, "after"), what, "value", help="write the earlier time as after")
-    if wanted.tolerance is not None and wanted.tolerance.value < 0:
-        what = f"tolerance is {wanted.tolerance.value:f}: no value passes"
-        yield Problem((*path, "tolerance"), what, "value", help="write 0 or more")
-    if subject == "flag" and wanted.loop is not None and wanted.value not in {None, False, True}:
+    if expectation.before is not None and expectation.after is not None and expectation.after > expectation.before:
+        message = f"before {expectation.before:f} s and after {expectation.after:f} s: no alarm is both"
+        yield Problem((*path, "after"), message, "value", help="write the earlier time as after")
+    if expectation.tolerance is not None and expectation.tolerance.value < 0:
+        message = f"tolerance is {expectation.tolerance.value:f}: no value passes"
+        yield Problem((*path, "tolerance"), message, "value", help="write 0 or more")
+    if subject == "flag" and expectation.loop is not None and expectation.value not in {None, False, True}:
         yield Problem((*path, "is"), "a loop's flag is true or false", "value", help="write true or false")
 
 
 # --- What a scenario's schema cannot say: which keys go together, and names that only the configuration knows ---------
 
-SAMPLES = 10
+LEAST_SAMPLES = 10
 """Of a loop: in fewer nothing of it can be judged."""
-LARGEST = Decimal("1e12")
+LARGEST_NUMBER = Decimal("1e12")
 """Largest magnitude of a plant's number; larger ones are typing mistakes and would overflow the arithmetic."""
-SMALLEST = 1 / LARGEST
+SMALLEST_NUMBER = 1 / LARGEST_NUMBER
 """Smallest number of those that are above 0; the square of a smaller one is lost in the arithmetic."""
 
 ACTIONS = ("set", "disturb", "mode", "ramp_soak", "autotune", "pv", "plc")
-OF_A_LOOP = ("mode", "ramp_soak", "autotune", "pv")
+LOOP_ACTIONS = ("mode", "ramp_soak", "autotune", "pv")
 
 MODEL_KEYS = {
     "first_order": (("time_constant",),),
@@ -184,10 +188,10 @@ OWN_KEYS = (
     "period",
     "resolution",
 )
-TIMES = ("time_constant", "time_constants", "lag", "lead", "dead_time", "period", "resolution")
-POSITIVE = ("time_constant", "time_constants", "lag", "rate_limit", "period", "resolution")
-NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")
-DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag", "stiction", "rate_limit")
+TIME_KEYS = ("time_constant", "time_constants", "lag", "lead", "dead_time", "period", "resolution")
+POSITIVE_KEYS = ("time_constant", "time_constants", "lag", "rate_limit", "period", "resolution")
+NOT_NEGATIVE_KEYS = ("damping", "lead", "dead_time", "stiction", "noise")
+DISTURBED_KEYS = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag", "stiction", "rate_limit")
 
 
 def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
@@ -260,12 +264,12 @@ def _check_length(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
         for name, goal, period in zip(plc.loops, plc.goals, periods, strict=True)
         if goal in IN_CONTROL and period and (scenario.loops is None or name in scenario.loops)
     ]
-    slowest, fewest = max(periods, default=0), SAMPLES * min(judged, default=0)
+    slowest, fewest = max(periods, default=0), LEAST_SAMPLES * min(judged, default=0)
     if 0 < scenario.duration * TICKS < slowest:
         message = f"{scenario.duration:f} s are shorter than a sample of the slowest loop, {slowest / TICKS:g} s"
         yield Problem(("duration",), message, "value", help=cure)
     elif 0 < scenario.duration * TICKS < fewest:
-        message = f"{scenario.duration:f} s are shorter than {SAMPLES} samples of any loop, {fewest / TICKS:g} s"
+        message = f"{scenario.duration:f} s are shorter than {LEAST_SAMPLES} samples of any loop, {fewest / TICKS:g} s"
         yield Problem(("duration",), message, "value", help=cure)
 
 
@@ -283,8 +287,8 @@ def _check_times(scenario: Scenario) -> Iterator[Problem]:
             yield Problem(path, message, "value", help="write a time, as in 10 or 10 min")
         elif key != "duration" and time * TICKS != int(time * TICKS):
             yield Problem(path, f"{path[-1]} is no whole number of microseconds", "value")
-        elif time > LARGEST:
-            yield Problem(path, f"{path[-1]} is beyond {LARGEST:g} s", "value")
+        elif time > LARGEST_NUMBER:
+            yield Problem(path, f"{path[-1]} is beyond {LARGEST_NUMBER:g} s", "value")
 
 
 def _check_initial(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
@@ -292,12 +296,12 @@ def _check_initial(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
         path = ("initial", loop)
         if loop in plc.loops:
-            yield from _refused(path, loop, plc, ("output",), value)
+            yield from _check_value(path, loop, plc, ("output",), value)
         else:
             yield unknown_name(path, "loop", loop, plc.loops, key=True)
 
 
-def _refused(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: object) -> Iterator[Problem]:
+def _check_value(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: object) -> Iterator[Problem]:
     """What the controller has against a value."""
     try:
         plc.check_set(plc.loops.index(loop), keys, value)
@@ -317,17 +321,21 @@ def check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
     if not any(set(plant_keys) == set(keys) for keys in allowed) and all(
         any(k in keys for keys in allowed) for k in plant_keys
     ):
-        wanted = " or ".join(" and ".join(keys) for keys in allowed if keys)
-        yield Problem((*path, "model"), f"{plant.model} needs {wanted}", help="add it, and nothing else of the two")
-    for key, value in _numbers(plant):
-        unit = " s" if key in TIMES else ""
-        if abs(value) > LARGEST:
-            yield Problem((*path, key), f"{key} is beyond {LARGEST:g}", "value")
-        elif key in POSITIVE and value < SMALLEST:
-            tiny = f"is below {SMALLEST:g}{unit}" if value > 0 else f"is {value:f}{unit}; it must be above 0{unit}"
+        expectation = " or ".join(" and ".join(keys) for keys in allowed if keys)
+        yield Problem(
+            (*path, "model"), f"{plant.model} needs {expectation}", help="add it, and nothing else of the two"
+        )
+    for key, value in _plant_numbers(plant):
+        unit = " s" if key in TIME_KEYS else ""
+        if abs(value) > LARGEST_NUMBER:
+            yield Problem((*path, key), f"{key} is beyond {LARGEST_NUMBER:g}", "value")
+        elif key in POSITIVE_KEYS and value < SMALLEST_NUMBER:
+            tiny = (
+                f"is below {SMALLEST_NUMBER:g}{unit}" if value > 0 else f"is {value:f}{unit}; it must be above 0{unit}"
+            )
             cure = "a plant without a lag is dead_time" if key not in {"period", "resolution"} else None
             yield Problem((*path, key), f"{key} {tiny}", "value", help=cure)
-        elif key in NOT_NEGATIVE and value < 0:
+        elif key in NOT_NEGATIVE_KEYS and value < 0:
             message = f"{key} is {value:f}{unit}; it must not be negative"
             yield Problem((*path, key), message, "value", help="write 0 or more")
     if plant.initial is not None and plant.limits and not plant.limits[0] <= plant.initial <= plant.limits[1]:
@@ -349,8 +357,8 @@ def _check_pulses(path: Path, plant: Plant) -> Iterator[Problem]:
         yield Problem((*path, "resolution"), message, "value", help="write a part of the period")
 
 
-def _numbers(plant: Plant) -> Iterator[tuple[str, Decimal]]:
-    for key in (*DISTURBED, "dead_time", "initial", "period", "resolution"):
+def _plant_numbers(plant: Plant) -> Iterator[tuple[str, Decimal]]:
+    for key in (*DISTURBED_KEYS, "dead_time", "initial", "period", "resolution"):
         value = getattr(plant, key)
         if value is not None:
             yield key, value
@@ -362,8 +370,8 @@ def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iter
     """One action, at a time within the run, on something that exists."""
     actions = [key for key in ACTIONS if getattr(event, key) is not None]
     if len(actions) != 1:
-        what = f"{' and '.join(actions)} in one event" if actions else "an event that does nothing"
-        yield Problem(path, what, help=f"one of {', '.join(ACTIONS)} makes an event", key=True)
+        count_text = f"{' and '.join(actions)} in one event" if actions else "an event that does nothing"
+        yield Problem(path, count_text, help=f"one of {', '.join(ACTIONS)} makes an event", key=True)
         return
     action = actions[0]
     if event.at < 0:
@@ -379,7 +387,7 @@ def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iter
     elif event.loop in plc.wired and action == "pv":
         message = f"the PV of {event.loop} comes from the PLC's program; set the signal that it is made of"
         yield Problem((*path, "pv"), message, key=True)
-    elif event.loop is None and action in OF_A_LOOP:
+    elif event.loop is None and action in LOOP_ACTIONS:
         yield Problem((*path, action), f"{action} needs a loop", help="add 'loop: …'", key=True)
     elif event.plant is not None and action != "disturb":
         yield Problem((*path, "plant"), "only a disturbance names a plant", key=True)
@@ -412,7 +420,7 @@ def check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterato
         key_path = (*path, "set", *below)
         name = dotted_text(keys)
         if event.loop is not None:
-            yield from _refused(key_path, event.loop, plc, keys, value)
+            yield from _check_value(key_path, event.loop, plc, keys, value)
         elif name in plc.inputs:
             yield from _check_input(key_path, name, value, plc)
         elif name not in scenario.signals:
@@ -437,8 +445,8 @@ def _check_signal(path: Path, name: str, value: object) -> Iterator[Problem]:
     except PydanticCustomError as error:
         yield Problem(path, f"{name}: {error.message()}", "value", help=(error.context or {}).get("help"))
         return
-    if abs(number) > LARGEST:
-        yield Problem(path, f"{name} is beyond {LARGEST:g}", "value")
+    if abs(number) > LARGEST_NUMBER:
+        yield Problem(path, f"{name} is beyond {LARGEST_NUMBER:g}", "value")
 
 
 def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Problem]:
@@ -454,12 +462,18 @@ def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Pro
     plant = names[name]
     for key, value in (event.disturb or {}).items():
         key_path = (*path, "disturb", key)
-        has = [k for k in DISTURBED if getattr(plant, k) is not None and (k not in OWN_KEYS or _fits(plant, k))]
-        if key not in has:
-            yield unknown_name(key_path, f"number of {name} that can change", key, has, key=True)
-        elif abs(value) > LARGEST or (value < 0 and key in NOT_NEGATIVE) or (value < SMALLEST and key in POSITIVE):
+        changeable = [
+            k for k in DISTURBED_KEYS if getattr(plant, k) is not None and (k not in OWN_KEYS or _takes_key(plant, k))
+        ]
+        if key not in changeable:
+            yield unknown_name(key_path, f"number of {name} that can change", key, changeable, key=True)
+        elif (
+            abs(value) > LARGEST_NUMBER
+            or (value < 0 and key in NOT_NEGATIVE_KEYS)
+            or (value < SMALLEST_NUMBER and key in POSITIVE_KEYS)
+        ):
             yield Problem(key_path, f"{key} cannot be {value}", "value")
 
 
-def _fits(plant: Plant, key: str) -> bool:
+def _takes_key(plant: Plant, key: str) -> bool:
     return any(key in keys for keys in MODEL_KEYS[plant.model])

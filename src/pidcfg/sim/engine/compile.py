@@ -58,11 +58,11 @@ with without_settings_file():
 vars(numba.config)["_config_fname"] = os.devnull  # it looks again for each kernel
 
 Kernel = Callable[..., Any]
-TYPES = {"int": np.int64, "float": np.float64}
+NUMPY_TYPES = {"int": np.int64, "float": np.float64}
 """NumPy's type for each annotation that a kernel's record may have."""
 ENTRY_BYTES, SHELF_BYTES = 8 << 20, 16 << 20
 """Of a compiled kernel as it is kept, and of those that lie together."""
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+NUMBA_OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 """Kernels divide by nothing that can be 0, are called by nobody in C, and create no objects to count references of."""
 
 
@@ -77,15 +77,15 @@ def compile_functions(
     more than they save. No fastmath.
     """
     swap, entries, hot = with_native(replaced), set(functions), set(inlined)
-    originals = reachable(sorted(entries, key=identity), swap)
+    originals = reachable_kernels(sorted(entries, key=full_name), swap)
     key = fingerprint(originals, swap, hot)
     built: dict[Kernel, Kernel] = {}
     for f in originals:
-        options = OPTIONS | {"forceinline": f in hot, "no_cpython_wrapper": f not in entries}
+        options = NUMBA_OPTIONS | {"forceinline": f in hot, "no_cpython_wrapper": f not in entries}
         built[f] = numba.njit(**options)(copy_function(f))
         if f in entries:
             vars(built[f])["_cache"] = KernelCache(entry_name(key, f))
-    connect(originals, built, swap)
+    connect_kernels(originals, built, swap)
     return built
 
 
@@ -99,7 +99,7 @@ def with_native(replaced: Mapping[Kernel, Kernel] | None) -> dict[Kernel, Kernel
     return {single: native_single, **(replaced or {})}
 
 
-def reachable(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> list[Kernel]:
+def reachable_kernels(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> list[Kernel]:
     """The functions and everything that they call, in a fixed order."""
     kernels: dict[Kernel, None] = {}
     waiting = list(functions)
@@ -118,7 +118,9 @@ def copy_function(f: Kernel) -> FunctionType:
     return copy
 
 
-def connect(originals: Iterable[Kernel], built: Mapping[Kernel, Kernel], replaced: Mapping[Kernel, Kernel]) -> None:
+def connect_kernels(
+    originals: Iterable[Kernel], built: Mapping[Kernel, Kernel], replaced: Mapping[Kernel, Kernel]
+) -> None:
     """In the globals of each copy, put the built function where an original one stands."""
     for f in originals:
         scope = getattr(built[f], "py_func", built[f]).__globals__
@@ -139,10 +141,12 @@ def callees(f: Kernel) -> list[tuple[str, Kernel]]:
 @cache
 def record_type(cls: type) -> np.dtype[np.void]:
     """The structured type of a flat dataclass whose fields are ints and floats."""
-    return np.dtype([(f.name, TYPES[f.type if isinstance(f.type, str) else f.type.__name__]) for f in fields(cls)])
+    return np.dtype(
+        [(f.name, NUMPY_TYPES[f.type if isinstance(f.type, str) else f.type.__name__]) for f in fields(cls)]
+    )
 
 
-def records(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.void]]:
+def record_array(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.void]]:
     """The objects as an array of records; ``cls`` is theirs, since there may be none."""
     kind = record_type(cls)
     values = attrgetter(*(kind.names or ()))
@@ -172,18 +176,18 @@ class Rows(list[Any]):
         if not objects:
             return objects
         if isinstance(objects, Rows):
-            return cls._seen(objects.array.copy(), type(objects[0]))
+            return cls._view_array(objects.array.copy(), type(objects[0]))
         kind: Any = type(objects[0])
-        return cls._seen(records(objects, kind), record_view(kind))
+        return cls._view_array(record_array(objects, kind), record_view(kind))
 
     @classmethod
-    def _seen(cls, array: np.ndarray[Any, np.dtype[np.void]], view: type[Any]) -> Rows:
+    def _view_array(cls, array: np.ndarray[Any, np.dtype[np.void]], view: type[Any]) -> Rows:
         rows = cls(view.from_buffer(array, at) for at in range(0, array.nbytes, array.itemsize))
         rows.array, rows.memory = array, array.view(np.uint8).data
         return rows
 
 
-def put_in_arrays(into: Any, present: Any) -> None:
+def copy_into_arrays(into: Any, present: Any) -> None:
     """Writes what some numbers or objects in an array hold, ``present``, into others."""
     if into:
         memory, other = (item.memory if isinstance(item, Rows) else memoryview(item) for item in (into, present))
@@ -193,20 +197,20 @@ def put_in_arrays(into: Any, present: Any) -> None:
 # --- calls -----------------------------------------------------------------------------------------------------------
 
 
-def on_arrays(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> Kernel:
+def call_on_arrays(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> Kernel:
     """A compiled kernel that is called with `Rows` and with ``array`` of numbers, whose memory it reads and writes.
 
     The original's annotations say what becomes of each argument; ``vendor`` has the classes of its type variables.
     What was an argument of the last call is not looked at again.
     """
     kinds = [kind for name, kind in get_type_hints(original).items() if name != "return"]
-    kept: list[tuple[Any, Any]] = [(None, None)] * len(kinds)
+    last_arguments: list[tuple[Any, Any]] = [(None, None)] * len(kinds)
 
     def call(*arguments: Any) -> int:
         for at, (kind, value) in enumerate(zip(kinds, arguments, strict=True)):
-            if kind is int or value is not kept[at][0]:
-                kept[at] = value, to_arrays(kind, value, vendor)
-        return int(function(*[arrays for _, arrays in kept]))
+            if kind is int or value is not last_arguments[at][0]:
+                last_arguments[at] = value, to_arrays(kind, value, vendor)
+        return int(function(*[arrays for _, arrays in last_arguments]))
 
     return call
 
@@ -221,10 +225,10 @@ def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
         return value
     item = item_of(kind)
     if not value:
-        return np.empty(0, TYPES[item.__name__] if item in {int, float} else record_type(vendor.get(item, item)))
+        return np.empty(0, NUMPY_TYPES[item.__name__] if item in {int, float} else record_type(vendor.get(item, item)))
     if not isinstance(value, array):
         raise TypeError(f"{value!r} lies in no array")
-    return np.frombuffer(value, TYPES[item.__name__])
+    return np.frombuffer(value, NUMPY_TYPES[item.__name__])
 
 
 @cache
@@ -301,10 +305,10 @@ def read_entry(name: str) -> bytes:
 def entry_name(key: str, f: Kernel) -> str:
     """What a kernel's machine code for this processor is kept under; ``key``: the `fingerprint` of all it may call."""
     processor = cpu_target.target_context.codegen().magic_tuple()
-    return hash_of((key, identity(f), processor)).hex()
+    return hash_of((key, full_name(f), processor)).hex()
 
 
-def is_kept(
+def is_cached(
     called: Iterable[Kernel],
     functions: Iterable[Kernel],
     replaced: Mapping[Kernel, Kernel],
@@ -312,18 +316,18 @@ def is_kept(
 ) -> bool:
     """Whether those of the compiled functions that are called lie in the cache: a second then, not a quarter minute."""
     swap = with_native(replaced)
-    key = fingerprint(reachable(sorted(set(functions), key=identity), swap), swap, inlined)
+    key = fingerprint(reachable_kernels(sorted(set(functions), key=full_name), swap), swap, inlined)
     return all(read_entry(entry_name(key, f)) for f in called)
 
 
 def fingerprint(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()) -> str:
     """A hash of everything that decides the compiled code: bytecode, constants by value, who calls whom, versions."""
     versions = (sys.version, numba.__version__, np.__version__)
-    digest = hashlib.sha256(repr((versions, OPTIONS, sorted(map(identity, set(inlined))))).encode())
+    digest = hashlib.sha256(repr((versions, NUMBA_OPTIONS, sorted(map(full_name, set(inlined))))).encode())
     for f in functions:
         code = f.__code__
-        calls = [(n, identity(replaced.get(callee, callee))) for n, callee in callees(f)]
-        facts = (identity(f), f.__defaults__, code.co_consts, code.co_names, code.co_varnames, constants(f), calls)
+        calls = [(n, full_name(replaced.get(callee, callee))) for n, callee in callees(f)]
+        facts = (full_name(f), f.__defaults__, code.co_consts, code.co_names, code.co_varnames, constants(f), calls)
         digest.update(code.co_code + repr(facts).encode())
     return digest.hexdigest()[:24]
 
@@ -340,6 +344,6 @@ def constants(f: Kernel) -> list[tuple[str, Any]]:
     ]
 
 
-def identity(f: Kernel) -> str:
+def full_name(f: Kernel) -> str:
     """A function's full name."""
     return f"{f.__module__}.{f.__qualname__}"

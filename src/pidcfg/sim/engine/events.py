@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 # PLC itself writes while it runs (an output, a set point that follows the PV in Manual, gains after an auto-tune) is
 # never taken for idle.
 
-LIVE = ("output", "bias", "MV", "MOUT", "I_MV", "ManualMV")
+LIVE_KEYS = ("output", "bias", "MV", "MOUT", "I_MV", "ManualMV")
 """Keys of a loop that the PLC overwrites while it controls."""
 
 
@@ -41,8 +41,8 @@ def idle_events(
     scenario: Scenario, new_plc: Callable[[], Plc], net: Network, events: Iterable[Event] | None = None
 ) -> list[Event]:
     """The events of a scenario that has no errors which change nothing; of some ``events`` of one kind, where given."""
-    trial, looked_at = _Trial(new_plc, net, scenario), scenario.events if events is None else events
-    return [event for event in sorted(looked_at, key=lambda event: event.at) if not trial.changes(event)]
+    trial, candidates = _Trial(new_plc, net, scenario), scenario.events if events is None else events
+    return [event for event in sorted(candidates, key=lambda event: event.at) if not trial.has_effect(event)]
 
 
 class _Trial:
@@ -59,19 +59,19 @@ class _Trial:
         """Loops whose parameters the PLC may have written itself; None: all."""
         self.running = True
 
-    def changes(self, event: Event) -> bool:
+    def has_effect(self, event: Event) -> bool:
         """Whether anything is otherwise after an event."""
         if event.disturb is not None:
-            return _renews(self.numbers[event.plant or event.loop or ""], event.disturb)
+            return _update_numbers(self.numbers[event.plant or event.loop or ""], event.disturb)
         if event.set is None:
-            return self._switches(event)
+            return self._may_switch(event)
         if event.loop is not None:
-            return self._writes(event.loop, event.set)
-        return _renews(
-            self.signals, {dotted_text(keys): self._input(keys, value) for keys, value, _ in leaves(event.set)}
+            return self._write_parameters(event.loop, event.set)
+        return _update_numbers(
+            self.signals, {dotted_text(keys): self._input_value(keys, value) for keys, value, _ in leaves(event.set)}
         )
 
-    def _switches(self, event: Event) -> bool:
+    def _may_switch(self, event: Event) -> bool:
         """Whether an event may change a mode: the CPU's, or that of a loop, which only the run can tell."""
         was = self.running
         if event.plc is not None:
@@ -81,32 +81,32 @@ class _Trial:
         self.live.add(event.loop)
         return True
 
-    def _input(self, keys: tuple[str, ...], value: object) -> float:
+    def _input_value(self, keys: tuple[str, ...], value: object) -> float:
         """The value of a signal as an event gives it."""
         self.plc = self.plc or self.new_plc()
         name = dotted_text(keys)
         return self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
 
-    def _writes(self, loop: str, values: dict[str, Any]) -> bool:
+    def _write_parameters(self, loop: str, values: dict[str, Any]) -> bool:
         """Whether parameters of a loop become others."""
         if self.plc is None or not self.signal_values:
             self.plc = self.plc or self.new_plc()
             self.signal_values = list(self.plc.signal_values)
         plc, i, changed = self.plc, self.plc.loops.index(loop), bool(self.live & {loop, None})
         for keys, value, _ in leaves(values):
-            before = self._contents(i)
+            before = self._loop_contents(i)
             plc.set(i, keys, plc.check_set(i, keys, value), self.signal_values)
-            changed |= dotted_text(keys) in LIVE or before != self._contents(i)
+            changed |= dotted_text(keys) in LIVE_KEYS or before != self._loop_contents(i)
         return changed
 
-    def _contents(self, loop: int) -> list[object]:
+    def _loop_contents(self, loop: int) -> list[object]:
         """What the PLC has of a loop."""
         plc = self.plc or self.new_plc()
         records = [getattr(record, f.name) for record in (plc.configs[loop], plc.states[loop]) for f in fields(record)]
         return [*records, *plc.aux, *self.signal_values]
 
 
-def _renews(present: dict[str, float], new: Any) -> bool:
+def _update_numbers(present: dict[str, float], new: Any) -> bool:
     """Writes numbers into those that are there; whether one of them is another now."""
     changed = any(present.get(key) != float(value) for key, value in new.items())
     present |= {key: float(value) for key, value in new.items()}
@@ -117,7 +117,7 @@ def _renews(present: dict[str, float], new: Any) -> bool:
 
 Entry = TypeVar("Entry", Alarm, ModeChange, Note)
 
-LISTED = 1_000
+MOST_LISTED = 1_000
 """Alarms, mode changes and notes that are listed for a loop; so that a chattering alarm does not fill the memory."""
 
 
@@ -131,16 +131,16 @@ class Journal:
     """The mode that was requested last, by loop."""
     loops: list[LoopReport] = field(default_factory=list)
     mode: list[str] = field(default_factory=list)
-    active: list[dict[str, float]] = field(default_factory=list)
-    since: list[dict[str, float]] = field(default_factory=list)
+    active_alarms: list[dict[str, float]] = field(default_factory=list)
+    flags_since: list[dict[str, float]] = field(default_factory=list)
     """When each flag that is on came on, by loop."""
-    stage: list[tuple[str, float]] = field(default_factory=list)
+    profile_steps: list[tuple[str, float]] = field(default_factory=list)
     """The step of a set-point profile and its beginning, by loop."""
     status: list[int] = field(default_factory=list)
     """Every status bit that was on at any time, by loop; likewise ``aux``."""
     aux: list[int] = field(default_factory=list)
 
-    before: list[tuple[int, int] | None] = field(default_factory=list)
+    last_status: list[tuple[int, int] | None] = field(default_factory=list)
     """The status words of the last row, by loop."""
     mode_bits: int = 0
     """The bits of a status that tell the mode; likewise alarms and flags."""
@@ -155,14 +155,14 @@ class Journal:
             self.requested.append(goal)
             self.mode.append("manual" if "manual" in self.plc.modes else goal)
             self.loops.append(LoopReport(first_mode=self.mode[-1]))
-            self.since.append({})
-            self.stage.append(("", 0.0))
-            self.active.append({})
+            self.flags_since.append({})
+            self.profile_steps.append(("", 0.0))
+            self.active_alarms.append({})
             self.status.append(0)
             self.aux.append(0)
-            self.before.append(None)
+            self.last_status.append(None)
 
-    def take(self, log: array[int], rows: int) -> None:
+    def read_log(self, log: array[int], rows: int) -> None:
         """The rows of the log, each a base step, a loop, its status words and a notice.
 
         There may be many of them, so only what has changed is looked at.
@@ -170,61 +170,61 @@ class Journal:
         numbers = iter(log[: rows * LOG_COLUMNS].tolist())
         for k, loop, status, aux, notice in zip(*[numbers] * LOG_COLUMNS, strict=True):
             time = ten_digits(k * self.dt)
-            status_before, aux_before = self.before[loop] or (~status, ~aux)
-            self.before[loop] = status, aux
+            status_before, aux_before = self.last_status[loop] or (~status, ~aux)
+            self.last_status[loop] = status, aux
             self.status[loop] |= status
             self.aux[loop] |= aux
             changed = status ^ status_before
             if notice or changed & self.mode_bits:
-                self._modes(time, loop, status, notice)
+                self._note_mode(time, loop, status, notice)
             if changed & self.alarm_bits:
-                self._alarms(time, loop, status, changed)
+                self._note_alarms(time, loop, status, changed)
             if changed & self.flag_bits:
-                self._flags(time, loop, self.plc.flag_bits, status)
+                self._note_flags(time, loop, self.plc.flag_bits, status)
             if aux != aux_before:
-                self._flags(time, loop, self.plc.aux_bits, aux)
-                self._stages(time, loop, self.plc.profile_step(aux))
+                self._note_flags(time, loop, self.plc.aux_bits, aux)
+                self._note_stage(time, loop, self.plc.profile_step(aux))
 
-    def _modes(self, time: float, loop: int, status: int, notice: int) -> None:
+    def _note_mode(self, time: float, loop: int, status: int, notice: int) -> None:
         """The mode after a base step, with what led to it (D640); what does not concern it is a note."""
         mode = self.plc.mode(status)
         reason, apart = self.plc.describe(notice)
         if apart:
-            self._list(loop, self.loops[loop].notes, Note(time, self.plc.loops[loop], apart))
+            self._list_entry(loop, self.loops[loop].notes, Note(time, self.plc.loops[loop], apart))
         if mode == self.mode[loop] and not reason:
             return
         requested = self.plc.requested(notice) if reason else self.requested[loop]
         self.mode[loop] = mode
-        self._list(loop, self.loops[loop].modes, ModeChange(time, requested, mode, reason or None))
+        self._list_entry(loop, self.loops[loop].modes, ModeChange(time, requested, mode, reason or None))
 
-    def _alarms(self, time: float, loop: int, status: int, changed: int) -> None:
-        active = self.active[loop]
+    def _note_alarms(self, time: float, loop: int, status: int, changed: int) -> None:
+        active = self.active_alarms[loop]
         for name, mask in self.plc.alarm_bits.items():
             if not changed & mask:
                 continue
             if not status & mask and name in active:
-                self._list(loop, self.loops[loop].alarms, Alarm(name, active.pop(name), time))
+                self._list_entry(loop, self.loops[loop].alarms, Alarm(name, active.pop(name), time))
             elif status & mask and name not in active:
                 active[name] = time
 
-    def _flags(self, time: float, loop: int, names: Mapping[str, int], bits: int) -> None:
+    def _note_flags(self, time: float, loop: int, names: Mapping[str, int], bits: int) -> None:
         """Flags of one status word, by name and mask."""
-        since = self.since[loop]
+        since = self.flags_since[loop]
         for name, mask in names.items():
             if bits & mask:
                 since.setdefault(name, time)
             elif name in since:
-                _keep(self.loops[loop].conditions, Period(name, since.pop(name), time))
+                _list_period(self.loops[loop].conditions, Period(name, since.pop(name), time))
 
-    def _stages(self, time: float, loop: int, stage: str) -> None:
-        old, begun = self.stage[loop]
+    def _note_stage(self, time: float, loop: int, stage: str) -> None:
+        old, begun = self.profile_steps[loop]
         if stage != old:
             if old:
-                _keep(self.loops[loop].steps, Period(old, begun, time))
-            self.stage[loop] = (stage, time)
+                _list_period(self.loops[loop].steps, Period(old, begun, time))
+            self.profile_steps[loop] = (stage, time)
 
-    def _list(self, loop: int, entries: list[Entry], entry: Entry) -> None:
-        if len(entries) < LISTED:
+    def _list_entry(self, loop: int, entries: list[Entry], entry: Entry) -> None:
+        if len(entries) < MOST_LISTED:
             entries.append(entry)
         else:
             self.loops[loop].unlisted += 1
@@ -236,10 +236,10 @@ class Journal:
     def close(self) -> None:
         """Alarms that are still on, and flags."""
         for loop, report in enumerate(self.loops):
-            report.alarms += [Alarm(name, at) for name, at in self.active[loop].items()]
-            report.conditions += [Period(name, at) for name, at in self.since[loop].items()]
-            report.conditions.sort(key=lambda one: one.at)
-            stage, begun = self.stage[loop]
+            report.alarms += [Alarm(name, at) for name, at in self.active_alarms[loop].items()]
+            report.conditions += [Period(name, at) for name, at in self.flags_since[loop].items()]
+            report.conditions.sort(key=lambda period: period.at)
+            stage, begun = self.profile_steps[loop]
             report.steps += [Period(stage, begun)] if stage else []
             report.alarms.sort(key=lambda alarm: (alarm.at, list(self.plc.alarm_bits).index(alarm.alarm)))
             report.flags = {name: bool(self.status[loop] & mask) for name, mask in self.plc.flag_bits.items()}
@@ -247,14 +247,14 @@ class Journal:
             report.autotune = self.plc.tuned(loop)
 
 
-def _keep(entries: list[Period], entry: Period) -> None:
-    if len(entries) < LISTED:
+def _list_period(entries: list[Period], entry: Period) -> None:
+    if len(entries) < MOST_LISTED:
         entries.append(entry)
 
 
 # --- What happens during a run, in order: events of the scenario, the end of a sensor's fault, looks at a mode --------
 
-GRACE = 10
+GRACE_SAMPLES = 10
 """Samples that a loop has to come into its mode."""
 
 Action = Callable[[int], "Note | None"]
@@ -274,13 +274,13 @@ class Agenda:
     step: int
     modes: dict[int, str] = field(default_factory=dict)
     """Modes at the times that expectations look at them, by number of the expectation."""
-    done: list[Note] = field(default_factory=list)
+    past_events: list[Note] = field(default_factory=list)
     """The events that have happened, in words."""
-    numbers: dict[str, dict[str, float]] = field(default_factory=dict)
+    plant_numbers: dict[str, dict[str, float]] = field(default_factory=dict)
     """The present numbers of disturbed plants."""
     zero: int = 0
     """The base step at which time starts."""
-    broken: dict[str, int] = field(default_factory=dict)
+    broken_sensors: dict[str, int] = field(default_factory=dict)
     """The event that broke a loop's sensor last."""
 
     def __post_init__(self) -> None:
@@ -294,14 +294,14 @@ class Agenda:
         actions: list[tuple[int, int, Action]] = [(k, -2, action) for k, action in looks]
         for i, event in enumerate(self.scenario.events):
             begin = self.at_or_after(event.at)
-            actions.append((begin, 1, partial(self.happen, event, i)))
+            actions.append((begin, 1, partial(self.carry_out, event, i)))
             if event.duration is not None:  # a fault is seen once, however short it is
                 end = max(begin + 1, self.at_or_after(event.at + event.duration))
-                actions.append((end, 0, partial(self.repair, event, i)))
-        for i, wanted in enumerate(self.scenario.expect):
-            if wanted.mode is not None and wanted.at is not None:
-                look = int(wanted.at * TICKS) // self.step + 1
-                actions.append((look, -1, partial(self.look, wanted.loop or "", i)))
+                actions.append((end, 0, partial(self.repair_sensor, event, i)))
+        for i, expectation in enumerate(self.scenario.expect):
+            if expectation.mode is not None and expectation.at is not None:
+                look = int(expectation.at * TICKS) // self.step + 1
+                actions.append((look, -1, partial(self.note_mode, expectation.loop or "", i)))
         for k, _, action in sorted(actions, key=lambda stop: stop[:2]):
             if k <= last:
                 yield k, action
@@ -310,40 +310,40 @@ class Agenda:
         """The first base step that is not before a time."""
         return steps_until(time, self.step)
 
-    def look(self, loop: str, expectation: int, _k: int) -> None:
+    def note_mode(self, loop: str, expectation: int, _k: int) -> None:
         """Notes the mode for an expectation."""
         i = self.plc.loops.index(loop)
         self.modes[expectation] = self.plc.mode(self.plc.states[i].status)
 
-    def happen(self, event: Event, number: int, k: int) -> Note | None:
+    def carry_out(self, event: Event, number: int, k: int) -> Note | None:
         """Carries out an event."""
         before = list(self.net.signal_values)
         self.end_steps(k, event)
-        note = self.act(event, number, k)
-        self.machine.hold(before)
+        note = self.apply_event(event, number, k)
+        self.machine.hold_signals(before)
         return note
 
-    def act(self, event: Event, number: int, k: int) -> Note | None:
+    def apply_event(self, event: Event, number: int, k: int) -> Note | None:
         """Lets an event act on PLC, plants or signals."""
         time = ten_digits(k * self.step / TICKS)
-        self.done.append(Note(time, event.loop or event.plant, describe_event(event)))
+        self.past_events.append(Note(time, event.loop or event.plant, describe_event(event)))
         if event.plc is not None:
-            self.switch(k, event.plc)
+            self.switch_cpu(k, event.plc)
         elif event.disturb is not None:
-            self.disturb(k, event)
+            self.disturb_plant(k, event)
         elif event.loop is None:
             self.set_signals(k, event)
         elif event.set is not None:
-            late = self.write(k, self.plc.loops.index(event.loop), event)
+            late = self.write_parameters(k, self.plc.loops.index(event.loop), event)
             return Note(time, event.loop, late) if late else None
         else:
-            self.operate(k, self.plc.loops.index(event.loop), event, number)
+            self.operate_loop(k, self.plc.loops.index(event.loop), event, number)
         return None
 
     def end_steps(self, k: int, event: Event) -> None:
         """No answer to an earlier step is measured any longer where an event moves a loop."""
         for i, meter in enumerate(self.machine.meters):
-            if self.influence.concerns(event, i):
+            if self.influence.can_move(event, i):
                 end_step(meter, k)
 
     def set_signals(self, k: int, event: Event) -> None:
@@ -365,21 +365,21 @@ class Agenda:
         """What chooses a loop's mode says something else now."""
         mode = self.plc.intended_mode(loop, self.net.signal_values)
         bits = self.plc.modes.get(mode, 0)
-        if bits & self.plc.control_bits != self.machine.meters[loop].wanted:
-            self.want(k, loop, bits)
+        if bits & self.plc.control_bits != self.machine.meters[loop].wanted_bits:
+            self.want_mode(k, loop, bits)
 
-    def want(self, k: int, loop: int, bits: int) -> None:
+    def want_mode(self, k: int, loop: int, bits: int) -> None:
         """A loop is meant for another mode; it has some samples to come into it."""
-        want_mode(self.machine.meters[loop], k, bits, GRACE * self.plc.configs[loop].period // self.step)
+        want_mode(self.machine.meters[loop], k, bits, GRACE_SAMPLES * self.plc.configs[loop].period // self.step)
 
     def begin_step(self, k: int, loop: int, before: float) -> None:
         """Measures from here on how a loop follows its set point, if it controls anything."""
-        if self.plc.mode(self.plc.states[loop].status) in IN_CONTROL and self.influence.driven[loop]:
+        if self.plc.mode(self.plc.states[loop].status) in IN_CONTROL and self.influence.is_driven[loop]:
             self.machine.counts[2] += 1
             period = -(-self.plc.configs[loop].period // self.step)
             begin_step(self.machine.meters[loop], k, before, period, self.net.signal_values)
 
-    def operate(self, k: int, loop: int, event: Event, number: int) -> None:
+    def operate_loop(self, k: int, loop: int, event: Event, number: int) -> None:
         """What an operator does to a loop, or a sensor by itself."""
         if event.pv is not None and event.loop is not None:
             self.break_sensor(event.loop, loop, event.pv, number)
@@ -389,13 +389,13 @@ class Agenda:
         elif event.mode is not None:
             self.journal.requested[loop] = event.mode
             self.plc.request(loop, event.mode)
-            self.want(k, loop, self.plc.modes[event.mode])
+            self.want_mode(k, loop, self.plc.modes[event.mode])
         elif event.ramp_soak is not None:
             self.plc.ramp_soak(loop, event.ramp_soak)
         elif event.autotune is not None:
             self.plc.autotune(loop, event.autotune)
 
-    def write(self, k: int, loop: int, event: Event) -> str | None:
+    def write_parameters(self, k: int, loop: int, event: Event) -> str | None:
         """Writes parameters; an event that changes the set point in force starts what is measured from it."""
         signals, config = self.net.signal_values, self.plc.configs[loop]
         before, changed, of_mode = signals[config.sp_slot], False, False
@@ -413,11 +413,11 @@ class Agenda:
             self.begin_step(k, loop, before)
         return "; ".join(late) or None
 
-    def disturb(self, k: int, event: Event) -> None:
+    def disturb_plant(self, k: int, event: Event) -> None:
         """Replaces numbers of a plant."""
         name = event.plant or event.loop or ""
         _, text = self.net.texts[name]
-        numbers = self.numbers.setdefault(name, numbers_of(text))
+        numbers = self.plant_numbers.setdefault(name, numbers_of(text))
         numbers |= {key: float(value) for key, value in (event.disturb or {}).items()}
         set_parameters(self.net.plants[self.net.plant_of[name]], numbers, self.step / TICKS / self.net.parts)
         for key in event.disturb or {}:
@@ -428,7 +428,7 @@ class Agenda:
     def look_at_gains(self, k: int) -> None:
         """Notes which loops cannot move their PV from here on, since a plant has no gain."""
         for i, meter in enumerate(self.machine.meters):
-            cut_off(meter, k, cut=self.influence.driven[i] and self.influence.is_cut(i))
+            cut_off(meter, k, cut=self.influence.is_driven[i] and self.influence.is_cut(i))
 
     def break_sensor(self, name: str, loop: int, shown: Quantity, number: int) -> None:
         """The loop's analog input shows one value from now on."""
@@ -437,16 +437,16 @@ class Agenda:
         channel = self.net.channels[self.net.faults[name]]
         channel.value = low + value * (high - low) / counts if shown.counts else value
         channel.broken = 1
-        self.broken[name] = number
+        self.broken_sensors[name] = number
 
-    def repair(self, event: Event, number: int, k: int) -> None:
+    def repair_sensor(self, event: Event, number: int, k: int) -> None:
         """The end of a fault, unless a later one has taken its place."""
-        if event.loop is not None and self.broken.get(event.loop) == number:
+        if event.loop is not None and self.broken_sensors.get(event.loop) == number:
             self.end_steps(k, event)
             self.net.channels[self.net.faults[event.loop]].broken = 0
             repair_sensor(self.machine.meters[self.plc.loops.index(event.loop)], k)
 
-    def switch(self, k: int, mode: str) -> None:
+    def switch_cpu(self, k: int, mode: str) -> None:
         """The CPU's mode switch."""
         if mode == "run":
             self.plc.run((self.zero + k) * self.step)

@@ -135,7 +135,7 @@ class Pool:
         self.depth = max(self.depth, expression.depth)
         return first, len(self.code)
 
-    def stack(self) -> list[float]:
+    def new_stack(self) -> list[float]:
         """Room for the deepest expression, and the fault number in front of it."""
         return [0.0] * (self.depth + 1)
 
@@ -196,7 +196,7 @@ def evaluate(
 
 # --- Whether an expression's value follows one of its signals at all: ``0 * TIC.OUT`` does not ------------------------
 
-TRIES = 40
+MOST_TRIES = 40
 """Points at which two values of a signal are tried."""
 DECADES = (-2.0, 3.0)
 
@@ -210,17 +210,17 @@ def depends_on(
     """
     random = Random(slot)
 
-    def draw() -> float:
+    def draw_number() -> float:
         number = 10 ** random.uniform(*DECADES)
         return random.choice((0.0, 1.0, number, number, number, -number))
 
     trial = list(signals)
-    for _ in range(TRIES):
+    for _ in range(MOST_TRIES):
         for number in read:
-            trial[number] = draw()
-        one = value(trial)
-        trial[slot] = draw()
+            trial[number] = draw_number()
+        first = value(trial)
+        trial[slot] = draw_number()
         other = value(trial)
-        if one is not None and other is not None and one != other:
+        if first is not None and other is not None and first != other:
             return True
     return False

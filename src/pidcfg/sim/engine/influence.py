@@ -38,19 +38,19 @@ class Influence:
     net: Network
     plc: Plc
     moves: dict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
-    driven: list[bool] = field(default_factory=list)
+    is_driven: list[bool] = field(default_factory=list)
     """Whether each loop's output moves its PV, or a signal does that the scenario sets."""
     idle: Collection[Event] = ()
     """Events that change nothing."""
-    played: set[int] = field(default_factory=set)
+    event_signals: set[int] = field(default_factory=set)
     """The signals that the scenario's events set."""
     set_points: list[set[int]] = field(default_factory=list)
     """The signals that each loop's set point in force is made of by the program alone, without another loop."""
     _reached: dict[tuple[frozenset[int], frozenset[int]], frozenset[int]] = field(default_factory=dict)
-    """Answers of `reach`: a run asks the same again and again, and the graph stays."""
+    """Answers of `reached_signals`: a run asks the same again and again, and the graph stays."""
     _rivals: dict[int, tuple[frozenset[int], frozenset[int]]] = field(default_factory=dict)
     _between: dict[int, Sequence[str]] = field(default_factory=dict)
-    _of_events: dict[int, tuple[Event, frozenset[int]]] = field(default_factory=dict)
+    _moved_by_events: dict[int, tuple[Event, frozenset[int]]] = field(default_factory=dict)
     """What events move, by their identity."""
 
     @classmethod
@@ -61,65 +61,65 @@ class Influence:
         for name, at in net.plant_of.items():
             plant = net.plants[at]
             if plant.gain or name in awoken:
-                self._add(followed_signals(net, plant), (plant.slot, plant.measured))
-            self._add([plant.slot], [plant.measured])
+                self._add_moves(followed_signals(net, plant), (plant.slot, plant.measured))
+            self._add_moves([plant.slot], [plant.measured])
         for channel in net.channels:
-            self._add(followed_signals(net, channel), [channel.target])
+            self._add_moves(followed_signals(net, channel), [channel.target])
         for i, config in enumerate(plc.configs[: len(plc.loops)]):
-            self._add([config.in_slot], [config.pv_slot])
-            self._add([config.pv_slot, config.sp_slot], [config.out_slot])
-            self._add([config.out_slot], self.pulses(i))
+            self._add_moves([config.in_slot], [config.pv_slot])
+            self._add_moves([config.pv_slot, config.sp_slot], [config.out_slot])
+            self._add_moves([config.out_slot], self.pulse_signals(i))
         for source, target in plc.flow:
             self.moves[source].add(target)
-        self.played = {slot for event in scenario.events for slot in self.signals_set(event)}
+        self.event_signals = {slot for event in scenario.events for slot in self.signals_set(event)}
         for i, config in enumerate(plc.configs[: len(plc.loops)]):
-            self.driven.append(self.drives(i) or self.is_played(i))
-            self.set_points.append(self._made_of(config.sp_slot))
+            self.is_driven.append(self.can_drive(i) or self.is_moved_by_events(i))
+            self.set_points.append(self._outside_sources(config.sp_slot))
         return self
 
-    def drives(self, loop: int, without: Collection[int] = ()) -> bool:
+    def can_drive(self, loop: int, without: Collection[int] = ()) -> bool:
         """Whether a loop's output moves its PV, not by way of ``without``."""
         config = self.plc.configs[loop]
-        return config.pv_slot in self.reach([config.out_slot], without)
+        return config.pv_slot in self.reached_signals([config.out_slot], without)
 
-    def is_played(self, loop: int, without: Collection[int] = ()) -> bool:
+    def is_moved_by_events(self, loop: int, without: Collection[int] = ()) -> bool:
         """Whether a signal that the scenario sets moves a loop's PV."""
-        return self.plc.configs[loop].pv_slot in self.reach(self.played, without)
+        return self.plc.configs[loop].pv_slot in self.reached_signals(self.event_signals, without)
 
     def is_cut(self, loop: int) -> bool:
         """Whether plants that have no gain now keep a loop's output and the scenario from moving its PV."""
         dead = {plant.slot for plant in self.net.plants if not plant.gain}
-        return not self.drives(loop, dead) and not self.is_played(loop, dead)
+        return not self.can_drive(loop, dead) and not self.is_moved_by_events(loop, dead)
 
-    def _made_of(self, slot: int) -> set[int]:
+    def _outside_sources(self, slot: int) -> set[int]:
         """Signals from outside that reach a slot otherwise than through a loop."""
         configs = self.plc.configs[: len(self.plc.loops)]
         loops = {place for config in configs for place in (config.pv_slot, config.out_slot)}
-        return {source for source in self.net.outside.values() if slot in self.reach([source], without=loops)}
+        return {source for source in self.net.outside.values() if slot in self.reached_signals([source], without=loops)}
 
-    def _add(self, sources: Iterable[int], targets: Iterable[int]) -> None:
+    def _add_moves(self, sources: Iterable[int], targets: Iterable[int]) -> None:
         for source in sources:
             self.moves[source].update(targets)
 
-    def pulses(self, loop: int) -> list[int]:
+    def pulse_signals(self, loop: int) -> list[int]:
         """The signals that follow a loop's output as pulses."""
         names = (f"{self.plc.loops[loop]}.{name}" for name in self.plc.pulses)
         return [self.net.names[name] for name in names if name in self.net.names]
 
-    def cycle(self, loop: int) -> float:
+    def pulse_cycle(self, loop: int) -> float:
         """The period of the pulses that follow a loop's output, its own or plants', in s; 0: none do."""
-        follow = self.of_output(loop)
+        follow = self.moved_by_output(loop)
         periods = (plant.b for plant in self.net.plants if plant.model == PULSES and plant.slot in follow)
         return max(self.plc.pulse_cycle(loop), *periods, 0.0)
 
-    def reach(self, sources: Iterable[int], without: Collection[int] = ()) -> frozenset[int]:
+    def reached_signals(self, sources: Iterable[int], without: Collection[int] = ()) -> frozenset[int]:
         """Everything that follows the ``sources``, themselves included; not by way of ``without``."""
         question = frozenset(sources), frozenset(without)
         if question not in self._reached:
-            self._reached[question] = frozenset(self._followers(*question))
+            self._reached[question] = frozenset(self._find_followers(*question))
         return self._reached[question]
 
-    def _followers(self, sources: Iterable[int], without: Collection[int]) -> set[int]:
+    def _find_followers(self, sources: Iterable[int], without: Collection[int]) -> set[int]:
         """The same, worked out."""
         waiting = list(sources)
         reached = set(waiting)
@@ -130,30 +130,30 @@ class Influence:
                     waiting.append(target)
         return reached
 
-    def of_output(self, loop: int) -> frozenset[int]:
+    def moved_by_output(self, loop: int) -> frozenset[int]:
         """Everything that a loop's output moves."""
-        return self.reach([self.plc.configs[loop].out_slot])
+        return self.reached_signals([self.plc.configs[loop].out_slot])
 
-    def rivals(self, loop: int) -> tuple[frozenset[int], frozenset[int]]:
+    def rival_signals(self, loop: int) -> tuple[frozenset[int], frozenset[int]]:
         """What follows a loop's output, and what follows those of the others, neither by way of a PV or the other."""
         configs = self.plc.configs[: len(self.plc.loops)]
         if loop not in self._rivals:
             pvs, out = {config.pv_slot for config in configs}, configs[loop].out_slot
             others = {config.out_slot for config in configs} - {out}
-            self._rivals[loop] = self.reach([out], pvs | others), self.reach(others, pvs | {out})
+            self._rivals[loop] = self.reached_signals([out], pvs | others), self.reached_signals(others, pvs | {out})
         return self._rivals[loop]
 
-    def of_event(self, event: Event) -> frozenset[int]:
+    def moved_by_event(self, event: Event) -> frozenset[int]:
         """Everything that an event moves; one of the CPU moves all outputs."""
         configs = self.plc.configs[: len(self.plc.loops)]
         if event.plc is not None:
-            return self.reach([config.out_slot for config in configs])
+            return self.reached_signals([config.out_slot for config in configs])
         if event.disturb is not None:
-            return self.reach([self.net.plants[self.net.plant_of[event.plant or event.loop or ""]].slot])
+            return self.reached_signals([self.net.plants[self.net.plant_of[event.plant or event.loop or ""]].slot])
         if event.loop is None:
-            return self.reach(self.signals_set(event))
+            return self.reached_signals(self.signals_set(event))
         config = configs[self.plc.loops.index(event.loop)]
-        return self.reach([config.pv_slot if event.pv is not None else config.sp_slot])
+        return self.reached_signals([config.pv_slot if event.pv is not None else config.sp_slot])
 
     def signals_set(self, event: Event) -> list[int]:
         """The signals from outside that an event sets."""
@@ -161,25 +161,25 @@ class Influence:
             return []
         return [self.net.outside[dotted_text(keys)] for keys, _, _ in leaves(event.set)]
 
-    def concerns(self, event: Event, loop: int) -> bool:
+    def can_move(self, event: Event, loop: int) -> bool:
         """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
         if any(event is one for one in self.idle):
             return False
-        seen, moved = self._of_events.get(id(event), (None, frozenset()))
-        if seen is not event:
-            moved = self.of_event(event)
-            if len(self._of_events) >= MOST_EVENTS:  # a batch has new ones in each sample
-                self._of_events.clear()
-            self._of_events[id(event)] = event, moved
+        known, moved = self._moved_by_events.get(id(event), (None, frozenset()))
+        if known is not event:
+            moved = self.moved_by_event(event)
+            if len(self._moved_by_events) >= MOST_EVENTS:  # a batch has new ones in each sample
+                self._moved_by_events.clear()
+            self._moved_by_events[id(event)] = event, moved
         config = self.plc.configs[loop]
         return config.pv_slot in moved or config.sp_slot in moved
 
     def plants_between(self, loop: int) -> Sequence[str]:
         """The plants by which a loop's output moves its PV."""
         if loop not in self._between:
-            after, pv = self.of_output(loop), self.plc.configs[loop].pv_slot
+            after, pv = self.moved_by_output(loop), self.plc.configs[loop].pv_slot
             slots = ((name, self.net.plants[at].slot) for name, at in self.net.plant_of.items())
-            self._between[loop] = [name for name, slot in slots if slot in after and pv in self.reach([slot])]
+            self._between[loop] = [name for name, slot in slots if slot in after and pv in self.reached_signals([slot])]
         return self._between[loop]
 
 
@@ -188,11 +188,11 @@ def followed_signals(net: Network, reader: Plant | Channel) -> Collection[int]:
     read, pool = read_signals(net, reader), net.pool
     if reader.source >= 0 or CONSTANT not in pool.code[reader.first : reader.last : 2]:
         return read
-    stack = pool.stack()
+    stack = pool.new_stack()
 
     def value(signals: Sequence[float]) -> float | None:
-        found = evaluate(pool.code, pool.constants, reader.first, reader.last, signals, stack)
-        return None if stack[0] else found
+        result = evaluate(pool.code, pool.constants, reader.first, reader.last, signals, stack)
+        return None if stack[0] else result
 
     return {slot for slot in read if depends_on(value, net.signal_values, read, slot)}
 
@@ -212,14 +212,14 @@ def read_signals(net: Network, reader: Plant | Channel) -> Collection[int]:
 # the action takes for granted that it rises, or the other way round, is positive feedback: the loop runs away. Ways
 # through another loop, and expressions that do not answer at time 0, tell nothing.
 
-RAISED = 1.0
+RAISED_BY = 1.0
 """By how much an output is raised, in its unit."""
 
 
 def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
     """A problem for each loop whose action does not fit its plant; the network is at rest at its initial values."""
     for i, loop in enumerate(plc.loops):
-        change = answer(net, plc, i)
+        change = pv_change(net, plc, i)
         if change and (change > 0) != plc.rises[i]:
             is_so, should = ("rises", "fall") if change > 0 else ("falls", "rise")
             message = (
@@ -232,40 +232,40 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
             yield Problem(path, message, "wrong_action", help=cure, key=True, loop=loop)
 
 
-def effect(net: Network, plc: Plc, loop: int) -> float:
+def output_effect(net: Network, plc: Plc, loop: int) -> float:
     """How far a loop's output moves its PV on its way to a limit (an integrator: in 1 s); 0: not, or not known."""
     out = net.signal_values[plc.configs[loop].out_slot]
-    return max(abs(answer(net, plc, loop, by=limit - out)) for limit in plc.output_limits(loop, net.signal_values))
+    return max(abs(pv_change(net, plc, loop, step=limit - out)) for limit in plc.output_limits(loop, net.signal_values))
 
 
-def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: float = RAISED) -> float:
-    """The change of a loop's PV after its output is raised ``by`` so much, and its pulses come; 0: none, or not known.
+def pv_change(net: Network, plc: Plc, loop: int, other: int | None = None, step: float = RAISED_BY) -> float:
+    """The change of a loop's PV after its output is raised by ``step``, and its pulses come; 0: none, or not known.
 
     With ``other``, the change of that loop's PV.
     """
     watched = loop if other is None else other
-    way = way_of(net, plc, loop)
+    path = signal_path(net, plc, loop)
     inlet = plc.inlets.get(plc.loops[watched])
     target = plc.configs[watched].in_slot if inlet is None else plc.inputs[inlet]
-    if target not in way.slots:
+    if target not in path.slots:
         return 0.0
     raised = list(net.signal_values)
-    for slot in way.outputs:
-        raised[slot] += by if slot == plc.configs[loop].out_slot else RAISED
-    for at in way.plants:
+    for slot in path.outputs:
+        raised[slot] += step if slot == plc.configs[loop].out_slot else RAISED_BY
+    for at in path.plants:
         plant = net.plants[at]
-        moved = plant.gain * _moved(net, plant, raised) / (PERCENT if plant.model == PULSES else 1.0)
+        moved = plant.gain * _input_change(net, plant, raised) / (PERCENT if plant.model == PULSES else 1.0)
         raised[plant.slot] += moved
         if plant.measured != plant.slot:
             raised[plant.measured] += moved
     change: float = raised[target] - net.signal_values[target]
     for channel in net.channels:
         if channel.target == target:
-            change = _moved(net, channel, raised)
+            change = _input_change(net, channel, raised)
     return change
 
 
-class Way(NamedTuple):
+class SignalPath(NamedTuple):
     """What can move with a loop's output, by what reads what alone; all else stands still, whatever its numbers."""
 
     outputs: Collection[int]
@@ -275,10 +275,10 @@ class Way(NamedTuple):
     """The signals."""
 
 
-def way_of(net: Network, plc: Plc, loop: int) -> Way:
+def signal_path(net: Network, plc: Plc, loop: int) -> SignalPath:
     """The way of a loop's output; the wiring of a network stays, so it is looked for once."""
-    found: Way | None = net.ways.get(loop)
-    if found is None:
+    path: SignalPath | None = net.signal_paths.get(loop)
+    if path is None:
         pulses = {net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses} - {-1}
         outputs = {plc.configs[loop].out_slot, *pulses}
         slots, plants = set(outputs), []
@@ -287,15 +287,15 @@ def way_of(net: Network, plc: Plc, loop: int) -> Way:
                 plants.append(at)
                 slots |= {plant.slot, plant.measured}
         wired = [channel for channel in net.channels if not slots.isdisjoint(read_signals(net, channel))]
-        found = net.ways[loop] = Way(outputs, plants, slots | {channel.target for channel in wired})
-    return found
+        path = net.signal_paths[loop] = SignalPath(outputs, plants, slots | {channel.target for channel in wired})
+    return path
 
 
-def _moved(net: Network, reader: Plant | Channel, raised: Sequence[float]) -> float:
+def _input_change(net: Network, reader: Plant | Channel, raised: Sequence[float]) -> float:
     """How much what a plant or a channel reads has changed; 0 where its expression has no value."""
     if reader.source >= 0:
         return raised[reader.source] - net.signal_values[reader.source]
-    stack, values = net.pool.stack(), []
+    stack, values = net.pool.new_stack(), []
     for signals in (net.signal_values, raised):
         values.append(evaluate(net.pool.code, net.pool.constants, reader.first, reader.last, signals, stack))
         if stack[0]:

@@ -17,7 +17,7 @@ from pidcfg.sim.judgement.meters import (
     Meter,
     Onset,
     Rival,
-    begin,
+    begin_meter,
     change_status,
     compare_errors,
     measure_loop,
@@ -68,7 +68,7 @@ class Span:
 
 
 @dataclass(slots=True)
-class Held:
+class HeldSignal:
     """A signal of the PLC as the reference sees it: held once ``loop`` controls (−1: never).
 
     With a ``source`` it is the share of ``width`` that this signal of the reference is above ``low``.
@@ -88,12 +88,12 @@ class Storage(NamedTuple):
     """Copies of objects of one class."""
     numbers: Callable[[str, Sequence[Any]], Any]
     """Numbers, of the type that `array.array` knows by a letter."""
-    put: Callable[[Any, Any], None]
+    copy_into: Callable[[Any, Any], None]
     """Writes what some of the same kind hold, the second, into others."""
 
 
-def put_in_lists(into: MutableSequence[Any], present: Sequence[Any]) -> None:
-    """`Storage.put` of lists."""
+def copy_into_lists(into: MutableSequence[Any], present: Sequence[Any]) -> None:
+    """`Storage.copy_into` of lists."""
     if not into or isinstance(into[0], int | float):
         into[:] = present
         return
@@ -103,7 +103,7 @@ def put_in_lists(into: MutableSequence[Any], present: Sequence[Any]) -> None:
             setattr(item, name, getattr(other, name))
 
 
-LISTS = Storage(lambda objects: list(map(copy, objects)), lambda _, values: list(values), put_in_lists)
+LISTS = Storage(lambda objects: list(map(copy, objects)), lambda _, values: list(values), copy_into_lists)
 """As CPython works on them fastest."""
 
 
@@ -129,7 +129,7 @@ class World(NamedTuple):
     stack: MutableSequence[float]
 
 
-class Drawn(NamedTuple):
+class NoiseRows(NamedTuple):
     """Noise: standard normal numbers, ``columns`` for each base step from ``first`` on."""
 
     noise: Sequence[float]
@@ -161,7 +161,7 @@ class Reference(NamedTuple):
     channels: MutableSequence[Channel]
     delay: MutableSequence[float]
     signal_values: MutableSequence[float]
-    outputs: Sequence[Held]
+    outputs: Sequence[HeldSignal]
     rivals: MutableSequence[Rival]
 
 
@@ -239,14 +239,14 @@ def write_log(
 
 
 def hold_outputs(
-    outputs: Sequence[Held], meters: Sequence[Meter], signals: Sequence[float], held: MutableSequence[float]
+    outputs: Sequence[HeldSignal], meters: Sequence[Meter], signals: Sequence[float], held: MutableSequence[float]
 ) -> None:
     """What the reference sees of the PLC's signals (kernel)."""
     for i in range(len(outputs)):
         output = outputs[i]
         if output.source >= 0:
             held[output.slot] = (held[output.source] - output.low) / output.width
-        elif output.loop < 0 or (meters[output.loop].control == 0 and meters[output.loop].control_steps == 0):
+        elif output.loop < 0 or (meters[output.loop].in_control == 0 and meters[output.loop].control_steps == 0):
             held[output.slot] = signals[output.slot]
 
 
@@ -276,7 +276,7 @@ def measure_edge(k: int, m: Meter, signals: Sequence[float]) -> None:
     iae, ise, itae = m.iae, m.ise, m.itae
     measure_loop(k, m, signals)
     if k == 0:
-        begin(m, signals)
+        begin_meter(m, signals)
     else:
         m.iae = iae
         m.ise = ise
@@ -290,7 +290,7 @@ def advance(
     final: int,
     reached: int,
     world: World,
-    drawn: Drawn,
+    drawn: NoiseRows,
     loops: Loops[Any, Any],
     meters: Meters,
     log: Log,
@@ -310,7 +310,7 @@ def advance(
     room = len(rows) // LOG_COLUMNS - count
     wired = len(channels)
     gauged = len(gauges)
-    compared = len(reference.rivals)
+    rivals = len(reference.rivals)
     while k < last and counts[0] <= room:
         if len(reference.plants) > 0:
             step_reference(k, parts, reference, loop_meters, signals, code, constants, stack)
@@ -335,7 +335,7 @@ def advance(
             watch_bands(now, bands, loop_meters, signals)
         if gauged > 0:
             read_gauges(now, gauges, signals)
-        if compared > 0:
+        if rivals > 0:
             compare_errors(reference.rivals, loop_meters, signals, reference.signal_values)
         if every > 0 and now % every == 0:
             at = counts[1] * len(shown)

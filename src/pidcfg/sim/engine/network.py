@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 MAX_DELAY = 1_000_000
 """Steps of dead time in one scenario: what a buffer may take."""
 MOST_PARTS = 100
-OF_A_LAG = 10
+STEPS_PER_LAG = 10
 """Steps that the shortest lag takes of a plant whose input is not held."""
-PULSE_STEPS = 2
+LEAST_PULSE_STEPS = 2
 """Base steps that the period of pulses has at least."""
 PARAMETERS = ("gain", "load")
 """Parameters of a plant that expressions can read: ``FIC-102.gain``."""
@@ -67,29 +67,29 @@ class Network:
     sources: dict[int, Path] = field(default_factory=dict)
     """Where the expression of a channel (its index) is written."""
     problems: list[Problem] = field(default_factory=list)
-    ways: dict[int, Any] = field(default_factory=dict)
-    """By loop what its output can move (`pidcfg.sim.engine.influence.Way`)."""
-    heard: dict[int, list[str]] = field(default_factory=dict)
+    signal_paths: dict[int, Any] = field(default_factory=dict)
+    """By loop what its output can move (`pidcfg.sim.engine.influence.SignalPath`)."""
+    noise_sources: dict[int, list[str]] = field(default_factory=dict)
     """By loop the noisy plants whose noise reaches its PV."""
 
-    def slot(self, value: float = 0.0) -> int:
+    def add_signal(self, value: float = 0.0) -> int:
         """A new signal."""
         self.signal_values.append(value)
         return len(self.signal_values) - 1
 
-    def longest(self) -> float:
+    def longest_time(self) -> float:
         """The longest time constant or dead time in s; an integrator counts as 1/gain."""
-        return float(max((t for _, text in self.texts.values() for t in (*lags(text), text.dead_time)), default=0))
+        return float(max((t for _, text in self.texts.values() for t in (*lag_times(text), text.dead_time)), default=0))
 
 
-def lags(text: PlantText) -> list[Decimal]:
+def lag_times(text: PlantText) -> list[Decimal]:
     """The time constants of a plant in s; an integrator counts as 1/gain."""
     if text.model == "integrator":
         return [1 / abs(text.gain)] if text.gain else []
     return [t for t in (text.time_constant, text.lag, *(text.time_constants or ())) if t is not None]
 
 
-def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] = ()) -> Network:
+def build_network(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] = ()) -> Network:
     """The network of a scenario whose base step is ``step`` ticks; ``problems`` are those of earlier checks.
 
     It is ready to run only when none of them is an error.
@@ -102,14 +102,14 @@ def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] =
         if name in net.names:
             net.problems.append(Problem(("signals", name), f"{name} is a signal of the PLC", "value", key=True))
         else:
-            net.names[name] = net.outside[name] = net.slot(float(value))
-    later = _Later.of(scenario)
+            net.names[name] = net.outside[name] = net.add_signal(float(value))
+    needs = _EventNeeds.of(scenario)
     for key, text in scenario.plants.items():
-        _add_plant(net, plc, key, text, later)
+        _add_plant(net, plc, key, text, needs)
     inputs = _read_inputs(net, plc)
-    _connect(net, plc, scenario.connect, later)
+    _connect_pvs(net, plc, scenario.connect, needs)
     if not any(problem.severity == "error" for problem in net.problems):
-        _order(net, inputs)
+        _sort_plants(net, inputs)
         slots = {plant.slot for plant in net.plants}
         net.moving = [name for name in net.texts if not slots.isdisjoint(inputs[name].signals)]
         set_numbers(net, scenario, step)
@@ -121,26 +121,26 @@ def set_numbers(net: Network, scenario: Scenario, step: int) -> None:
     for name, (_, text) in net.texts.items():
         for parameter in PARAMETERS:
             net.signal_values[net.parameters[f"{name}.{parameter}"]] = float(getattr(text, parameter))
-    _divide(net, scenario, step)
-    _prepare(net, step)
+    _divide_step(net, scenario, step)
+    _prepare_plants(net, step)
 
 
 @frozen
-class _Later:
+class _EventNeeds:
     """What events will need: loops whose sensor breaks, plants that become noisy."""
 
     broken: frozenset[str | None]
     noisy: frozenset[str | None]
 
     @classmethod
-    def of(cls, scenario: Scenario) -> _Later:
+    def of(cls, scenario: Scenario) -> _EventNeeds:
         """Of all events."""
         broken = frozenset(event.loop for event in scenario.events if event.pv is not None)
         noisy = frozenset(e.plant or e.loop for e in scenario.events if "noise" in (e.disturb or {}))
         return cls(broken, noisy)
 
 
-def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _Later) -> None:
+def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, needs: _EventNeeds) -> None:
     """A plant with its signals; one that is named after a loop feeds the loop's PV."""
     path: Path = ("plants", key)
     name = str(key) if isinstance(key, str) else text.name
@@ -157,12 +157,12 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _
     if name in net.texts or (isinstance(key, int) and name in net.names):
         net.problems.append(Problem(path, f"{name} is taken", "value", help="give the plant another name"))
         return
-    noisy = text.noise > 0 or name in later.noisy
+    noisy = text.noise > 0 or name in needs.noisy
     if name in plc.wired:
-        net.problems.append(_within(path, name))
+        net.problems.append(_wired_pv_problem(path, name))
         return
-    measured = _to_loop(net, plc, name, later) if name in plc.loops else net.slot()
-    plant = Plant(MODELS[text.model], net.slot() if noisy else measured, measured)
+    measured = _measured_slot(net, plc, name, needs) if name in plc.loops else net.add_signal()
+    plant = Plant(MODELS[text.model], net.add_signal() if noisy else measured, measured)
     if name not in plc.loops:
         net.names[name] = measured
     if noisy:
@@ -172,22 +172,22 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _
     net.plant_of[name] = len(net.plants)
     net.plants.append(plant)
     for parameter in PARAMETERS:
-        net.parameters[f"{name}.{parameter}"] = net.slot()
+        net.parameters[f"{name}.{parameter}"] = net.add_signal()
 
 
-def _within(path: Path, loop: str) -> Problem:
+def _wired_pv_problem(path: Path, loop: str) -> Problem:
     """A plant for a loop that has its PV from the program."""
     message = f"the PV of {loop} comes from the PLC's program, no plant reaches it"
     cure = "wire the plant to the signal that the program makes the PV of"
     return Problem(path, message, help=cure, key=True, loop=loop)
 
 
-def _to_loop(net: Network, plc: Plc, name: str, later: _Later) -> int:
+def _measured_slot(net: Network, plc: Plc, name: str, needs: _EventNeeds) -> int:
     """The signal by which a plant reaches the analog input of its loop: the input, unless the sensor can break."""
     target: int = plc.configs[plc.loops.index(name)].in_slot
-    if name not in later.broken:
+    if name not in needs.broken:
         return target
-    measured = net.slot()
+    measured = net.add_signal()
     net.faults[name] = len(net.channels)
     net.channels.append(Channel(target, measured))
     return measured
@@ -202,19 +202,19 @@ def _read_inputs(net: Network, plc: Plc) -> dict[str, Expression]:
     names |= {name: net.plants[at].slot for name, at in net.plant_of.items() if name not in plc.loops}
     inputs = {}
     for name, (path, text) in net.texts.items():
-        written = text.input
-        if written is None and name in plc.loops:
-            written = f"{name}.{plc.out_name}"
-        if written is None:
+        text_of_input = text.input
+        if text_of_input is None and name in plc.loops:
+            text_of_input = f"{name}.{plc.out_name}"
+        if text_of_input is None:
             net.problems.append(Problem(path, f"the plant {name} has no input", help="add 'input: …'", key=True))
             continue
-        expression = _read(net, (*path, "input"), written, names)
+        expression = _read_expression(net, (*path, "input"), text_of_input, names)
         if expression is not None:
             inputs[name] = expression
     return inputs
 
 
-def _read(net: Network, path: Path, text: str, names: Mapping[str, int]) -> Expression | None:
+def _read_expression(net: Network, path: Path, text: str, names: Mapping[str, int]) -> Expression | None:
     """An expression, or a problem at its character."""
     try:
         return parse(text, names)
@@ -224,7 +224,7 @@ def _read(net: Network, path: Path, text: str, names: Mapping[str, int]) -> Expr
         return None
 
 
-def _connect(net: Network, plc: Plc, connect: Mapping[str, str], later: _Later) -> None:
+def _connect_pvs(net: Network, plc: Plc, connect: Mapping[str, str], needs: _EventNeeds) -> None:
     """Expressions wired to the PVs of loops, and loops that nothing is wired to."""
     names = {**net.names, **net.parameters}
     for name, at in net.plant_of.items():
@@ -234,19 +234,19 @@ def _connect(net: Network, plc: Plc, connect: Mapping[str, str], later: _Later) 
         path = ("connect", target)
         loop = targets.get(target)
         if loop is None and target in plc.inputs:
-            expression = _read(net, path, text, names)
+            expression = _read_expression(net, path, text, names)
             if expression is not None:
                 _add_channel(net, plc.inputs[target], expression)
                 net.sources[len(net.channels) - 1] = path
         elif loop is None:
             net.problems.append(unknown_name(path, "loop's PV", target, [*targets, *plc.inputs], key=True))
         elif loop in plc.wired:
-            net.problems.append(_within(path, loop))
+            net.problems.append(_wired_pv_problem(path, loop))
         elif loop in net.plant_of:
             message = f"{loop} has a plant of its own, which is wired to its PV"
             net.problems.append(Problem(path, message, help=f"name the plant differently, or drop {target}", key=True))
         else:
-            expression = _read(net, path, text, names)
+            expression = _read_expression(net, path, text, names)
             if expression is not None:
                 _add_channel(net, plc.configs[plc.loops.index(loop)].in_slot, expression)
                 net.faults[loop] = len(net.channels) - 1
@@ -255,9 +255,9 @@ def _connect(net: Network, plc: Plc, connect: Mapping[str, str], later: _Later) 
         if loop not in net.plant_of and f"{loop}.PV" not in connect and loop not in plc.wired:
             low = plc.scales[i][0]
             net.signal_values[plc.configs[i].in_slot] = low
-            if loop in later.broken:
+            if loop in needs.broken:
                 net.faults[loop] = len(net.channels)
-                net.channels.append(Channel(plc.configs[i].in_slot, net.slot(low)))
+                net.channels.append(Channel(plc.configs[i].in_slot, net.add_signal(low)))
             else:
                 message = f"nothing is wired to the PV of {loop}; it stays at {low:g}"
                 cure = f"add {loop} to plants, or {loop}.PV to connect"
@@ -275,16 +275,16 @@ def _add_channel(net: Network, target: int, expression: Expression) -> None:
     net.channels.append(channel)
 
 
-def _order(net: Network, inputs: Mapping[str, Expression]) -> None:
+def _sort_plants(net: Network, inputs: Mapping[str, Expression]) -> None:
     """Sorts the plants: each after those it reads, otherwise as written."""
     owner = {net.plants[at].slot: name for name, at in net.plant_of.items()}
-    waits = {name: {owner[s] for s in inputs[name].signals if s in owner} - {name} for name in net.texts}
+    sources = {name: {owner[s] for s in inputs[name].signals if s in owner} - {name} for name in net.texts}
     sorted_names: list[str] = []
-    left = list(net.texts)
-    while left:
-        ready = next((name for name in left if waits[name] <= set(sorted_names)), left[0])
+    remaining = list(net.texts)
+    while remaining:
+        ready = next((name for name in remaining if sources[name] <= set(sorted_names)), remaining[0])
         sorted_names.append(ready)
-        left.remove(ready)
+        remaining.remove(ready)
     plants = [net.plants[net.plant_of[name]] for name in sorted_names]
     net.plants, net.plant_of = plants, {name: i for i, name in enumerate(sorted_names)}
     for name, plant in zip(sorted_names, plants, strict=True):
@@ -295,27 +295,27 @@ def _order(net: Network, inputs: Mapping[str, Expression]) -> None:
             plant.source = expression.signal
 
 
-def _divide(net: Network, scenario: Scenario, step: int) -> None:
+def _divide_step(net: Network, scenario: Scenario, step: int) -> None:
     """The parts of a base step, by the shortest lag of a plant whose input is not held; events may shorten it."""
     net.parts = 1
     for name, (path, text) in net.texts.items():
         if name not in net.moving and not (text.model == "second_order" and text.limits):
             continue
         changes = [e.disturb for e in scenario.events if e.disturb and (e.plant or e.loop) == name]
-        found = [lag for change in ({}, *changes) for lag in lags(text.model_copy(update=change))]
-        found += [text.dead_time] if not found and text.dead_time * TICKS % step else []
-        wanted = ceil(OF_A_LAG * Decimal(step) / TICKS / min(found)) if found else 1
-        net.parts = max(net.parts, min(wanted, MOST_PARTS))
-        if wanted > MOST_PARTS:
+        times = [lag for change in ({}, *changes) for lag in lag_times(text.model_copy(update=change))]
+        times += [text.dead_time] if not times and text.dead_time * TICKS % step else []
+        parts = ceil(STEPS_PER_LAG * Decimal(step) / TICKS / min(times)) if times else 1
+        net.parts = max(net.parts, min(parts, MOST_PARTS))
+        if parts > MOST_PARTS:
             message = (
-                f"the shortest lag of {name} is {float(min(found)):g} s, the base step {step / TICKS:g} s: "
-                f"the plants go through it in {MOST_PARTS} parts, and {wanted} are wanted"
+                f"the shortest lag of {name} is {float(min(times)):g} s, the base step {step / TICKS:g} s: "
+                f"the plants go through it in {MOST_PARTS} parts, and {parts} are wanted"
             )
             cure = "give a shorter 'step' if what the plant does within a base step matters"
             net.problems.append(Problem(path, message, "rounded", "info", cure, key=True))
 
 
-def _prepare(net: Network, step: int) -> None:
+def _prepare_plants(net: Network, step: int) -> None:
     """Coefficients and delay lines."""
     length = 0
     for name, at in net.plant_of.items():
@@ -328,8 +328,10 @@ def _prepare(net: Network, step: int) -> None:
             net.problems.append(Problem((*path, "dead_time"), message, "value", help="use a longer step"))
             return
         plant.late = float(exact % 1)
-        if text.period is not None and text.period * TICKS < PULSE_STEPS * step:
-            message = f"the period of {name}, {text.period:f} s, is not {PULSE_STEPS} base steps of {step / TICKS:g} s"
+        if text.period is not None and text.period * TICKS < LEAST_PULSE_STEPS * step:
+            message = (
+                f"the period of {name}, {text.period:f} s, is not {LEAST_PULSE_STEPS} base steps of {step / TICKS:g} s"
+            )
             net.problems.append(Problem((*path, "period"), message, "value", help="give a shorter 'step'"))
             return
         length += plant.length
@@ -341,9 +343,9 @@ def _prepare(net: Network, step: int) -> None:
 # --- Plants at rest before time begins --------------------------------------------------------------------------------
 
 
-def rest(net: Network, initial: Sequence[float | None]) -> None:
+def settle_plants(net: Network, initial: Sequence[float | None]) -> None:
     """Every plant at rest at its initial value (by plant; None: where its input holds it), in order of dependence."""
-    stack = net.pool.stack()
+    stack = net.pool.new_stack()
     for plant, value in zip(net.plants, initial, strict=True):
         if plant.source >= 0:
             u = net.signal_values[plant.source]

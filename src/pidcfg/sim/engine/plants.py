@@ -183,7 +183,7 @@ def next_value(p: Plant, u: float, a: float, b: float, c: float, d: float) -> fl
     if p.model == VALVE:
         return p.gain * move_valve(p, u, a, b) + p.load
     if p.model == PULSES:
-        return p.gain * pulse(p, u, a, b, c) + p.load
+        return p.gain * pulse_share(p, u, a, b, c) + p.load
     if p.model == FIRST_ORDER:
         return p.y + a * (p.gain * u + p.load - p.y)
     return p.gain * u + p.load
@@ -205,7 +205,7 @@ def move_valve(p: Plant, u: float, most: float, band: float) -> float:
     return p.x
 
 
-def pulse(p: Plant, u: float, dt: float, period: float, resolution: float) -> float:
+def pulse_share(p: Plant, u: float, dt: float, period: float, resolution: float) -> float:
     """The share of a step for which the pulse is on; a period takes its time on at its beginning, D992 (kernel)."""
     if p.x >= period - NEAR * dt:
         p.x = 0.0
@@ -235,12 +235,12 @@ def add_noise(
             signals[p.measured] = signals[p.slot] + p.sigma * noise[row * columns + p.column]
 
 
-def lag(dt: float, time_constant: float) -> float:
+def lag_share(dt: float, time_constant: float) -> float:
     """The share of the way that a first-order lag goes in one step: 1 − e^(−dt/T)."""
     return -math.expm1(-dt / time_constant)
 
 
-def second_order(dt: float, squared: float, damped: float) -> tuple[float, float, float, float]:
+def second_order_matrix(dt: float, squared: float, damped: float) -> tuple[float, float, float, float]:
     """e^(A·dt) of ``squared``·y″ + ``damped``·y′ + y = 0, by rows; the three kinds of poles without cancellation.
 
     ``squared`` is T1·T2 or T², ``damped`` is T1 + T2 or 2ζT.
@@ -260,7 +260,7 @@ def second_order(dt: float, squared: float, damped: float) -> tuple[float, float
     return c + p * s, s, -s / squared, c - p * s
 
 
-def reach_of(plant: Plant, u: float) -> float:
+def held_value(plant: Plant, u: float) -> float:
     """Where an input holds a plant; that of pulses is their mean."""
     if plant.model == PULSES:
         u = min(max(u, 0.0), PERCENT) / PERCENT
@@ -272,14 +272,14 @@ def settle_at(plant: Plant, value: float | None, u: float, delay: MutableSequenc
 
     An integrator without ``value`` begins at 0; a plant without gain cannot be held and its line is full of 0.
     """
-    reach = reach_of(plant, u)
+    end = held_value(plant, u)
     if value is None:
-        value = 0.0 if plant.model == INTEGRATOR else reach
-    wanted = 0.0 if plant.model == INTEGRATOR else value
-    held = (wanted - plant.load) / plant.gain if plant.gain else 0.0
+        value = 0.0 if plant.model == INTEGRATOR else end
+    level = 0.0 if plant.model == INTEGRATOR else value
+    held = (level - plant.load) / plant.gain if plant.gain else 0.0
     if not math.isfinite(held):
         held = 0.0
-    if wanted == reach:
+    if level == end:
         held = u
     plant.y = min(max(value, plant.low), plant.high)
     plant.x = held if plant.model in (LEAD_LAG, VALVE) else 0.0
@@ -323,38 +323,38 @@ def coefficients(model: int, numbers: Mapping[str, float], dt: float) -> tuple[f
             squared, damped = numbers["first"] * numbers["second"], numbers["first"] + numbers["second"]
         else:
             squared, damped = numbers["time_constant"] ** 2, 2 * numbers["damping"] * numbers["time_constant"]
-        return second_order(dt, squared, damped)
+        return second_order_matrix(dt, squared, damped)
     if model == LEAD_LAG:
-        return lag(dt, numbers["lag"]), numbers["lead"] / numbers["lag"], 0.0, 0.0
+        return lag_share(dt, numbers["lag"]), numbers["lead"] / numbers["lag"], 0.0, 0.0
     if model == PULSES:
         period = numbers["period"]
         return dt, period, numbers.get("resolution", period / TICKS_IN_A_PERIOD), 0.0
     if model == VALVE:
         most = numbers["rate_limit"] * dt if "rate_limit" in numbers else math.inf
         return most, numbers["stiction"], 0.0, 0.0
-    return (lag(dt, numbers["time_constant"]) if "time_constant" in numbers else 0.0), 0.0, 0.0, 0.0
+    return (lag_share(dt, numbers["time_constant"]) if "time_constant" in numbers else 0.0), 0.0, 0.0, 0.0
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Noise of transmitters: standard normal numbers, drawn by `random.gauss` or by kernels that give the same bits.
-# `normals` is Python's own generator, the Mersenne Twister with Box and Muller's transformation, as a kernel: compiled,
-# it draws a number in a tenth of the time. The last bits of a logarithm or a sine depend on the mathematical library;
-# where compiled code is not linked to Python's, `draws_alike` tells, and Python draws.
+# `draw_normals` is Python's own generator, the Mersenne Twister with Box and Muller's transformation, as a kernel:
+# compiled, it draws a number in a tenth of the time. The last bits of a logarithm or a sine depend on the mathematical
+# library; where compiled code is not linked to Python's, `draws_as_python` tells, and Python draws.
 
 Normals = Callable[
     [int, int, int, Sequence[int], MutableSequence[int], MutableSequence[float], MutableSequence[float]], int
 ]
-"""The type of `normals`."""
+"""The type of `draw_normals`."""
 
-WORDS, MIDDLE = 624, 397
+WORDS, MIXING_DISTANCE = 624, 397
 """Words of the generator's state, and how far apart those are that are mixed."""
 UPPER, LOWER, MATRIX = 0x80000000, 0x7FFFFFFF, 0x9908B0DF
-TURN = 2.0 * math.pi
-TRIED = 4096
+FULL_TURN = 2.0 * math.pi
+TRIED_NUMBERS = 4096
 """Numbers by which compiled code is held to Python's."""
 
 
-UNSEEDED = WORDS + 1
+UNSEEDED_WORDS = WORDS + 1
 """Words that are used up of a state that has none yet."""
 
 
@@ -381,20 +381,20 @@ def seed_words(key: Sequence[int], state: MutableSequence[int]) -> None:
     state[WORDS] = WORDS
 
 
-def renew(state: MutableSequence[int]) -> None:
+def renew_words(state: MutableSequence[int]) -> None:
     """The next 624 words of the Mersenne Twister (kernel)."""
     for i in range(WORDS):
         following = i + 1 if i + 1 < WORDS else 0
-        mixed = i + MIDDLE if i + MIDDLE < WORDS else i + MIDDLE - WORDS
+        mixed = i + MIXING_DISTANCE if i + MIXING_DISTANCE < WORDS else i + MIXING_DISTANCE - WORDS
         y = (state[i] & UPPER) | (state[following] & LOWER)
         state[i] = state[mixed] ^ (y >> 1) ^ (MATRIX * (y & 1))
     state[WORDS] = 0
 
 
-def word(state: MutableSequence[int]) -> int:
+def draw_word(state: MutableSequence[int]) -> int:
     """32 random bits; the last number of the state counts the words that are used up (kernel)."""
     if state[WORDS] >= WORDS:
-        renew(state)
+        renew_words(state)
     y = state[state[WORDS]]
     state[WORDS] += 1
     y ^= y >> 11
@@ -403,14 +403,14 @@ def word(state: MutableSequence[int]) -> int:
     return y ^ (y >> 18)
 
 
-def uniform(state: MutableSequence[int]) -> float:
+def draw_uniform(state: MutableSequence[int]) -> float:
     """`random.random`: 53 random bits as a number from 0 up to 1 (kernel)."""
-    high = word(state) >> 5
-    low = word(state) >> 6
+    high = draw_word(state) >> 5
+    low = draw_word(state) >> 6
     return (high * 67108864.0 + low) * (1.0 / 9007199254740992.0)
 
 
-def normals(
+def draw_normals(
     rows: int,
     column: int,
     columns: int,
@@ -424,15 +424,15 @@ def normals(
     The first ones are drawn from the seed that ``key`` stands for. Numbers come in pairs; ``spare`` holds the second
     one, and whether there is one.
     """
-    if state[WORDS] == UNSEEDED:
+    if state[WORDS] == UNSEEDED_WORDS:
         seed_words(key, state)
     for row in range(rows):
         if spare[1] != 0.0:
             z = spare[0]
             spare[1] = 0.0
         else:
-            angle = uniform(state) * TURN
-            radius = math.sqrt(-2.0 * math.log(1.0 - uniform(state)))
+            angle = draw_uniform(state) * FULL_TURN
+            radius = math.sqrt(-2.0 * math.log(1.0 - draw_uniform(state)))
             z = math.cos(angle) * radius
             spare[0] = math.sin(angle) * radius
             spare[1] = 1.0
@@ -446,7 +446,7 @@ class Noise:
 
     seeds: list[str]
     fast: Normals | None = None
-    """`normals`, compiled; without it Python draws."""
+    """`draw_normals`, compiled; without it Python draws."""
     sources: Sequence[random.Random] = ()
     states: Sequence[tuple[array[int], array[int], array[float]]] = ()
 
@@ -454,9 +454,9 @@ class Noise:
         if self.fast is None:
             self.sources = [random.Random(seed) for seed in self.seeds]
         else:
-            self.states = [unseeded(seed) for seed in self.seeds]
+            self.states = [unseeded_state(seed) for seed in self.seeds]
 
-    def rows(self, count: int) -> array[float]:
+    def draw_rows(self, count: int) -> array[float]:
         """The next rows, one after the other."""
         columns = len(self.seeds)
         noise = array("d", bytes(8 * count * columns))
@@ -468,17 +468,17 @@ class Noise:
         return noise
 
 
-def unseeded(seed: str) -> tuple[array[int], array[int], array[float]]:
-    """What `normals` draws from a seed with: the words that ``random.seed`` makes of it, and its state."""
+def unseeded_state(seed: str) -> tuple[array[int], array[int], array[float]]:
+    """What `draw_normals` draws from a seed with: the words that ``random.seed`` makes of it, and its state."""
     data = seed.encode()
     number = int.from_bytes(data + hashlib.sha512(data).digest(), "big")
     words = -(-number.bit_length() // 32)
     key = struct.unpack(f"<{words}I", number.to_bytes(4 * words, "little"))
     state = array("q", bytes(8 * (WORDS + 1)))
-    state[WORDS] = UNSEEDED
+    state[WORDS] = UNSEEDED_WORDS
     return array("q", key), state, array("d", [0.0, 0.0])
 
 
-def draws_alike(fast: Normals, tried: int = TRIED) -> bool:
+def draws_as_python(fast: Normals, count: int = TRIED_NUMBERS) -> bool:
     """Whether compiled code draws what Python does."""
-    return Noise(["noise"], fast).rows(tried).tobytes() == Noise(["noise"]).rows(tried).tobytes()
+    return Noise(["noise"], fast).draw_rows(count).tobytes() == Noise(["noise"]).draw_rows(count).tobytes()

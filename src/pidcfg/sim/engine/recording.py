@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 # value with their times, so that a line through them covers the same points of a picture as a line through all
 # values.
 
-POINTS = 2_000
+MOST_POINTS = 2_000
 """What a signal keeps at most."""
-KEPT = 4
+GROUP_VALUES = 4
 """Values of a group: first, lowest, highest, last."""
 LOW, HIGH = "output low", "output high"
 """What stands for an output's limits among the levels of alarms."""
@@ -28,7 +28,7 @@ LOW, HIGH = "output low", "output high"
 class Recording:
     """Signals of a run as it goes on; only those that are ``wanted``, or all."""
 
-    wanted: frozenset[str] | None = None
+    chosen: frozenset[str] | None = None
     dt: float = 1.0
     """The base step in s."""
     names: list[str] = field(default_factory=list)
@@ -51,14 +51,14 @@ class Recording:
     def begin(self, names: Sequence[str], steps: int, dt: float) -> None:
         """A run of so many base steps begins; what was recorded before is forgotten."""
         self.dt, self._rows, self._width = dt, 0, len(names)
-        self._columns = [(i, name) for i, name in enumerate(names) if self.wanted is None or name in self.wanted]
+        self._columns = [(i, name) for i, name in enumerate(names) if self.chosen is None or name in self.chosen]
         self.names = [name for _, name in self._columns]
-        self.group = 1 if steps <= POINTS else -(-steps * KEPT // POINTS)
+        self.group = 1 if steps <= MOST_POINTS else -(-steps * GROUP_VALUES // MOST_POINTS)
         self.steps = {name: array("q") for name in self.names}
         self.values = {name: array("d") for name in self.names}
         self.levels, self._open, self._times = {}, {}, {}
 
-    def look(self, plc: Plc, signals: Sequence[float], time: float) -> None:
+    def note_levels(self, plc: Plc, signals: Sequence[float], time: float) -> None:
         """Notes the levels of all alarms and the limits of all outputs where they have changed."""
         for i, loop in enumerate(plc.loops):
             levels = {alarm: plc.alarm_level(i, alarm) for alarm in plc.alarm_limits}
@@ -69,22 +69,22 @@ class Recording:
                 if not rows or repr(rows[-1][1]) != repr(value):
                     rows.append((time, value))
 
-    def take(self, rows_of_values: Sequence[float], rows: int) -> None:
+    def add_rows(self, values: Sequence[float], rows: int) -> None:
         """Rows of values, one a base step, one after the other."""
         for column, name in self._columns:
-            self._see(name, rows_of_values[column : rows * self._width : self._width])
+            self._add_values(name, values[column : rows * self._width : self._width])
         self._rows += rows
 
-    def _see(self, name: str, values: Sequence[float]) -> None:
+    def _add_values(self, name: str, values: Sequence[float]) -> None:
         """The next values of a signal, which belong to as many groups as they reach into."""
         held = self._open.get(name, [])
         values = [*held, *values]
         complete = len(values) - len(values) % self.group
         places = kept_places(values, complete, self.group)
-        self._keep(name, self._rows - len(held), places, values)
+        self._keep_points(name, self._rows - len(held), places, values)
         self._open[name] = values[complete:]
 
-    def _keep(self, name: str, zero: int, places: Sequence[int], values: Sequence[float]) -> None:
+    def _keep_points(self, name: str, zero: int, places: Sequence[int], values: Sequence[float]) -> None:
         """Keeps a signal's values at these places; the first of all values belongs to base step ``zero``."""
         self.steps[name].extend([zero + place for place in places])
         self.values[name].extend(map(values.__getitem__, places))
@@ -92,10 +92,12 @@ class Recording:
     def end(self) -> None:
         """The run is over; what is left of a group is one."""
         for name, values in self._open.items():
-            self._keep(name, self._rows - len(values), kept_places(values, len(values), len(values) or 1), values)
+            self._keep_points(
+                name, self._rows - len(values), kept_places(values, len(values), len(values) or 1), values
+            )
         self._open = {}
 
-    def signal(self, name: str) -> tuple[list[float], list[float]]:
+    def signal_line(self, name: str) -> tuple[list[float], list[float]]:
         """Times in s and values of a signal."""
         times = self._times
         for step in self.steps[name]:
@@ -115,13 +117,13 @@ def kept_places(values: Sequence[float], end: int, size: int) -> Sequence[int]:
         if low == high:
             places += first, first + last
             continue
-        one, two = group.index(low), group.index(high)
-        if one > two:
-            one, two = two, one
+        first_place, second_place = group.index(low), group.index(high)
+        if first_place > second_place:
+            first_place, second_place = second_place, first_place
         places.append(first)
-        if one:
-            places.append(first + one)
-        if two < last:
-            places.append(first + two)
+        if first_place:
+            places.append(first + first_place)
+        if second_place < last:
+            places.append(first + second_place)
         places.append(first + last)
     return places

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.engine.influence import read_signals
-from pidcfg.sim.engine.kernel import Held, Reference
+from pidcfg.sim.engine.kernel import HeldSignal, Reference
 from pidcfg.sim.judgement.evidence import NOISE_MARGIN, noise_of
 from pidcfg.sim.judgement.meters import Rival
 
@@ -37,7 +37,7 @@ class HeldNetwork:
     channels: MutableSequence[Channel] = field(default_factory=list)
     delay: MutableSequence[float] = field(default_factory=list)
     signal_values: MutableSequence[float] = field(default_factory=list)
-    outputs: Sequence[Held] = ()
+    outputs: Sequence[HeldSignal] = ()
     rivals: MutableSequence[Rival] = field(default_factory=list)
     shared: list[int] = field(default_factory=list)
     """The signals that are those of the run whenever an event may have changed them."""
@@ -53,26 +53,26 @@ class HeldNetwork:
         ]
         held = cls(net, storage.rows(net.plants), storage.rows(net.channels), array("d", net.delay))
         held.signal_values, held.rivals = storage.numbers("d", net.signal_values), storage.rows(rivals)
-        held.outputs = storage.rows(list(_outputs(net, plc, influence, judged)))
+        held.outputs = storage.rows(list(_held_outputs(net, plc, influence, judged)))
         own = {slot for plant in net.plants for slot in (plant.slot, plant.measured)}
         own |= {channel.target for channel in net.channels} | {one.slot for one in held.outputs}
         held.shared = [slot for slot in range(len(net.signal_values)) if slot not in own]
         return held
 
-    def renew(self, scenario: Scenario, plc: Plc, put: Callable[[Any, Any], None]) -> None:
+    def renew(self, scenario: Scenario, plc: Plc, restore: Callable[[Any, Any], None]) -> None:
         """At time 0 of another run of the same network, with other numbers, whose loops make no pulses."""
         for own, present in ((self.plants, self.net.plants), (self.channels, self.net.channels)):
-            put(own, present)
-        put(self.signal_values, self.net.signal_values)
+            restore(own, present)
+        restore(self.signal_values, self.net.signal_values)
         if len(self.delay) != len(self.net.delay):
             self.delay = array("d", self.net.delay)
-            self.arguments = self.arguments._replace(delay=self.delay)
-        put(self.delay, self.net.delay)
+            self.kernel_arguments = self.kernel_arguments._replace(delay=self.delay)
+        restore(self.delay, self.net.delay)
         for rival in self.rivals:
             rival.margin = NOISE_MARGIN * noise_of(scenario, plc, self.net, rival.loop)
-            rival.error = rival.held_error = rival.widest = 0.0
+            rival.error = rival.held_error = rival.widest_error = 0.0
 
-    def follow(self) -> None:
+    def follow_events(self) -> None:
         """Takes over what events have changed: numbers of plants, and signals from outside."""
         for own, plant in zip(self.plants, self.net.plants, strict=True):
             own.gain, own.load, own.low, own.high = plant.gain, plant.load, plant.low, plant.high
@@ -82,7 +82,7 @@ class HeldNetwork:
             self.signal_values[slot] = self.net.signal_values[slot]
 
     @cached_property
-    def arguments(self) -> Reference:
+    def kernel_arguments(self) -> Reference:
         """For the kernels."""
         return Reference(self.plants, self.channels, self.delay, self.signal_values, self.outputs, self.rivals)
 
@@ -93,34 +93,34 @@ def sensor_slot(plc: Plc, loop: int) -> int:
     return plc.configs[loop].in_slot if inlet is None else plc.inputs[inlet]
 
 
-def _outputs(net: Network, plc: Plc, influence: Influence, judged: Sequence[int]) -> Iterator[Held]:
+def _held_outputs(net: Network, plc: Plc, influence: Influence, judged: Sequence[int]) -> Iterator[HeldSignal]:
     """What the plants and channels read of the PLC, and which loop holds it."""
     readers: list[Plant | Channel] = [*net.plants, *net.channels]
     read = {slot for reader in readers for slot in read_signals(net, reader)}
-    owners = {slot: i for i in judged for slot in _followers(plc, plc.configs[i].out_slot)}
+    owners = {slot: i for i in judged for slot in _program_followers(plc, plc.configs[i].out_slot)}
     owners |= {plc.configs[i].out_slot: i for i in judged}
-    pulses = {slot: i for i in judged for slot in influence.pulses(i)}
+    pulses = {slot: i for i in judged for slot in influence.pulse_signals(i)}
     sensors = {
         plc.configs[i].pv_slot: i for i in range(len(plc.loops)) if plc.configs[i].pv_slot != plc.configs[i].in_slot
     }
     outside = set(net.outside.values())
-    yield from (Held(i, plc.configs[i].out_slot) for i in judged)
+    yield from (HeldSignal(i, plc.configs[i].out_slot) for i in judged)
     for slot in sorted(read - outside - {plc.configs[i].out_slot for i in judged}):
         if slot in pulses:
             low, high = plc.output_limits(pulses[slot], net.signal_values)
-            yield Held(pulses[slot], slot, plc.configs[pulses[slot]].out_slot, low, (high - low) or 1.0)
+            yield HeldSignal(pulses[slot], slot, plc.configs[pulses[slot]].out_slot, low, (high - low) or 1.0)
         elif slot in sensors:
-            yield Held(-1, slot, sensor_slot(plc, sensors[slot]))
+            yield HeldSignal(-1, slot, sensor_slot(plc, sensors[slot]))
         elif slot < len(plc.signals) and plc.signals[slot]:
-            yield Held(owners.get(slot, -1), slot)
+            yield HeldSignal(owners.get(slot, -1), slot)
 
 
-def _followers(plc: Plc, slot: int) -> set[int]:
+def _program_followers(plc: Plc, slot: int) -> set[int]:
     """The signals that the PLC's program makes of one."""
-    found, waiting = set[int](), [slot]
+    followers, waiting = set[int](), [slot]
     while waiting:
         at = waiting.pop()
-        new = {target for source, target in plc.flow if source == at} - found
-        found |= new
+        new = {target for source, target in plc.flow if source == at} - followers
+        followers |= new
         waiting += new
-    return found
+    return followers

@@ -14,8 +14,8 @@ from pidcfg.sim.controllers.plc import Controller, Plc
 from pidcfg.sim.engine.checks import check_plant
 from pidcfg.sim.engine.events import Agenda, idle_events
 from pidcfg.sim.engine.influence import Influence, wrong_actions
-from pidcfg.sim.engine.network import initial_values, rest, set_numbers
-from pidcfg.sim.engine.run import Run, Settings, settled
+from pidcfg.sim.engine.network import initial_values, set_numbers, settle_plants
+from pidcfg.sim.engine.run import Run, Settings, settle_run
 from pidcfg.sim.judgement.evidence import least_swing
 from pidcfg.text.paths import leaves
 
@@ -43,7 +43,7 @@ def with_numbers(known: Scenario, seed: int, plants: Mapping[Any, Any], events: 
     return known.model_copy(update=changed)
 
 
-class Repeated:
+class RepeatedRun:
     """A run of one scenario, to be begun again for others like it; raises `UnusableError` as `simulate` does."""
 
     def __init__(
@@ -61,38 +61,41 @@ class Repeated:
             machine.bands,
             machine.gauges,
         )
-        self.put = storage.put
-        self.of_plc = [(plc.aux, storage.numbers("d", plc.aux)), *((one, storage.rows(one)) for one in rows[:2])]
-        self.others: list[tuple[Any, Any]] = [(net.signal_values, storage.numbers("d", run.given))]
-        self.others += [(one, storage.rows(one)) for one in (*rows[2:], machine.onsets)]
+        self.restore = storage.copy_into
+        self.plc_data = [
+            (plc.aux, storage.numbers("d", plc.aux)),
+            *((objects, storage.rows(objects)) for objects in rows[:2]),
+        ]
+        self.other_data: list[tuple[Any, Any]] = [(net.signal_values, storage.numbers("d", run.initial_signals))]
+        self.other_data += [(objects, storage.rows(objects)) for objects in (*rows[2:], machine.onsets)]
         fixed = {name: value for name, value in vars(plc).items() if name not in IN_ARRAYS}
         operated = any(event.loop is not None or event.plc is not None for event in scenario.events)
-        self.python = pickle.dumps(fixed, pickle.HIGHEST_PROTOCOL) if operated else b""
-        self.clean = False
+        self.plc_pickle = pickle.dumps(fixed, pickle.HIGHEST_PROTOCOL) if operated else b""
+        self.is_fresh = False
         """Nothing has happened to the PLC yet."""
         self.trial = new_plc if isinstance(scenario.initial, dict) else self._operated_plc
-        self.written = False
+        self.has_new_parameters = False
         """Events write other parameters of loops than those of the first scenario."""
         self.idle = [event for event in run.agenda.influence.idle if event.disturb is None]
         self.gains = [bool(plant.gain) for plant in net.plants]
-        self.pulsed = any(run.agenda.influence.pulses(i) for i in range(len(plc.loops)))
+        self.has_pulses = any(run.agenda.influence.pulse_signals(i) for i in range(len(plc.loops)))
 
     def begin(self, scenario: Scenario) -> Run:
         """A run of another scenario at time 0; raises `IrregularError`."""
-        self.written = self._take(scenario)
-        return settled(lambda: self._again(scenario))
+        self.has_new_parameters = self._take_over(scenario)
+        return settle_run(lambda: self._renew_run(scenario))
 
-    def _take(self, scenario: Scenario) -> bool:
+    def _take_over(self, scenario: Scenario) -> bool:
         """Holds a scenario against the first one, and takes over what is new; whether it writes other parameters."""
         first, net = self.run.scenario, self.run.net
-        written = False
+        has_other_parameters = False
         if len(scenario.events) != len(first.events):
             raise IrregularError("events")
         for event, known in zip(scenario.events, first.events, strict=True):
             if event is not known:
                 self._renew_plc()
                 self._check_event(event)
-                written = True
+                has_other_parameters = True
         for name, (path, known_plant) in net.texts.items():
             plant = scenario.plants[path[-1]]
             if plant is known_plant:
@@ -100,7 +103,7 @@ class Repeated:
             if any(check_plant(path, plant)) or (plant.noise > 0) is not (known_plant.noise > 0):
                 raise IrregularError(name)
             net.texts[name] = path, plant
-        return written
+        return has_other_parameters
 
     def _check_event(self, event: Event) -> None:
         """Another value of a parameter: the PLC takes it, and it is no sample rate."""
@@ -114,70 +117,70 @@ class Repeated:
             if content is None or self.plc.period_set(loop, keys, content):
                 raise IrregularError(event.loop)
 
-    def _again(self, scenario: Scenario) -> Run:
+    def _renew_run(self, scenario: Scenario) -> Run:
         """Everything in place for another scenario, nothing run yet."""
-        made = self.run
-        net, machine, plc = made.net, made.machine, self.plc
+        first_run = self.run
+        net, machine, plc = first_run.net, first_run.machine, self.plc
         self._renew_plc()
-        for target, kept in self.others:
-            self.put(target, kept)
+        for target, kept in self.other_data:
+            self.restore(target, kept)
         net.problems.clear()
-        set_numbers(net, scenario, made.step)
+        set_numbers(net, scenario, first_run.step)
         if any(problem.severity == "error" for problem in net.problems):
             raise IrregularError("its plants")
-        rest(net, initial_values(net))
+        settle_plants(net, initial_values(net))
         problems = list(wrong_actions(net, plc))
-        influence = self._influence(scenario)
+        influence = self._renew_influence(scenario)
         if net.noisy:
             for i, meter in enumerate(machine.meters):
-                meter.least = least_swing(scenario, plc, net, i)
+                meter.least_swing = least_swing(scenario, plc, net, i)
         machine.renew()
-        journal = made.journal
-        agenda = Agenda(scenario, plc, net, machine, journal, influence, made.step)
+        journal = first_run.journal
+        agenda = Agenda(scenario, plc, net, machine, journal, influence, first_run.step)
         run = Run(
             scenario,
-            made.settings,
+            first_run.settings,
             plc,
             net,
-            made.step,
-            made.last,
-            made.engine,
+            first_run.step,
+            first_run.last,
+            first_run.engine,
             machine,
             journal,
             agenda,
-            made.watches,
+            first_run.watches,
             problems,
         )
-        run.beside, machine.reference = (None if self.pulsed else machine.reference), None
-        self.clean = False
+        run.old_reference, machine.reference = (None if self.has_pulses else machine.reference), None
+        self.is_fresh = False
         return run
 
-    def _influence(self, scenario: Scenario) -> Influence:
+    def _renew_influence(self, scenario: Scenario) -> Influence:
         """What moves what: the same as long as the same plants have a gain."""
         net, plc = self.run.net, self.plc
         disturbances = [event for event in scenario.events if event.disturb is not None]
-        if self.written:
+        if self.has_new_parameters:
             idle = idle_events(scenario, self.trial, net)
             self._renew_plc()
         else:
             idle = [*self.idle, *idle_events(scenario, self.trial, net, disturbances)]
-        found = self.run.agenda.influence
+        influence = self.run.agenda.influence
         if self.gains != [bool(plant.gain) for plant in net.plants]:
             return Influence.of(scenario, net, plc, idle)
-        found.idle = idle
-        return found
+        influence.idle = idle
+        return influence
 
     def _operated_plc(self) -> Plc:
         """The PLC at its program-to-run transition, for somebody who will change it."""
-        self.clean = False
+        self.is_fresh = False
         return self.plc
 
     def _renew_plc(self) -> None:
         """The PLC at its program-to-run transition."""
-        if self.clean:
+        if self.is_fresh:
             return
-        self.clean = True
-        for target, kept in self.of_plc:
-            self.put(target, kept)
-        if self.python:
-            vars(self.plc).update(pickle.loads(self.python))  # noqa: S301 - our own bytes
+        self.is_fresh = True
+        for target, kept in self.plc_data:
+            self.restore(target, kept)
+        if self.plc_pickle:
+            vars(self.plc).update(pickle.loads(self.plc_pickle))  # noqa: S301 - our own bytes

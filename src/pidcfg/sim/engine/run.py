@@ -14,19 +14,19 @@ from pydantic_core import PydanticCustomError
 
 from pidcfg.sim.controllers.plc import TICKS, Controller, Plc
 from pidcfg.sim.engine.checks import check_scenario
-from pidcfg.sim.engine.choice import CHUNK, EngineName, Machine, calls_of, choose, numba_kernels, python_kernels
+from pidcfg.sim.engine.choice import CHUNK, EngineName, Machine, calls_of, choose_engine, numba_kernels, python_kernels
 from pidcfg.sim.engine.events import Agenda, Journal, idle_events
 from pidcfg.sim.engine.expressions import FAULTS, Problem
 from pidcfg.sim.engine.influence import Influence, wrong_actions
-from pidcfg.sim.engine.kernel import STEADY_COUNTS, STEADY_SHARE, Drawn, Span, is_steady
-from pidcfg.sim.engine.network import Network, build, initial_values, rest
+from pidcfg.sim.engine.kernel import STEADY_COUNTS, STEADY_SHARE, NoiseRows, Span, is_steady
+from pidcfg.sim.engine.network import Network, build_network, initial_values, settle_plants
 from pidcfg.sim.engine.plants import Noise
 from pidcfg.sim.engine.reference import HeldNetwork
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
 from pidcfg.sim.judgement.expect import MeasuredRun, Watch, alarms_off, place_verdict, verdict, watches_of
 from pidcfg.sim.judgement.meters import DEFAULT_BAND, NEVER, Band, Gauge, Onset, loop_metrics, time_in_control
 from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, Standing, ten_digits
-from pidcfg.sim.judgement.standing import LoopWatch, loop_verdict, standing, unused_allowances
+from pidcfg.sim.judgement.standing import LoopWatch, judge_standing, loop_verdict, unused_allowances
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import leaves
 
@@ -39,28 +39,28 @@ if TYPE_CHECKING:
 # --- Expressions of a run that had no value, in words -----------------------------------------------------------------
 
 
-def faults(scenario: Scenario, plc: Plc, net: Network, step: int, zero: int) -> Iterator[Note]:
+def fault_notes(scenario: Scenario, plc: Plc, net: Network, step: int, zero: int) -> Iterator[Note]:
     """A note for each expression, with the first time; ``step`` in ticks, time 0 is base step ``zero``."""
 
-    def time(k: int) -> float:
+    def time_of(k: int) -> float:
         return ten_digits(max(0, k - zero) * step / TICKS)
 
     named = {at: name for name, at in net.plant_of.items()}
     for i, plant in enumerate(net.plants):
         if plant.fault:
             text = str(net.texts[named[i]][1].input)
-            yield _fault(time(plant.fault_at), plant.fault, f"input of {named[i]}", text)
+            yield _fault_note(time_of(plant.fault_at), plant.fault, f"input of {named[i]}", text)
     for i, channel in enumerate(net.channels):
         if channel.fault:
             key = str(net.sources[i][-1])
-            yield _fault(time(channel.fault_at), channel.fault, key, scenario.connect[key])
+            yield _fault_note(time_of(channel.fault_at), channel.fault, key, scenario.connect[key])
     for tick, name, why in plc.faults():
         message = f"the wire of {name} has no value ({why}); it kept the one that it had"
-        yield Note(time(tick // step), None, message, error=True)
+        yield Note(time_of(tick // step), None, message, error=True)
 
 
-def _fault(time: float, fault: int, what: str, text: str) -> Note:
-    return Note(time, None, f"{what}: {FAULTS[fault]} in {text!r}; the signal kept its last value", error=True)
+def _fault_note(time: float, fault: int, subject: str, text: str) -> Note:
+    return Note(time, None, f"{subject}: {FAULTS[fault]} in {text!r}; the signal kept its last value", error=True)
 
 
 # --- The trend of a run: one row a base step (or every n-th), written as it comes -------------------------------------
@@ -87,22 +87,22 @@ class Trend:
     names: Sequence[str]
     step: int
     every: int = 1
-    at: int = field(default=0, init=False)
+    next_step: int = field(default=0, init=False)
     """The base step of the next values."""
 
     def __post_init__(self) -> None:
         csv.writer(self.sink, lineterminator="\n").writerow(["time", *self.names])
 
-    def take(self, values: Sequence[float], rows: int, apart: int) -> None:
-        """Rows of values, one after the other, ``apart`` base steps from each other; one every n-th is written."""
+    def write_rows(self, values: Sequence[float], rows: int, stride: int) -> None:
+        """Rows of values, one after the other, ``stride`` base steps from each other; one every n-th is written."""
         width = len(self.names)
         lines = []
         for row in range(rows):
-            at = self.at + row * apart
+            at = self.next_step + row * stride
             if at % self.every == 0:
                 shown = (f"{value:.10g}" for value in values[row * width : (row + 1) * width])
                 lines.append(",".join([time_text(at * self.step), *shown]))
-        self.at += rows * apart
+        self.next_step += rows * stride
         if lines:
             self.sink.write("\n".join(lines) + "\n")
 
@@ -110,8 +110,8 @@ class Trend:
 # --- Before a run: the PLC's options, the base step, the network, and all problems of a scenario ----------------------
 
 
-def options(scenario: Scenario, controller: Controller) -> object:
-    """What the scenario chooses about the PLC, as the controller takes it; `prepare` reports what it does not know."""
+def plc_options(scenario: Scenario, controller: Controller) -> object:
+    """What the scenario chooses of the PLC, as the controller takes it; `prepare_network` reports unknown options."""
     known = {f.name for f in fields(controller.Options)}
     choices = {key: value for key, value in scenario.plc.model_dump(exclude_none=True).items() if key in known}
     if "scan_time" in choices:
@@ -141,7 +141,7 @@ def set_rates(scenario: Scenario, plc: Plc) -> list[int]:
     return periods
 
 
-def prepare(scenario: Scenario, plc: Plc) -> Network:
+def prepare_network(scenario: Scenario, plc: Plc) -> Network:
     """The network of a scenario, with everything that is wrong with the scenario in ``problems``."""
     step = base_step(scenario, plc)
     problems = list(check_scenario(scenario, plc))
@@ -154,7 +154,7 @@ def prepare(scenario: Scenario, plc: Plc) -> Network:
         bits = [(name, bit) for name, word in plc.flags.items() for bit in range(word.bit_length()) if word >> bit & 1]
         effect = ", ".join(f"{name} bit {bit}" for name, bit in bits)
         problems.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning", effect=effect))
-    return build(scenario, plc, step, problems)
+    return build_network(scenario, plc, step, problems)
 
 
 def misses_samples(period: int, step: int, scenario: Scenario) -> bool:
@@ -164,8 +164,8 @@ def misses_samples(period: int, step: int, scenario: Scenario) -> bool:
 
 def uneven_rate(loop: str, period: int, step: int, since: str = "") -> Problem:
     """A sample rate that the base step does not meet."""
-    what = "is shorter than" if period < step else "is no multiple of"
-    message = f"{since}the sample rate of {loop}, {period / TICKS:g} s, {what} the step, {step / TICKS:g} s"
+    relation = "is shorter than" if period < step else "is no multiple of"
+    message = f"{since}the sample rate of {loop}, {period / TICKS:g} s, {relation} the step, {step / TICKS:g} s"
     cure = f"its samples come at the next base step; give 'step: {gcd(period, step) / TICKS:g}', which fits them all"
     return Problem(("step",), message, "rounded", "warning", cure, loop=loop)
 
@@ -187,11 +187,11 @@ def length_problems(last: int, loops: int, limit: int | None) -> list[Problem]:
 # mean: a quantised loop on an integrator hunts for ever. Where an output is on or off, or pulses, the PVs never rest:
 # there the highest and the lowest PV must come back (D761). Outputs do not count; noise and events are off.
 
-WINDOWS = 100
+MOST_WINDOWS = 100
 """Windows after which a network counts as one that never settles."""
-SAMPLES = 4
+WINDOW_SAMPLES = 4
 """Samples of the slowest loop that a window spans at least."""
-ALIGNED = 10
+MOST_WINDOW_GROWTH = 10
 """A window grows at most by this factor to hold whole samples of all loops."""
 CYCLE_WINDOWS = 4
 """Windows whose extremes are held against those of as many before: a cycle may be longer than the time constant."""
@@ -212,21 +212,23 @@ def run_to_rest(machine: Machine, max_loop_steps: int | None, swinging: Collecti
     plc = machine.plc
     spans: Sequence[Span] = machine.kernels.storage.rows(spans_of(plc))
     steps = window_of(machine)
-    left = WINDOWS if max_loop_steps is None else min(WINDOWS, max_loop_steps // (steps * max(len(spans), 1)))
-    past: list[list[tuple[float, float]]] = []
+    windows_left = (
+        MOST_WINDOWS if max_loop_steps is None else min(MOST_WINDOWS, max_loop_steps // (steps * max(len(spans), 1)))
+    )
+    past_windows: list[list[tuple[float, float]]] = []
     k, moving = 0, 0
-    while left > 0:
-        k = machine.settle(k, steps, 1 if swinging else left, spans)
-        left = left - 1 if swinging else 0
+    while windows_left > 0:
+        k = machine.settle(k, steps, 1 if swinging else windows_left, spans)
+        windows_left = windows_left - 1 if swinging else 0
         unsteady = [i for i, span in enumerate(spans) if not is_steady(span, steps)]
         if swinging:
-            past.append([(span.low, span.high) for span in spans])
-            ends = {i: [window[i] for window in past] for i in swinging}
+            past_windows.append([(span.low, span.high) for span in spans])
+            ends = {i: [window[i] for window in past_windows] for i in swinging}
             unsteady = [i for i in unsteady if i not in ends or not swings_alike(ends[i], plc.scales[i])]
         if not unsteady:
             return k
         moving = unsteady[0]
-    raise UnsteadyError(_explain(machine, k, spans[moving], moving, steps))
+    raise UnsteadyError(_unsteady_problem(machine, k, spans[moving], moving, steps))
 
 
 def spans_of(plc: Plc) -> list[Span]:
@@ -250,10 +252,10 @@ def refused_modes(machine: Machine) -> list[Problem]:
 def window_of(machine: Machine) -> int:
     """Base steps of a window: the longest time constant, in whole samples so that all loops sample at time 0."""
     periods = [config.period for config in machine.plc.configs]
-    longest = max(machine.net.longest(), machine.plc.longest)
-    least = max(longest * TICKS, SAMPLES * max(periods, default=0), machine.step)
+    longest = max(machine.net.longest_time(), machine.plc.longest)
+    least = max(longest * TICKS, WINDOW_SAMPLES * max(periods, default=0), machine.step)
     common = lcm(*periods, machine.step)
-    if common > ALIGNED * least:
+    if common > MOST_WINDOW_GROWTH * least:
         common = machine.step
     return int(-(-least // common)) * common // machine.step
 
@@ -261,8 +263,8 @@ def window_of(machine: Machine) -> int:
 def swinging_loops(plc: Plc, influence: Influence) -> set[int]:
     """The loops whose outputs are on or off, or pulses, and those whose PVs one of them moves."""
     loops = range(len(plc.loops))
-    sources = [i for i in loops if plc.only_switches(i) or influence.cycle(i)]
-    moved = set[int]().union(*(influence.of_output(i) for i in sources))
+    sources = [i for i in loops if plc.only_switches(i) or influence.pulse_cycle(i)]
+    moved = set[int]().union(*(influence.moved_by_output(i) for i in sources))
     return {i for i in loops if i in sources or plc.configs[i].pv_slot in moved}
 
 
@@ -271,18 +273,18 @@ def swings_alike(past: Sequence[tuple[float, float]], scale: tuple[float, float,
     if len(past) < 2 * CYCLE_WINDOWS:
         return False
     before, now = past[-2 * CYCLE_WINDOWS : -CYCLE_WINDOWS], past[-CYCLE_WINDOWS:]
-    (low_before, high_before), (low_now, high_now) = _extremes(before), _extremes(now)
+    (low_before, high_before), (low_now, high_now) = _window_extremes(before), _window_extremes(now)
     low, high, counts = scale
     least = max(STEADY_SHARE, STEADY_COUNTS / counts) * abs(high - low)
     slack = max(CYCLE_SHARE * (high_now - low_now), least)
     return abs(low_now - low_before) <= slack and abs(high_now - high_before) <= slack
 
 
-def _extremes(windows: Sequence[tuple[float, float]]) -> tuple[float, float]:
+def _window_extremes(windows: Sequence[tuple[float, float]]) -> tuple[float, float]:
     return min(low for low, _ in windows), max(high for _, high in windows)
 
 
-def _explain(machine: Machine, k: int, span: Span, loop: int, steps: int) -> Problem:
+def _unsteady_problem(machine: Machine, k: int, span: Span, loop: int, steps: int) -> Problem:
     dt, name = machine.step / TICKS, machine.plc.loops[loop]
     message = (
         f"no steady state after {k * dt:g} s: the PV of {name} still moves between {span.low:.6g} and {span.high:.6g} "
@@ -321,12 +323,12 @@ class Settings:
     """Takes the trend for a picture: every base step, whatever ``every`` says."""
     progress: Progress | None = None
     runs: int | None = None
-    """Of the call: see `choose`."""
+    """Of the call: see `choose_engine`."""
     reference: bool = True
     """Whether the same plants run beside it without control."""
-    judged: bool = True
+    with_verdicts: bool = True
     """Whether standing expectations are judged; a run of a battery is compared and not judged."""
-    told: bool = True
+    with_report: bool = True
     """Whether a report is wanted; without it a run has metrics and verdicts alone (`Run.judge`)."""
 
 
@@ -337,17 +339,17 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
     the run starts without the pre-roll.
     """
     run = begin_run(scenario, new_plc, controller, settings)
-    for _ in run.course():
+    for _ in run.steps_to_end():
         pass
     return run.finish()
 
 
 def begin_run(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
-    """A run at time 0, as `simulate` has it; `Run.course` goes on from there."""
-    return settled(lambda: Run.of(scenario, new_plc, controller, settings))
+    """A run at time 0, as `simulate` has it; `Run.steps_to_end` goes on from there."""
+    return settle_run(lambda: Run.of(scenario, new_plc, controller, settings))
 
 
-def settled(new_run: Callable[[], Run]) -> Run:
+def settle_run(new_run: Callable[[], Run]) -> Run:
     """A run after its pre-roll, where it has one; ``new_run`` makes it, anew where the network does not settle."""
     run = new_run()
     if run.scenario.initial == "steady" and run.plc.running:
@@ -361,11 +363,11 @@ def settled(new_run: Callable[[], Run]) -> Run:
     return run
 
 
-TOLD_CHUNK = 2_048
+PROGRESS_CHUNK = 2_048
 """Base steps between two looks where somebody is told how far CPython is: he may end the run there."""
 
 
-class Judged(NamedTuple):
+class JudgedRun(NamedTuple):
     """What a run has shown."""
 
     metrics: Sequence[Mapping[str, float | None]]
@@ -397,7 +399,7 @@ class Run:
     problems: list[Problem]
     notes: list[Note] = field(default_factory=list)
     noise: Noise = field(default_factory=lambda: Noise([]))
-    drawn_to: int = 0
+    noise_end: int = 0
     """The base step from which on there is no noise yet."""
     zero: int = 0
     trend: Trend | None = None
@@ -405,17 +407,17 @@ class Run:
     """Sample rates at the last look."""
     chunk: int = CHUNK
     """Base steps between two looks."""
-    lookout: LoopWatch | None = None
-    given: Sequence[float] = ()
+    loop_watch: LoopWatch | None = None
+    initial_signals: Sequence[float] = ()
     """The signals before the plants were at rest."""
-    beside: HeldNetwork | None = None
+    old_reference: HeldNetwork | None = None
     """The reference of an earlier run of the same network, which serves again."""
 
     @classmethod
     def of(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
         """Everything in place, nothing run yet."""
         plc = new_plc()
-        net = prepare(scenario, plc)
+        net = prepare_network(scenario, plc)
         step = base_step(scenario, plc)
         last = int(scenario.duration * TICKS) // step
         problems = net.problems + length_problems(last, len(plc.loops), settings.max_loop_steps)
@@ -425,10 +427,12 @@ class Run:
         for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
             idle = plc.set_output(plc.loops.index(loop), value, net.signal_values)
             notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
-        given = list(net.signal_values)
-        rest(net, initial_values(net))
+        initial_signals = list(net.signal_values)
+        settle_plants(net, initial_values(net))
         problems += wrong_actions(net, plc)
-        influence = Influence.of(scenario, net, plc, idle_events(scenario, new_plc, net) if settings.judged else [])
+        influence = Influence.of(
+            scenario, net, plc, idle_events(scenario, new_plc, net) if settings.with_verdicts else []
+        )
         meters = meters_of(scenario, plc, net, last)
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
@@ -438,18 +442,18 @@ class Run:
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         onsets = [w for w in watches.values() if isinstance(w, Onset)]
         work = (last + 1) * len(plc.configs) * (net.parts + 3) // 4  # a step of a plant is a quarter of a loop-step
-        engine = choose(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
+        engine = choose_engine(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         placed: list[Watch] = [*machine.bands, *machine.gauges, *machine.onsets]
-        place = {id(mine): seen for mine, seen in zip([*bands, *gauges, *onsets], placed, strict=True)}
-        watches = {i: place[id(watch)] for i, watch in watches.items()}
+        placed_by_id = {id(mine): seen for mine, seen in zip([*bands, *gauges, *onsets], placed, strict=True)}
+        watches = {i: placed_by_id[id(watch)] for i, watch in watches.items()}
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
         run = cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
-        run.given = given
+        run.initial_signals = initial_signals
         if settings.progress is not None and engine == "python":
-            run.chunk = TOLD_CHUNK
+            run.chunk = PROGRESS_CHUNK
         return run
 
     @property
@@ -459,7 +463,7 @@ class Run:
 
     # --- the run -----------------------------------------------------------------------------------------------------
 
-    def course(self) -> Iterator[int]:
+    def steps_to_end(self) -> Iterator[int]:
         """Runs from time 0 to the end; yields the next base step at each look, from the beginning of the pre-roll."""
         fast = self.machine.kernels.normals() if self.net.noisy else None
         self.noise = Noise([f"{self.scenario.seed}/{name}" for name in self.net.noisy], fast)
@@ -470,111 +474,118 @@ class Run:
         self.periods = list(self.plc.periods)
         self._look_at_settings(0)
         k = self.agenda.zero = self.zero
-        if self.settings.judged and self.settings.reference:
-            self.machine.reference = self._reference()
-        self.lookout = LoopWatch(self._evidence())
-        for stop, action in self.agenda.stops(self.last, self.lookout.stops()):
+        if self.settings.with_verdicts and self.settings.reference:
+            self.machine.reference = self._begin_reference()
+        self.loop_watch = LoopWatch(self._make_evidence())
+        for stop, action in self.agenda.stops(self.last, self.loop_watch.stops()):
             if stop > k - self.zero:
-                k = yield from self._advance(k, self.zero + stop)
+                k = yield from self._advance_to(k, self.zero + stop)
             note = action(stop)
             if note is not None:
                 self.notes.append(note)
             self._look_at_settings(stop)
-        yield from self._advance(k, self.zero + self.last + 1)
+        yield from self._advance_to(k, self.zero + self.last + 1)
 
     def finish(self) -> Report:
         """The report of what has run."""
         if self.settings.recording is not None:
             self.settings.recording.end()
-        return self._report(self.judge())
+        return self._make_report(self.judge())
 
-    def _reference(self) -> HeldNetwork:
+    def _begin_reference(self) -> HeldNetwork:
         """The same plants without control, at time 0."""
         storage = self.machine.kernels.storage
-        if self.beside is None:
+        if self.old_reference is None:
             return HeldNetwork.of(self.scenario, self.net, self.plc, self.agenda.influence, storage)
-        self.beside.renew(self.scenario, self.plc, storage.put)
-        return self.beside
+        self.old_reference.renew(self.scenario, self.plc, storage.copy_into)
+        return self.old_reference
 
-    def _advance(self, k: int, end: int) -> Generator[int, None, int]:
+    def _advance_to(self, k: int, end: int) -> Generator[int, None, int]:
         """Base steps up to ``end``; the first and the last one stand alone, so that somebody looks after them."""
-        bounds = {self.zero + 1, self.zero + self.last} if self.settings.told else set()
+        bounds = {self.zero + 1, self.zero + self.last} if self.settings.with_report else set()
         while k < end:
             stop = min([end, k + self.chunk, *(b for b in bounds if b > k)])
-            self._chunk(k, stop)
+            self._advance_chunk(k, stop)
             self._look_at_settings(stop - self.zero)
             k = stop
             yield k
         return k
 
-    def _chunk(self, k: int, stop: int) -> None:
+    def _advance_chunk(self, k: int, stop: int) -> None:
         machine = self.machine
         recording = self.settings.recording
         every = 1 if recording is not None else self.settings.every if self.trend is not None else 0
         if every:
-            machine.trend = array("d", bytes(8 * ((stop - k) // every + 1) * len(machine.shown)))
+            machine.trend = array("d", bytes(8 * ((stop - k) // every + 1) * len(machine.trend_slots)))
         while k < stop:
-            k = machine.advance(k, self._draw(k, stop), self.zero, self.last, every)
-            if self.settings.told:
-                self.journal.take(machine.log, machine.counts[0])
+            k = machine.advance(k, self._draw_noise(k, stop), self.zero, self.last, every)
+            if self.settings.with_report:
+                self.journal.read_log(machine.log, machine.counts[0])
             if self.trend is not None:
-                self.trend.take(machine.trend, machine.counts[1], every)
+                self.trend.write_rows(machine.trend, machine.counts[1], every)
             if recording is not None:
-                recording.take(machine.trend, machine.counts[1])
+                recording.add_rows(machine.trend, machine.counts[1])
             machine.counts[0] = machine.counts[1] = 0
         if self.settings.progress is not None:
             self.settings.progress((k - self.zero) / (self.last + 1))
 
-    def _draw(self, k: int, stop: int) -> int:
+    def _draw_noise(self, k: int, stop: int) -> int:
         """Draws the noise of many base steps at once; returns up to which one before ``stop`` there is some."""
         if not self.net.noisy:
             return stop
-        if k >= self.drawn_to:
+        if k >= self.noise_end:
             count = min(self.chunk, self.zero + self.last + 1 - k)
-            self.machine.drawn = Drawn(self.noise.rows(count), len(self.net.noisy), k)
-            self.drawn_to = k + count
-        return min(stop, self.drawn_to)
+            self.machine.noise = NoiseRows(self.noise.draw_rows(count), len(self.net.noisy), k)
+            self.noise_end = k + count
+        return min(stop, self.noise_end)
 
     def _look_at_settings(self, k: int) -> None:
         """Reports a sample rate that the base step no longer meets, and records changed levels of alarms."""
-        if not self.settings.told:
+        if not self.settings.with_report:
             return
         periods, self.periods = self.periods, list(self.plc.periods)
         for name, old, new in zip(self.plc.loops, periods, self.periods, strict=True):
             if new and new != old and misses_samples(new, self.step, self.scenario):
                 self.problems.append(uneven_rate(name, new, self.step, f"by {ten_digits(k * self.dt):g} s: "))
         if self.settings.recording is not None:
-            self.settings.recording.look(self.plc, self.net.signal_values, ten_digits(k * self.dt))
+            self.settings.recording.note_levels(self.plc, self.net.signal_values, ten_digits(k * self.dt))
 
     # --- the report --------------------------------------------------------------------------------------------------
 
-    def judge(self) -> Judged:
+    def judge(self) -> JudgedRun:
         """Metrics and verdicts of what has run."""
-        lookout, machine = self.lookout or LoopWatch(self._evidence()), self.machine
-        lookout.finish()
-        evidence, signals = lookout.evidence, self.net.signal_values
-        found = (
+        loop_watch, machine = self.loop_watch or LoopWatch(self._make_evidence()), self.machine
+        loop_watch.finish()
+        evidence, signals = loop_watch.evidence, self.net.signal_values
+        rows = (
             loop_metrics(meter, machine.bands[i], self.last, self.dt, signals) for i, meter in enumerate(machine.meters)
         )
-        metrics = [{name: None if v is None else ten_digits(v) for name, v in row.items()} for row in found]
-        off, range_of = alarms_off(self.scenario, self.plc), self._ranges()
-        outcome = MeasuredRun(self.plc, metrics, machine.meters, range_of, self.dt, self.last, off, self.agenda.modes)
-        wanted = enumerate(self.scenario.expect)
-        evidence.verdicts = [place_verdict(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted]
+        metrics = [{name: None if v is None else ten_digits(v) for name, v in row.items()} for row in rows]
+        switched_off, range_of = alarms_off(self.scenario, self.plc), self._range_lookup()
+        outcome = MeasuredRun(
+            self.plc, metrics, machine.meters, range_of, self.dt, self.last, switched_off, self.agenda.modes
+        )
+        expectations = enumerate(self.scenario.expect)
+        evidence.verdicts = [
+            place_verdict(verdict(i, expectation, self.watches.get(i), outcome), expectation)
+            for i, expectation in expectations
+        ]
         if machine.reference is not None:
             evidence.rivals = {rival.loop: rival for rival in machine.reference.rivals}
-        said = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
-        evidence.reasons = {i: reason for i, reason in said if reason}
-        verdicts = standing(evidence) if self.settings.judged else []
-        wrong = list(faults(self.scenario, self.plc, self.net, self.step, self.zero))
-        return Judged(metrics, evidence, verdicts, wrong, range_of)
+        reasons = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
+        evidence.reasons = {i: reason for i, reason in reasons if reason}
+        verdicts = judge_standing(evidence) if self.settings.with_verdicts else []
+        fault_notes_found = list(fault_notes(self.scenario, self.plc, self.net, self.step, self.zero))
+        return JudgedRun(metrics, evidence, verdicts, fault_notes_found, range_of)
 
-    def _report(self, judged: Judged) -> Report:
+    def _make_report(self, judged: JudgedRun) -> Report:
         self.journal.close()
         machine, evidence, verdicts = self.machine, judged.evidence, judged.standing
         for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
             report.metrics = judged.metrics[i]
-            report.until = ten_digits(meter.until * self.dt) if meter.stepped and meter.until < NEVER else None
+            report.until = (
+                ten_digits(meter.step_until * self.dt) if meter.has_step and meter.step_until < NEVER else None
+            )
             report.time_in_control = ten_digits(time_in_control(meter, self.last) * self.dt)
         for name, report in zip(self.plc.loops, self.journal.loops, strict=True):
             report.unit = self.plc.units.get(name, "")
@@ -592,14 +603,14 @@ class Run:
             signals={name: judged.range_of(name) for name in self.net.names},
             expectations=list(evidence.verdicts),
             standing=verdicts,
-            events=self.agenda.done,
+            events=self.agenda.past_events,
             notes=sorted([*self.notes, *self.journal.notes(), *judged.faults], key=lambda note: note.at),
             problems=self.problems,
             settled=ten_digits(self.zero * self.dt) if self.zero else None,
             scan_time=self._scan_time(),
         )
 
-    def _evidence(self) -> Evidence:
+    def _make_evidence(self) -> Evidence:
         influence, meters = self.agenda.influence, self.machine.meters
         return Evidence(self.scenario, self.plc, self.net, influence, meters, self.step, self.last)
 
@@ -607,7 +618,7 @@ class Run:
         scan = self.scenario.plc.scan_time
         return None if scan is None or not self.plc.running else self.plc.scan_time(float(scan))
 
-    def _ranges(self) -> Callable[[str], Range]:
+    def _range_lookup(self) -> Callable[[str], Range]:
         """What tells how far a signal went."""
         lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
         for m in self.machine.meters:

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.evidence import (
-    SAMPLES,
-    SMOOTHING,
+    LEAST_SAMPLES,
+    SMOOTHING_SAMPLES,
     Judgement,
     is_deselected,
     open_verdict,
     proven_verdict,
     unjudged_verdict,
 )
-from pidcfg.sim.judgement.lasting import cause_of_offset, exempt
-from pidcfg.sim.judgement.meters import SUSTAINED
+from pidcfg.sim.judgement.lasting import cause_of_offset, excuse_limit
+from pidcfg.sim.judgement.meters import SUSTAINED_SHARE
 
 if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Expectation
@@ -25,48 +25,50 @@ if TYPE_CHECKING:
 # --- ``not-settled``: after the last excitation the PV comes to its set point, and stays there for as long as its plant
 # needs to show it -----------------------------------------------------------------------------------------------------
 
-ARRIVAL = 4
+ARRIVAL_TIMES = 4
 """Plant times after which a PV has come to its set point, if it ever does."""
-RAMP_PATIENCE = 1.5
+RAMP_PATIENCE_TIMES = 1.5
 """Plant times by which a PV may be behind a set point that moves."""
 
 
 def judge_settling(e: Evidence, i: int) -> Judgement:
     """Judges one loop, up to the end of the run or of its time in Auto or Cascade."""
     m = e.meters[i]
-    if is_deselected(e, i) and any(found.arrived for found in e.found(i)):
+    if is_deselected(e, i) and any(look.has_arrived for look in e.judged_looks(i)):
         return proven_verdict("was at its set point before a selector left its output out")
-    other = _otherwise_judged(e, i)
+    other = _judge_exempt(e, i)
     if other is not None:
         return other
-    end = e.last + 1 if m.control else m.control_since
+    end = e.last + 1 if m.in_control else m.control_since
     excited = last_excitation(e, i, end)
     event = last_event(e, i, end)
     if event and end - event <= 2 * e.plc.configs[i].period // e.step:
         return open_verdict(f"what happens at {e.seconds(event):g} s: nothing after it was seen")
-    if m.outside >= end - 1:
-        return _not_there(e, i, excited, end)
-    entered = max(m.outside + 1, excited)
-    stays, needed = e.seconds(end - entered), time_that_shows(e, i, e.seconds(entered - excited))
+    if m.last_outside >= end - 1:
+        return _judge_unsettled(e, i, excited, end)
+    entered = max(m.last_outside + 1, excited)
+    stays, needed = e.seconds(end - entered), proof_time(e, i, e.seconds(entered - excited))
     if stays >= needed:
         limited = _other_set_point(e, i)
         if limited:
             return open_verdict(limited)
-        return proven_verdict(f"stays within {_short(e.bands[i])}{e.unit(i)} of its set point for {_short(stays)} s")
-    if m.outside < 0 and is_unexcited(e, i):
+        return proven_verdict(
+            f"stays within {_number_text(e.bands[i])}{e.unit(i)} of its set point for {_number_text(stays)} s"
+        )
+    if m.last_outside < 0 and is_unexcited(e, i):
         return unjudged_verdict(NO_EXCITATION)
-    until = _round_up(e.seconds(entered) + needed)
-    cure = f"let it run to {until} s" if m.control else f"{e.seconds(end):g} s is too early to end its control"
-    return open_verdict(f"settled for {_short(stays)} s of the {_short(needed)} s that show it: {cure}")
+    until = _round_up_time(e.seconds(entered) + needed)
+    cure = f"let it run to {until} s" if m.in_control else f"{e.seconds(end):g} s is too early to end its control"
+    return open_verdict(f"settled for {_number_text(stays)} s of the {_number_text(needed)} s that show it: {cure}")
 
 
-def _otherwise_judged(e: Evidence, i: int) -> Judgement | None:
+def _judge_exempt(e: Evidence, i: int) -> Judgement | None:
     """The verdict on a loop that is exempt, or that an expectation proves; None: it has to prove itself."""
     why = _exemption(e, i)
     if why:
         return unjudged_verdict(why)
-    said = replaced_by(e, i)
-    return proven_verdict(f"an expectation holds that bounds it: {said}") if said else None
+    proof = proving_expectation(e, i)
+    return proven_verdict(f"an expectation holds that bounds it: {proof}") if proof else None
 
 
 def _exemption(e: Evidence, i: int) -> str:
@@ -74,9 +76,9 @@ def _exemption(e: Evidence, i: int) -> str:
     m, plc = e.meters[i], e.plc
     if plc.only_switches(i):
         return "its output is on or off"
-    found = exempt(e, i)
-    if found is not None:
-        return found.text
+    judgement = excuse_limit(e, i)
+    if judgement is not None:
+        return judgement.text
     tuning = sum(plc.flag_bits[name] for name in plc.tuning_flags) | plc.modes.get("autotune", 0)
     return "an auto-tune runs" if m.status & tuning else ""
 
@@ -84,65 +86,69 @@ def _exemption(e: Evidence, i: int) -> str:
 def last_excitation(e: Evidence, i: int, end: int) -> int:
     """When a loop was moved last before base step ``end``: by an event, its start in Auto, or its own set point."""
     m = e.meters[i]
-    started = m.control_since if m.control else 0
-    return max([started, last_event(e, i, end), *([m.moved] if e.masters[i] < 0 and m.moved < end else [])])
+    started = m.control_since if m.in_control else 0
+    return max([started, last_event(e, i, end), *([m.sp_moved_at] if e.masters[i] < 0 and m.sp_moved_at < end else [])])
 
 
 def last_event(e: Evidence, i: int, end: int) -> int:
     """The last event that moves a loop before base step ``end``; what ends its control is no test of it."""
-    ended = end if e.meters[i].control else end - SAMPLES * e.plc.configs[i].period // e.step
-    return max((k for k, event in e.events() if k < ended and e.influence.concerns(event, i)), default=0)
+    ended = end if e.meters[i].in_control else end - LEAST_SAMPLES * e.plc.configs[i].period // e.step
+    return max((k for k, event in e.events() if k < ended and e.influence.can_move(event, i)), default=0)
 
 
-def time_that_shows(e: Evidence, i: int, arrival: float) -> float:
+def proof_time(e: Evidence, i: int, arrival: float) -> float:
     """For how long a PV has to stay at its set point after an ``arrival`` of so many s (D911), in s."""
     pace, period = e.paces[i], e.plc.configs[i].period / TICKS
-    there_and_back = 2 * pace.dead + arrival if pace.dead or pace.lags else period
-    whole = there_and_back if pace.integrates or not pace.lags else min(pace.dead + pace.lags, there_and_back)
-    return float(max(whole, SAMPLES * period, e.influence.cycle(i)))
+    there_and_back = 2 * pace.dead_time + arrival if pace.dead_time or pace.lag_time else period
+    whole = (
+        there_and_back if pace.integrates or not pace.lag_time else min(pace.dead_time + pace.lag_time, there_and_back)
+    )
+    return float(max(whole, LEAST_SAMPLES * period, e.influence.pulse_cycle(i)))
 
 
 def _other_set_point(e: Evidence, i: int) -> str:
     """That another set point is in force than the last event asked for; empty: the same, or a profile moves it."""
-    k, asked = e.asked.get(i, (0, 0.0))
+    k, requested = e.requested_set_points.get(i, (0, 0.0))
     profile = any(event.loop == e.plc.loops[i] and event.ramp_soak for event in e.scenario.events)
     rooted = bool(e.plc.roots) and e.plc.roots[i] is not None
-    if i not in e.asked or e.masters[i] >= 0 or profile or rooted or not e.meters[i].control:
+    if i not in e.requested_set_points or e.masters[i] >= 0 or profile or rooted or not e.meters[i].in_control:
         return ""
     in_force = e.signal_values[e.plc.configs[i].sp_slot]
-    if abs(asked - in_force) <= e.bands[i]:
+    if abs(requested - in_force) <= e.bands[i]:
         return ""
     unit = e.unit(i)
-    return f"the event at {e.seconds(k):g} s asks for {asked:g}{unit}, and {_short(in_force)}{unit} is in force"
+    return (
+        f"the event at {e.seconds(k):g} s asks for {requested:g}{unit}, and {_number_text(in_force)}{unit} is in force"
+    )
 
 
-def _not_there(e: Evidence, i: int, excited: int, end: int) -> Judgement:
+def _judge_unsettled(e: Evidence, i: int, excited: int, end: int) -> Judgement:
     """Of a PV that is not at its set point in the end."""
     m = e.meters[i]
     pace = e.paces[i]
-    away = abs(e.errors(i)[1]) if m.control else e.bands[i]
-    rate = e.set_point_moves(i) / max(e.seconds(m.middle - m.window), e.seconds(1))
-    by_itself = e.masters[i] < 0 and m.moved > last_event(e, i, end) + 2 * e.plc.configs[i].period // e.step
-    if by_itself and rate and end - m.moved <= m.middle - m.window:
-        if away <= max(e.bands[i], RAMP_PATIENCE * rate * pace.seconds):
-            return proven_verdict(f"follows a set point that moves, {_short(away)}{e.unit(i)} behind it")
-        return open_verdict(f"is {_short(away)}{e.unit(i)} behind a set point that moves when the run ends")
+    away = abs(e.mean_errors(i)[1]) if m.in_control else e.bands[i]
+    rate = e.set_point_moves(i) / max(e.seconds(m.window_middle - m.window_start), e.seconds(1))
+    by_itself = e.masters[i] < 0 and m.sp_moved_at > last_event(e, i, end) + 2 * e.plc.configs[i].period // e.step
+    if by_itself and rate and end - m.sp_moved_at <= m.window_middle - m.window_start:
+        if away <= max(e.bands[i], RAMP_PATIENCE_TIMES * rate * pace.seconds):
+            return proven_verdict(f"follows a set point that moves, {_number_text(away)}{e.unit(i)} behind it")
+        return open_verdict(f"is {_number_text(away)}{e.unit(i)} behind a set point that moves when the run ends")
     halves, swing = m.calm_turns - 2, m.last_swing / 2
-    if halves >= 2 and swing > e.bands[i] and m.last_swing >= SUSTAINED * m.calm_first_swing:
-        text = f"swings by {_short(swing)}{e.unit(i)} to either side, and no less in the end"
+    if halves >= 2 and swing > e.bands[i] and m.last_swing >= SUSTAINED_SHARE * m.calm_first_swing:
+        text = f"swings by {_number_text(swing)}{e.unit(i)} to either side, and no less in the end"
         return Judgement("failed", text, e.seconds(m.calm_first_turn))
-    what = "set point" if m.control else "set point when it leaves its mode"
-    text = f"is {_short(away)}{e.unit(i)} away from its {what}"
-    since, enough = e.seconds(end - excited), ARRIVAL * pace.seconds
-    cure = f": let it run to {_round_up(e.seconds(excited) + enough)} s" if m.control and since < enough else ""
+    target = "set point" if m.in_control else "set point when it leaves its mode"
+    text = f"is {_number_text(away)}{e.unit(i)} away from its {target}"
+    since, enough = e.seconds(end - excited), ARRIVAL_TIMES * pace.seconds
+    cure = f": let it run to {_round_up_time(e.seconds(excited) + enough)} s" if m.in_control and since < enough else ""
     return open_verdict(f"{text}, {since:g} s after what moved it last{cause_of_offset(e, i) or cure}")
 
 
-def _short(value: float) -> str:
+def _number_text(value: float) -> str:
     return f"{value:.4g}"
 
 
-def _round_up(time: float) -> str:
+def _round_up_time(time: float) -> str:
     """A time of two digits that is not shorter."""
     unit = 10.0 ** max(0, ceil(log10(max(time, 1.0))) - 2)
     return f"{ceil(time / unit) * unit:g}"
@@ -151,21 +157,25 @@ def _round_up(time: float) -> str:
 # --- What a written expectation proves in the place of the two --------------------------------------------------------
 
 
-def replaced_by(e: Evidence, i: int) -> str:
+def proving_expectation(e: Evidence, i: int) -> str:
     """The first expectation that holds, bounds a loop's PV or error, and does so to the end; empty: none."""
-    for wanted, verdict in zip(e.scenario.expect, e.verdicts, strict=False):
-        if verdict.passed and _bounds_to_the_end(wanted, e.plc.loops[i]):
+    for expectation, verdict in zip(e.scenario.expect, e.verdicts, strict=False):
+        if verdict.passed and _is_bounded_to_the_end(expectation, e.plc.loops[i]):
             return verdict.text
     return ""
 
 
-def _bounds_to_the_end(wanted: Expectation, loop: str) -> bool:
-    if wanted.signal == f"{loop}.PV":
-        both = wanted.min is not None and wanted.max is not None
-        return (wanted.final is not None and wanted.tolerance is not None) or (both and wanted.until is None)
-    if wanted.loop != loop or wanted.max is None:
+def _is_bounded_to_the_end(expectation: Expectation, loop: str) -> bool:
+    if expectation.signal == f"{loop}.PV":
+        both = expectation.min is not None and expectation.max is not None
+        return (expectation.final is not None and expectation.tolerance is not None) or (
+            both and expectation.until is None
+        )
+    if expectation.loop != loop or expectation.max is None:
         return False
-    return wanted.metric in {"settling_time", "iae"} or (wanted.metric == "final_error" and wanted.min is not None)
+    return expectation.metric in {"settling_time", "iae"} or (
+        expectation.metric == "final_error" and expectation.min is not None
+    )
 
 
 # --- ``no-better``: with its output held at what it was first, the loop would have done as well -----------------------
@@ -174,19 +184,19 @@ def _bounds_to_the_end(wanted: Expectation, loop: str) -> bool:
 # the set point of the run itself, while the loop is in Auto or Cascade and its sensor sound.
 
 NO_REFERENCE = "the run had no reference"
-MOST_LEFT = 0.7
+MOST_ERROR_SHARE = 0.7
 """Of the error without control: with more of it the loop does nothing."""
-SLOWEST = 1.5
+SLOWEST_LAGS = 1.5
 """Sums of the lags after the dead time, in which a step of the set point has come 63 % of its way; where the dead time
 is long, so is a second one and the lags once, as a robust loop waits for its answer."""
-LONGEST = 1.5
+LONGEST_STEP_ERROR = 1.5
 """Of that time, for which the whole step would be missing, if all errors after it stood for a whole one."""
 
 
 def judge_benefit(e: Evidence, i: int) -> Judgement:
     """Judges one loop by what its plant would have done without it."""
     rival = e.rivals.get(i)
-    other = _otherwise_judged(e, i)
+    other = _judge_exempt(e, i)
     if other is not None:
         return other
     if rival is None:
@@ -196,9 +206,9 @@ def judge_benefit(e: Evidence, i: int) -> Judgement:
     if is_unexcited(e, i):
         return unjudged_verdict(NO_EXCITATION)
     share = rival.error / rival.held_error if rival.held_error else 1.0
-    if share > MOST_LEFT:
+    if share > MOST_ERROR_SHARE:
         return open_verdict(f"no better than without control: {100 * share:.0f} % of the error is left")
-    late = _late(e, i)
+    late = _slow_answer(e, i)
     if late:
         return open_verdict(f"no better than without control: {late}")
     return proven_verdict(f"leaves {100 * share:.0f} % of the error that there would be without it")
@@ -209,28 +219,28 @@ NO_EXCITATION = "no excitation: without it the PV would have stayed at its set p
 
 def is_unexcited(e: Evidence, i: int) -> bool:
     """Whether the run has nothing to control."""
-    return i in e.rivals and e.rivals[i].widest <= e.bands[i]
+    return i in e.rivals and e.rivals[i].widest_error <= e.bands[i]
 
 
-def _late(e: Evidence, i: int) -> str:
+def _slow_answer(e: Evidence, i: int) -> str:
     """How slowly a loop follows a step of its set point, where that says something; empty: it does not."""
     m, pace = e.meters[i], e.paces[i]
-    if m.event < 0 or not m.stepped or pace.integrates or not pace.lags:
+    if m.event_at < 0 or not m.has_step or pace.integrates or not pace.lag_time:
         return ""
-    if m.moved > m.locked or abs(m.after - m.before) <= e.bands[i]:
+    if m.sp_moved_at > m.locked_until or abs(m.sp_after - m.sp_before) <= e.bands[i]:
         return ""
-    answered = max(SLOWEST * pace.lags, pace.dead + pace.lags)
-    needed = pace.dead + answered + SMOOTHING * e.plc.configs[i].period / TICKS
-    end = min(e.last if m.control else m.control_since, m.until)
-    took = e.seconds((m.reached if m.reached >= 0 else end) - m.event)
-    creeps = e.seconds(m.step_error) / abs(m.after - m.before)
-    if took <= needed and m.reached >= 0 and creeps > LONGEST * needed:
+    answered = max(SLOWEST_LAGS * pace.lag_time, pace.dead_time + pace.lag_time)
+    needed = pace.dead_time + answered + SMOOTHING_SAMPLES * e.plc.configs[i].period / TICKS
+    end = min(e.last if m.in_control else m.control_since, m.step_until)
+    took = e.seconds((m.reached_at if m.reached_at >= 0 else end) - m.event_at)
+    creeps = e.seconds(m.step_error) / abs(m.sp_after - m.sp_before)
+    if took <= needed and m.reached_at >= 0 and creeps > LONGEST_STEP_ERROR * needed:
         return (
-            f"the error after the step is that of a whole step for {_short(creeps)} s, more than "
-            f"{_short(LONGEST * needed)} s (D912); where it may, expect a settling_time"
+            f"the error after the step is that of a whole step for {_number_text(creeps)} s, more than "
+            f"{_number_text(LONGEST_STEP_ERROR * needed)} s (D912); where it may, expect a settling_time"
         )
     if took <= needed:
         return ""
-    verb = "comes 63 % of the way" if m.reached >= 0 else "has not come 63 % of the way"
-    text = f"the PV {verb} to its new set point after {took:g} s, later than {_short(needed)} s (D912)"
+    verb = "comes 63 % of the way" if m.reached_at >= 0 else "has not come 63 % of the way"
+    text = f"the PV {verb} to its new set point after {took:g} s, later than {_number_text(needed)} s (D912)"
     return f"{text}; where it may, expect a settling_time"

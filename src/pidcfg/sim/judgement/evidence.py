@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.schemas.expressions import ABSOLUTE, CONSTANT, MAXIMUM, MINIMUM, NEGATE, ROOT, SIGNAL
 from pidcfg.sim.controllers.plc import IN_CONTROL, SETPOINT, TICKS, steps_until
 from pidcfg.sim.engine.expressions import evaluate
-from pidcfg.sim.engine.influence import RAISED, answer, read_signals
+from pidcfg.sim.engine.influence import RAISED_BY, pv_change, read_signals
 from pidcfg.sim.engine.plants import PERCENT
 from pidcfg.sim.judgement.meters import Meter, Rival
 from pidcfg.text.frozen import frozen
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
 #
 # Design. The events of a scenario are known beforehand, and so are the looks: each ends right before an event, or
 # with the run, and has a window before it in which the loop is left alone. The meter of a loop sums up the error of
-# one window at a time; between two of them it is set to the next (`pidcfg.sim.judgement.evidence.aim`), so that the
+# one window at a time; between two of them it is set to the next (`aim_meter`), so that the
 # kernel knows of one only. How long a window has to be for an answer depends on the plant: `plant_time`.
 
-TENTH, DEAD_TIMES, SAMPLES = 10, 3, 10
+END_DIVISOR, LEAST_DEAD_TIMES, LEAST_SAMPLES = 10, 3, 10
 """The end of a run is its last tenth, but so many dead times and samples at least."""
-QUARTER = 4
+STAGE_DIVISOR = 4
 """Before an event it is the last quarter of the time since the one before, with the same least lengths."""
-PATIENCE = 4
+PATIENCE_TIMES = 4
 """Plant times that a loop may take to get to its set point (D331)."""
-SMOOTHING = 3
+SMOOTHING_SAMPLES = 3
 """Samples of a loop that count as a part of its plant: it answers that much later."""
 
 
@@ -56,15 +56,15 @@ class Look:
     """Where the second half of that begins."""
     end: int
     """The last one."""
-    stage: int
+    stage_start: int
     """Where the last event before it moved the loop; 0: none did."""
-    final: bool
+    is_final: bool
     """It is the end of the run, and no event comes later."""
-    following: float
+    next_event_time: float
     """When the event comes that ends it, in s."""
 
     @property
-    def half(self) -> float:
+    def half_length(self) -> float:
         """Base steps between the two halves."""
         return (self.end + 1 - self.start) / 2
 
@@ -73,19 +73,19 @@ def looks_at(scenario: Scenario, plc: Plc, influence: Influence, i: int, step: i
     """The looks at one loop in a run of ``last`` base steps of ``step`` ticks; the final one is always there."""
     net = influence.net
     dead = max((float(net.texts[name][1].dead_time) for name in influence.plants_between(i)), default=0.0)
-    least = max(DEAD_TIMES * dead * TICKS / step, SAMPLES * plc.configs[i].period / step)
-    moved = {k for k, event in event_steps(scenario, step, last) if influence.concerns(event, i)}
-    bounds = [0, *sorted(moved - {0})]
+    least = max(LEAST_DEAD_TIMES * dead * TICKS / step, LEAST_SAMPLES * plc.configs[i].period / step)
+    event_ks = {k for k, event in event_steps(scenario, step, last) if influence.can_move(event, i)}
+    bounds = [0, *sorted(event_ks - {0})]
     looks = []
     for stage, following in pairwise(bounds):
-        length = round(max((following - stage) / QUARTER, least))
+        length = round(max((following - stage) / STAGE_DIVISOR, least))
         if stage + length < following:
-            looks.append(_look(following - 1, length, stage, final=False, following=following * step / TICKS))
-    length = min(last, round(max(last / TENTH, least)))
-    return [*looks, _look(last, length, bounds[-1], final=True, following=last * step / TICKS)]
+            looks.append(_make_look(following - 1, length, stage, final=False, following=following * step / TICKS))
+    length = min(last, round(max(last / END_DIVISOR, least)))
+    return [*looks, _make_look(last, length, bounds[-1], final=True, following=last * step / TICKS)]
 
 
-def _look(end: int, length: int, stage: int, *, final: bool, following: float) -> Look:
+def _make_look(end: int, length: int, stage: int, *, final: bool, following: float) -> Look:
     start = max(0, end - length)
     return Look(start, (start + end + 1) // 2, end, stage, final, following)
 
@@ -104,13 +104,13 @@ def event_steps(scenario: Scenario, step: int, last: int) -> Iterator[tuple[int,
 class Pace:
     """How fast a loop's PV can answer its output."""
 
-    dead: float
+    dead_time: float
     """The dead times of the plants between."""
     seconds: float
     """Dead times and time constants of the plants between, and some samples of the loop."""
-    turn: float
+    turn_time: float
     """The same without the time in which an integrator crosses the span: a limit has turned its PV round by then."""
-    lags: float
+    lag_time: float
     """The time constants alone."""
     integrates: bool
     """One of the plants integrates: it comes to rest nowhere by itself."""
@@ -125,14 +125,17 @@ def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
     for name in influence.plants_between(i):
         text = net.texts[name][1]
         dead += float(text.dead_time)
-        lagging += sum(lags(text))
+        lagging += sum(lag_times(text))
         integrates = integrates or text.model == "integrator"
-    speed, turn = abs(answer(net, plc, i)) * (most - least), SMOOTHING * plc.configs[i].period / TICKS + dead + lagging
+    speed, turn = (
+        abs(pv_change(net, plc, i)) * (most - least),
+        SMOOTHING_SAMPLES * plc.configs[i].period / TICKS + dead + lagging,
+    )
     crossing = abs(high - low) / speed if integrates and speed else 0.0
     return Pace(dead, turn + crossing, turn, lagging, integrates)
 
 
-def lags(text: PlantText) -> Iterator[float]:
+def lag_times(text: PlantText) -> Iterator[float]:
     """The time constants of a plant, in s."""
     yield from (float(time) for time in text.time_constants or ())
     if text.time_constant is not None:
@@ -147,9 +150,9 @@ def lags(text: PlantText) -> Iterator[float]:
 # scenario. Each kind is a function of the evidence and a loop in a module of its own; `pidcfg.sim.judgement.standing`
 # calls them, and knows what keeps a loop from being judged. Only the words of a verdict come from the journal.
 
-SHARE = 0.001
+NEGLIGIBLE_SHARE = 0.001
 """Of a span: what is less is no difference."""
-COUNTS = 2
+ROUNDING_COUNTS = 2
 """Counts of a PV: what is less is rounding."""
 
 
@@ -159,7 +162,7 @@ class Judgement(NamedTuple):
     verdict: VerdictWord
     text: str
     at: float | None = None
-    tells: bool = True
+    is_conclusive: bool = True
     """A look at another time may tell more if this is false."""
 
 
@@ -180,7 +183,7 @@ def open_verdict(missing: str, at: float | None = None) -> Judgement:
 
 def too_early_verdict(why: str) -> Judgement:
     """The run does not show it yet, and why."""
-    return Judgement("not-proven", why, tells=False)
+    return Judgement("not-proven", why, is_conclusive=False)
 
 
 def unjudged_verdict(why: str) -> Judgement:
@@ -188,13 +191,13 @@ def unjudged_verdict(why: str) -> Judgement:
     return Judgement("not-judged", why)
 
 
-class Found(NamedTuple):
+class LookResult(NamedTuple):
     """What a look at a loop in control showed."""
 
     look: Look
-    saturated: Judgement
-    stands: Judgement
-    arrived: bool = False
+    saturation: Judgement
+    lasting_error: Judgement
+    has_arrived: bool = False
     """Its PV was at its set point, on average."""
 
 
@@ -223,17 +226,17 @@ class Evidence:
     """The last base step."""
     reasons: Mapping[int, str] = field(default_factory=dict)
     """Why a loop changed or did not change its mode last, in words, by its number."""
-    given: Mapping[int, float] = field(default_factory=dict)
+    given_set_points: Mapping[int, float] = field(default_factory=dict)
     """The set points that the configuration gives, of loops that have none from another loop, by their number."""
     effects: list[float] = field(default_factory=list)
     """How far each loop's output can move its PV (an integrator: in 1 s), as at the start; 0: that is not known."""
     paces: list[Pace] = field(default_factory=list)
     """How fast the plants of each loop are."""
-    ignored: dict[int, int] = field(default_factory=dict)
+    ignored_events: dict[int, int] = field(default_factory=dict)
     """The event that changed a loop's set point last, where it did not control then."""
-    unmet: dict[int, tuple[int, int]] = field(default_factory=dict)
+    unmet_events: dict[int, tuple[int, int]] = field(default_factory=dict)
     """The same where it was meant to, and from when on it was."""
-    asked: dict[int, tuple[int, float]] = field(default_factory=dict)
+    requested_set_points: dict[int, tuple[int, float]] = field(default_factory=dict)
     """The event that changed a loop's set point last, and to what, where that is a number in the PV's unit."""
     verdicts: Sequence[Verdict] = ()
     """What became of the scenario's expectations."""
@@ -241,7 +244,7 @@ class Evidence:
     """What the plants of each loop would have done without it, by its number; empty: there was no reference."""
     bands: list[float] = field(default_factory=list)
     """How far from its set point each loop's PV may come to rest (D332)."""
-    looks: dict[int, list[Found]] = field(default_factory=dict)
+    looks: dict[int, list[LookResult]] = field(default_factory=dict)
     """What the looks at each loop have shown, by its number."""
     swings: dict[int, Swings] = field(default_factory=dict)
     """The first oscillation of each loop that no event stirs up and that reaches the last third, by its number."""
@@ -265,7 +268,7 @@ class Evidence:
         unit = self.plc.units.get(self.plc.loops[loop], "")
         return f" {unit}" if unit else ""
 
-    def family(self, loop: int) -> set[int]:
+    def cascade_loops(self, loop: int) -> set[int]:
         """A loop and those up and down its cascade."""
         family = {loop}
         while True:
@@ -278,33 +281,35 @@ class Evidence:
         """The loops that have their set point from a loop."""
         return (i for i, master in enumerate(self.masters) if master == loop)
 
-    def errors(self, loop: int) -> tuple[float, float]:
+    def mean_errors(self, loop: int) -> tuple[float, float]:
         """SP − PV on average, in the two halves of the window that ends here."""
         m = self.meters[loop]
-        early, late = m.middle - m.window, self.last + 1 - m.middle
+        early, late = m.window_middle - m.window_start, self.last + 1 - m.window_middle
         return m.early_error / max(early, 1), m.final_error / late
 
     def set_point_moves(self, loop: int) -> float:
         """By how much the set point is elsewhere in the second half of that window."""
         m = self.meters[loop]
-        return abs(m.final_sp / (self.last + 1 - m.middle) - m.early_sp / max(m.middle - m.window, 1))
+        return abs(
+            m.final_sp / (self.last + 1 - m.window_middle) - m.early_sp / max(m.window_middle - m.window_start, 1)
+        )
 
     def span(self, loop: int) -> float:
         """The span of a loop's PV."""
         low, high, _ = self.plc.scales[loop]
         return abs(high - low)
 
-    def least(self, loop: int) -> float:
+    def least_difference(self, loop: int) -> float:
         """A difference of the PV that is more than rounding."""
-        return max(COUNTS * self.span(loop) / self.plc.scales[loop][2], SHARE * self.span(loop))
+        return max(ROUNDING_COUNTS * self.span(loop) / self.plc.scales[loop][2], NEGLIGIBLE_SHARE * self.span(loop))
 
-    def found(self, loop: int) -> Sequence[Found]:
+    def judged_looks(self, loop: int) -> Sequence[LookResult]:
         """What the looks at a loop showed while it was in control; of the last ones only what can be judged."""
-        found = self.looks.get(loop, [])
-        final = found[-1] if found else None
-        if final is not None and final.look.final and final.look.stage > final.look.start and len(found) > 1:
-            return found[:-1]
-        return found
+        results = self.looks.get(loop, [])
+        final = results[-1] if results else None
+        if final is not None and final.look.is_final and final.look.stage_start > final.look.start and len(results) > 1:
+            return results[:-1]
+        return results
 
     def events(self) -> Iterator[tuple[int, Event]]:
         """The events of the run, and ends of sensor faults, with their base steps."""
@@ -313,15 +318,15 @@ class Evidence:
     def events_on(self, loop: int, since: int) -> list[float]:
         """The times from base step ``since`` on at which an event moves a loop's PV or set point."""
         return sorted(
-            self.seconds(k) for k, event in self.events() if k >= since and self.influence.concerns(event, loop)
+            self.seconds(k) for k, event in self.events() if k >= since and self.influence.can_move(event, loop)
         )
 
     def set_point_of(self, event: Event, loop: int) -> object:
         """What an event sets a loop's set point to, itself or a signal that it is made of; None: it does not."""
         if event.loop is None:
             made_of, outside = self.influence.set_points[loop], self.net.outside
-            given = ((outside[dotted_text(path)], value) for path, value, _ in leaves(event.set or {}))
-            return next((value for slot, value in given if slot in made_of), None)
+            values = ((outside[dotted_text(path)], value) for path, value, _ in leaves(event.set or {}))
+            return next((value for slot, value in values if slot in made_of), None)
         if event.loop != self.plc.loops[loop]:
             return None
         keys = {*SETPOINT, self.plc.setpoint}
@@ -333,7 +338,7 @@ class Evidence:
         sources = self.influence.set_points[loop].intersection(self.influence.signals_set(event))
         return all(abs(self.signal_values[slot] - sp) <= self.bands[loop] for slot in sources)
 
-    def mode(self, loop: int) -> str:
+    def last_mode(self, loop: int) -> str:
         """The mode that a loop ends in."""
         return self.plc.mode(self.meters[loop].status)
 
@@ -345,9 +350,9 @@ class Evidence:
 
 DEVIATIONS = {"deviation_red", "deviation_high_high"}
 """Outermost alarms that say nothing of a loop in Manual."""
-BAND = 0.02
+BAND_SHARE = 0.02
 """Of the span: how far from its set point a PV may come to rest."""
-SWITCHED = 0.05
+SWITCHED_BAND_SHARE = 0.05
 """The same where the output is on or off."""
 RIPPLE_DIVISOR = 4
 """Of what a whole cycle would move the PV: the swing of pulses that are on for half of it, d (1 − d)."""
@@ -361,56 +366,58 @@ def band_of(e: Evidence, i: int) -> float:
     if tolerance is not None:
         return float(tolerance.value) * (span / 100 if tolerance.unit == "%" else 1.0)
     inner = e.plc.inner_deviation(i)
-    share = SWITCHED if e.plc.only_switches(i) else BAND
-    return max(e.least(i), share * span if inner is None else min(share * span, inner))
+    share = SWITCHED_BAND_SHARE if e.plc.only_switches(i) else BAND_SHARE
+    return max(e.least_difference(i), share * span if inner is None else min(share * span, inner))
 
 
 def pulse_ripple(e: Evidence, i: int) -> float:
     """How far the PV goes up and down with pulses that are on for half of their cycle; 0: there are none."""
-    cycle = e.influence.cycle(i)
-    by = RAISED if e.plc.pulse_cycle(i) else PERCENT
+    cycle = e.influence.pulse_cycle(i)
+    by = RAISED_BY if e.plc.pulse_cycle(i) else PERCENT
     return (
-        abs(answer(e.net, e.plc, i, by=by)) * cycle / (RIPPLE_DIVISOR * max(e.paces[i].lags, cycle)) if cycle else 0.0
+        abs(pv_change(e.net, e.plc, i, step=by)) * cycle / (RIPPLE_DIVISOR * max(e.paces[i].lag_time, cycle))
+        if cycle
+        else 0.0
     )
 
 
 def limits_reached(e: Evidence, loop: int) -> str:
     """The limit that a loop's output ends at: ``lower``, ``upper``; empty: it is inside."""
     low, high = e.plc.output_limits(loop, e.signal_values)
-    out, slack = e.signal_values[e.plc.configs[loop].out_slot], SHARE / 2 * abs(high - low)
+    out, slack = e.signal_values[e.plc.configs[loop].out_slot], NEGLIGIBLE_SHARE / 2 * abs(high - low)
     return "upper" if out >= high - slack else "lower" if out <= low + slack else ""
 
 
 # --- What the meters of a run have to know beforehand: masks, the mode that is wanted, and where the end begins -------
 
-THIRD = 3
+END_THIRD = 3
 SWING_COUNTS, SWING_SHARE, SWING_NOISE = 4, 0.01, 10
 """Counts, share of the span, and standard deviations of the noise that a swing must pass, peak to peak."""
 
 
 def meters_of(scenario: Scenario, plc: Plc, net: Network, last: int) -> list[Meter]:
     """A meter a loop, for a run of ``last`` base steps."""
-    return [_meter(scenario, plc, net, i, last) for i in range(len(plc.loops))]
+    return [_make_meter(scenario, plc, net, i, last) for i in range(len(plc.loops))]
 
 
-def aim(m: Meter, look: Look, pace: float) -> None:
+def aim_meter(m: Meter, look: Look, pace: float) -> None:
     """Sets a meter to the next look at its loop, whose plant time is ``pace`` base steps."""
-    m.window, m.middle = look.start, look.middle
+    m.window_start, m.window_middle = look.start, look.middle
     m.early_error = m.final_error = m.early_sp = m.final_sp = 0.0
-    m.side = 0
-    m.watched = min(m.late, max(look.stage, look.start - round(PATIENCE * pace)))
+    m.error_sign = 0
+    m.watch_from = min(m.last_third, max(look.stage_start, look.start - round(PATIENCE_TIMES * pace)))
 
 
-def _meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -> Meter:
+def _make_meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -> Meter:
     config = plc.configs[i]
     m = Meter(config.pv_slot, config.sp_slot, config.out_slot)
     m.control_bits = plc.control_bits
-    m.wanted = plc.modes.get(plc.goals[i], 0) & m.control_bits
+    m.wanted_bits = plc.modes.get(plc.goals[i], 0) & m.control_bits
     named = {e.alarm for e in scenario.expect if e.loop == plc.loops[i] and e.alarm and not e.never}
     m.outer_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named)
     m.level_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named | DEVIATIONS)
-    m.late = last - last // THIRD
-    m.least = least_swing(scenario, plc, net, i)
+    m.last_third = last - last // END_THIRD
+    m.least_swing = least_swing(scenario, plc, net, i)
     return m
 
 
@@ -424,34 +431,34 @@ def least_swing(scenario: Scenario, plc: Plc, net: Network, i: int) -> float:
 def noise_of(scenario: Scenario, plc: Plc, net: Network, loop: int) -> float:
     """The standard deviation of the noise of a loop's PV, at rest."""
     total = 0.0
-    for name in _heard(net, plc, loop):
+    for name in _noise_sources(net, plc, loop):
         plant = net.plants[net.plant_of[name]]
         later = [(e.disturb or {}).get("noise", 0) for e in scenario.events if (e.plant or e.loop) == name]
         sigma = max([plant.sigma, *map(float, later)])
-        total = hypot(total, _passed_on(net, plc, loop, plant.measured, sigma))
+        total = hypot(total, _pv_change(net, plc, loop, plant.measured, sigma))
     return total
 
 
-def _heard(net: Network, plc: Plc, loop: int) -> list[str]:
+def _noise_sources(net: Network, plc: Plc, loop: int) -> list[str]:
     """The noisy plants whose measurements a loop's PV is made of, by what reads what alone."""
-    if loop not in net.heard:
+    if loop not in net.noise_sources:
         inlet = plc.inlets.get(plc.loops[loop])
         target = plc.configs[loop].in_slot if inlet is None else plc.inputs[inlet]
-        net.heard[loop] = []
+        net.noise_sources[loop] = []
         for name in net.noisy:
             reached = {net.plants[net.plant_of[name]].measured}
             for channel in net.channels:
                 if not reached.isdisjoint(read_signals(net, channel)):
                     reached.add(channel.target)
-            net.heard[loop] += [name] if target in reached else []
-    return net.heard[loop]
+            net.noise_sources[loop] += [name] if target in reached else []
+    return net.noise_sources[loop]
 
 
-def _passed_on(net: Network, plc: Plc, loop: int, measured: int, sigma: float) -> float:
+def _pv_change(net: Network, plc: Plc, loop: int, measured: int, sigma: float) -> float:
     """What a change of a measurement by ``sigma`` makes of a loop's PV, by way of connections alone."""
     raised = list(net.signal_values)
     raised[measured] += sigma
-    stack = net.pool.stack()
+    stack = net.pool.new_stack()
     for channel in net.channels:
         if channel.source >= 0:
             raised[channel.target] += raised[channel.source] - net.signal_values[channel.source]
@@ -479,48 +486,48 @@ OPERANDS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
 def is_deselected(e: Evidence, i: int) -> bool:
     """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
     out = e.plc.configs[i].out_slot
-    own, rivals = e.influence.rivals(i)
-    if any(out in read_signals(e.net, plant) and not _leaves_out(e, plant, out, rivals) for plant in e.net.plants):
+    own, rivals = e.influence.rival_signals(i)
+    if any(out in read_signals(e.net, plant) and not _is_left_out(e, plant, out, rivals) for plant in e.net.plants):
         return False
-    return e.plc.left_out(i, e.signal_values, own, rivals) or _selected_away(e, i, rivals)
+    return e.plc.left_out(i, e.signal_values, own, rivals) or _is_selected_away(e, i, rivals)
 
 
-def _selected_away(e: Evidence, i: int, rivals: frozenset[int]) -> bool:
+def _is_selected_away(e: Evidence, i: int, rivals: frozenset[int]) -> bool:
     """Whether every plant or connection that reads a loop's output takes the smaller or larger of it and a rival."""
     out = e.plc.configs[i].out_slot
     wired: list[Plant | Channel] = [*e.net.plants, *e.net.channels]
     readers = [reader for reader in wired if out in read_signals(e.net, reader)]
-    return bool(readers) and all(_leaves_out(e, reader, out, rivals) for reader in readers)
+    return bool(readers) and all(_is_left_out(e, reader, out, rivals) for reader in readers)
 
 
-def _leaves_out(e: Evidence, reader: Plant | Channel, out: int, rivals: frozenset[int]) -> bool:
+def _is_left_out(e: Evidence, reader: Plant | Channel, out: int, rivals: frozenset[int]) -> bool:
     pool = e.net.pool
     if reader.source >= 0:
         return False
     values = set()
-    for away in (-SHARE, 0.0, SHARE):
+    for away in (-NEGLIGIBLE_SHARE, 0.0, NEGLIGIBLE_SHARE):
         signals = list(e.signal_values)
         signals[out] += away * (abs(signals[out]) + 1.0)
-        values.add(evaluate(pool.code, pool.constants, reader.first, reader.last, signals, pool.stack()))
+        values.add(evaluate(pool.code, pool.constants, reader.first, reader.last, signals, pool.new_stack()))
     return len(values) == 1 and any(
-        out in lost and rivals & taken for taken, lost in _choices(e, reader.first, reader.last)
+        out in lost and rivals & taken for taken, lost in _selections(e, reader.first, reader.last)
     )
 
 
-def _choices(e: Evidence, first: int, last: int) -> Iterator[tuple[set[int], set[int]]]:
+def _selections(e: Evidence, first: int, last: int) -> Iterator[tuple[set[int], set[int]]]:
     """Of each ``min`` and ``max`` in an expression the signals of what it takes now, and of what it leaves out."""
     pool, parts = e.net.pool, list[int]()
     code = pool.code
-    for at in range(first, last, 2):
-        if code[at] in {MINIMUM, MAXIMUM}:
-            (a, b), end = parts[-2:], at
+    for place in range(first, last, 2):
+        if code[place] in {MINIMUM, MAXIMUM}:
+            (a, b), end = parts[-2:], place
             sides = (a, b), (b, end)
-            left, right = (evaluate(code, pool.constants, *side, e.signal_values, pool.stack()) for side in sides)
+            left, right = (evaluate(code, pool.constants, *side, e.signal_values, pool.new_stack()) for side in sides)
             signals = [{code[k + 1] for k in range(*side, 2) if code[k] == SIGNAL} for side in sides]
-            takes_right = right < left if code[at] == MINIMUM else right > left
+            takes_right = right < left if code[place] == MINIMUM else right > left
             yield (signals[1], signals[0]) if takes_right else (signals[0], signals[1])
-        operands = OPERANDS.get(code[at], 2)
+        operands = OPERANDS.get(code[place], 2)
         if operands == 0:
-            parts.append(at)
+            parts.append(place)
         elif operands == 2:
             parts.pop()

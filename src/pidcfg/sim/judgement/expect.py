@@ -49,62 +49,66 @@ Watch = Band | Gauge | Onset
 def watches_of(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[int, Watch]:
     """What one expectation alone needs to be measured."""
     watches: dict[int, Watch] = {}
-    for i, wanted in enumerate(scenario.expect):
-        if wanted.band is not None:
-            watches[i] = Band(plc.loops.index(wanted.loop or ""), float(wanted.band) / 100)
-        elif wanted.signal is not None and (wanted.start is not None or wanted.until is not None):
-            first = 0 if wanted.start is None else steps_until(wanted.start, step)
-            last = NEVER if wanted.until is None else int(wanted.until * TICKS) // step
-            watches[i] = Gauge(net.names[wanted.signal], first=first, last=last)
-        elif wanted.alarm is not None:
-            watches[i] = Onset(plc.loops.index(wanted.loop or ""), plc.alarm_bits[wanted.alarm])
+    for i, expectation in enumerate(scenario.expect):
+        if expectation.band is not None:
+            watches[i] = Band(plc.loops.index(expectation.loop or ""), float(expectation.band) / 100)
+        elif expectation.signal is not None and (expectation.start is not None or expectation.until is not None):
+            first = 0 if expectation.start is None else steps_until(expectation.start, step)
+            last = NEVER if expectation.until is None else int(expectation.until * TICKS) // step
+            watches[i] = Gauge(net.names[expectation.signal], first=first, last=last)
+        elif expectation.alarm is not None:
+            watches[i] = Onset(plc.loops.index(expectation.loop or ""), plc.alarm_bits[expectation.alarm])
     return watches
 
 
 def alarms_off(scenario: Scenario, plc: Plc) -> set[tuple[str, str]]:
     """Loops and alarms of the expectations that are off, and that no event switches."""
-    switched = {
+    switched_loops = {
         event.loop
         for event in scenario.events
         if any(str(keys[0]).startswith("alarms") for keys, _, _ in leaves(event.set or {}))
     }
-    named = {(wanted.loop, wanted.alarm) for wanted in scenario.expect if wanted.loop and wanted.alarm}
+    named = {
+        (expectation.loop, expectation.alarm)
+        for expectation in scenario.expect
+        if expectation.loop and expectation.alarm
+    }
     return {
         (loop, alarm)
         for loop, alarm in named
-        if loop not in switched and not plc.alarm_is_on(plc.loops.index(loop), alarm)
+        if loop not in switched_loops and not plc.alarm_is_on(plc.loops.index(loop), alarm)
     }
 
 
-def verdict(i: int, wanted: Expectation, watch: Watch | None, out: MeasuredRun) -> Verdict:
+def verdict(i: int, expectation: Expectation, watch: Watch | None, run: MeasuredRun) -> Verdict:
     """The verdict on expectation ``i``; ``watch`` is what was measured for it alone."""
-    if wanted.metric is not None:
-        return _metric(wanted, cast("Band | None", watch), out)
-    if wanted.signal is not None:
-        return _signal(wanted, cast("Gauge | None", watch), out)
-    if wanted.alarm is not None:
-        return _alarm(wanted, cast("Onset | None", watch), out)
-    if wanted.flag is not None:
-        return _flag(wanted, out)
-    if wanted.autotune is not None:
-        return _autotune(wanted, out)
-    loop = out.plc.loops.index(wanted.loop or "")
-    if isinstance(wanted.mode, Never):
-        name = wanted.mode.mode
-        came = bool(out.meters[loop].ever & out.plc.modes[name])
-        return Verdict(f"{wanted.loop} mode is never {name}", not came, name if came else None)
-    mode = out.modes.get(i, out.plc.mode(out.meters[loop].status))
-    when = "at the end" if wanted.at is None else f"at {wanted.at:f} s"
-    return Verdict(f"{wanted.loop} mode is {wanted.mode} {when}", mode == wanted.mode, mode)
+    if expectation.metric is not None:
+        return _metric_verdict(expectation, cast("Band | None", watch), run)
+    if expectation.signal is not None:
+        return _signal_verdict(expectation, cast("Gauge | None", watch), run)
+    if expectation.alarm is not None:
+        return _alarm_verdict(expectation, cast("Onset | None", watch), run)
+    if expectation.flag is not None:
+        return _flag_verdict(expectation, run)
+    if expectation.autotune is not None:
+        return _autotune_verdict(expectation, run)
+    loop = run.plc.loops.index(expectation.loop or "")
+    if isinstance(expectation.mode, Never):
+        name = expectation.mode.mode
+        came = bool(run.meters[loop].all_status & run.plc.modes[name])
+        return Verdict(f"{expectation.loop} mode is never {name}", not came, name if came else None)
+    mode = run.modes.get(i, run.plc.mode(run.meters[loop].status))
+    when = "at the end" if expectation.at is None else f"at {expectation.at:f} s"
+    return Verdict(f"{expectation.loop} mode is {expectation.mode} {when}", mode == expectation.mode, mode)
 
 
-def _bounds(minimum: Bound | None, maximum: Bound | None, unit: str = "") -> str:
+def _bounds_text(minimum: Bound | None, maximum: Bound | None, unit: str = "") -> str:
     low = "" if minimum is None else f"at least {minimum.value:f}{unit}"
     high = "" if maximum is None else f"at most {maximum.value:f}{unit}"
     return " and ".join(part for part in (low, high) if part)
 
 
-def _inside(value: float | None, minimum: Bound | None, maximum: Bound | None) -> bool:
+def _is_inside(value: float | None, minimum: Bound | None, maximum: Bound | None) -> bool:
     """Whether a number keeps its bounds; none at all (never settled, nothing measured) does not."""
     return (
         value is not None
@@ -113,111 +117,123 @@ def _inside(value: float | None, minimum: Bound | None, maximum: Bound | None) -
     )
 
 
-def _metric(wanted: Expectation, watch: Band | None, out: MeasuredRun) -> Verdict:
-    loop = out.plc.loops.index(wanted.loop or "")
-    name = str(wanted.metric)
-    value = out.metrics[loop][name]
+def _metric_verdict(expectation: Expectation, watch: Band | None, run: MeasuredRun) -> Verdict:
+    loop = run.plc.loops.index(expectation.loop or "")
+    name = str(expectation.metric)
+    value = run.metrics[loop][name]
     band = ""
     if watch is not None:
-        time = settling_time(out.meters[loop], watch, out.last, out.dt)
-        value, band = None if time is None else ten_digits(time), f" (band {wanted.band:f} %)"
-    text = f"{wanted.loop} {name}{band} {_bounds(wanted.min, wanted.max, UNITS.get(name, ''))}"
-    nothing = _nothing_measured(name, value, out.meters[loop], out.dt)
+        time = settling_time(run.meters[loop], watch, run.last, run.dt)
+        value, band = None if time is None else ten_digits(time), f" (band {expectation.band:f} %)"
+    text = f"{expectation.loop} {name}{band} {_bounds_text(expectation.min, expectation.max, UNITS.get(name, ''))}"
+    nothing = _nothing_measured(name, value, run.meters[loop], run.dt)
     text += f" ({nothing})" if nothing else ""
-    return Verdict(text, _inside(value, wanted.min, wanted.max), value)
+    return Verdict(text, _is_inside(value, expectation.min, expectation.max), value)
 
 
 def _nothing_measured(name: str, value: float | None, meter: Meter, dt: float) -> str:
     """Why a metric has no value; empty: it has one, or is of a step that had not settled at the end."""
     if value is not None:
         return ""
-    if name in STEP_METRICS and meter.event >= 0 and meter.stepped:
-        return "" if meter.until == NEVER else f"not settled at {meter.until * dt:g} s, when an event moved it"
+    if name in STEP_METRICS and meter.event_at >= 0 and meter.has_step:
+        return (
+            "" if meter.step_until == NEVER else f"not settled at {meter.step_until * dt:g} s, when an event moved it"
+        )
     reason = NO_STEP if name in STEP_METRICS else NO_SWINGS if name in SWING_METRICS else NO_CONTROL
     return f"nothing was measured: {reason}"
 
 
-def _signal(wanted: Expectation, watch: Gauge | None, out: MeasuredRun) -> Verdict:
-    name = str(wanted.signal)
-    seen = out.range_of(name)
+def _signal_verdict(expectation: Expectation, watch: Gauge | None, run: MeasuredRun) -> Verdict:
+    name = str(expectation.signal)
+    reached = run.range_of(name)
     if watch is not None and watch.low > watch.high:
         return Verdict(f"{name}: no base step lies in its time", passed=False, value=None)
     if watch is not None:
-        seen = Range(ten_digits(watch.low), ten_digits(watch.high), seen.final)
-    low = wanted.min is None or seen.low >= float(wanted.min.value)
-    high = wanted.max is None or seen.high <= float(wanted.max.value)
-    parts = [_bounds(wanted.min, wanted.max)]
-    value: Any = [seen.low, seen.high] if wanted.min and wanted.max else seen.low if wanted.min else seen.high
+        reached = Range(ten_digits(watch.low), ten_digits(watch.high), reached.final)
+    low = expectation.min is None or reached.low >= float(expectation.min.value)
+    high = expectation.max is None or reached.high <= float(expectation.max.value)
+    parts = [_bounds_text(expectation.min, expectation.max)]
+    value: Any = (
+        [reached.low, reached.high]
+        if expectation.min and expectation.max
+        else reached.low
+        if expectation.min
+        else reached.high
+    )
     final = True
-    if wanted.final is not None and wanted.tolerance is not None:
-        final = abs(seen.final - float(wanted.final)) <= float(wanted.tolerance.value)
-        parts.append(f"{wanted.final:f} ± {wanted.tolerance.value:f} at the end")
-        value = seen.final if low and high else value
-    since = "" if wanted.start is None else f" from {wanted.start:f} s"
-    until = "" if wanted.until is None else f" until {wanted.until:f} s"
+    if expectation.final is not None and expectation.tolerance is not None:
+        final = abs(reached.final - float(expectation.final)) <= float(expectation.tolerance.value)
+        parts.append(f"{expectation.final:f} ± {expectation.tolerance.value:f} at the end")
+        value = reached.final if low and high else value
+    since = "" if expectation.start is None else f" from {expectation.start:f} s"
+    until = "" if expectation.until is None else f" until {expectation.until:f} s"
     return Verdict(f"{name} {', '.join(p for p in parts if p)}{since}{until}", low and high and final, value)
 
 
-def _alarm(wanted: Expectation, watch: Onset | None, out: MeasuredRun) -> Verdict:
-    verdict = _time_of_alarm(wanted, watch, out)
-    if verdict.passed and verdict.value is None and (wanted.loop, wanted.alarm) in out.alarms_off:
+def _alarm_verdict(expectation: Expectation, watch: Onset | None, run: MeasuredRun) -> Verdict:
+    verdict = _alarm_time_verdict(expectation, watch, run)
+    if verdict.passed and verdict.value is None and (expectation.loop, expectation.alarm) in run.alarms_off:
         return replace(verdict, text=f"{verdict.text} (nothing was measured: the alarm is off)", passed=False)
     return verdict
 
 
-def _time_of_alarm(wanted: Expectation, watch: Onset | None, out: MeasuredRun) -> Verdict:
-    first = ten_digits(watch.first * out.dt) if watch is not None and watch.first >= 0 else None
-    subject = f"{wanted.loop} alarm {wanted.alarm}"
-    if wanted.never and wanted.before is not None:
-        text = f"{subject} never before {wanted.before:f} s"
-        return Verdict(text, first is None or first >= float(wanted.before), first)
-    if wanted.never is not None:
+def _alarm_time_verdict(expectation: Expectation, watch: Onset | None, run: MeasuredRun) -> Verdict:
+    first = ten_digits(watch.first * run.dt) if watch is not None and watch.first >= 0 else None
+    subject = f"{expectation.loop} alarm {expectation.alarm}"
+    if expectation.never and expectation.before is not None:
+        text = f"{subject} never before {expectation.before:f} s"
+        return Verdict(text, first is None or first >= float(expectation.before), first)
+    if expectation.never is not None:
         return Verdict(
-            f"{subject} {'never' if wanted.never else 'at some time'}", (first is None) == wanted.never, first
+            f"{subject} {'never' if expectation.never else 'at some time'}", (first is None) == expectation.never, first
         )
     parts, passed = [], first is not None
     time = 0.0 if first is None else first
-    if wanted.at is not None:
-        slack = 0.0 if wanted.tolerance is None else float(wanted.tolerance.value)
-        parts.append(f"at {wanted.at:f} s" + (f" ± {slack:g} s" if slack else ""))
-        passed = passed and abs(time - float(wanted.at)) <= slack + out.dt / 2
-    if wanted.before is not None:
-        parts.append(f"before {wanted.before:f} s")
-        passed = passed and time <= float(wanted.before)
-    if wanted.after is not None:
-        parts.append(f"after {wanted.after:f} s")
-        passed = passed and time >= float(wanted.after)
+    if expectation.at is not None:
+        slack = 0.0 if expectation.tolerance is None else float(expectation.tolerance.value)
+        parts.append(f"at {expectation.at:f} s" + (f" ± {slack:g} s" if slack else ""))
+        passed = passed and abs(time - float(expectation.at)) <= slack + run.dt / 2
+    if expectation.before is not None:
+        parts.append(f"before {expectation.before:f} s")
+        passed = passed and time <= float(expectation.before)
+    if expectation.after is not None:
+        parts.append(f"after {expectation.after:f} s")
+        passed = passed and time >= float(expectation.after)
     return Verdict(f"{subject} {' and '.join(parts)}", passed, first)
 
 
-def _flag(wanted: Expectation, out: MeasuredRun) -> Verdict:
-    name = str(wanted.flag)
-    expected = True if wanted.value is None else wanted.value
-    if wanted.loop is None:
-        word, form = out.plc.flags[name], out.plc.word_of_flags
+def _flag_verdict(expectation: Expectation, run: MeasuredRun) -> Verdict:
+    name = str(expectation.flag)
+    expected = True if expectation.value is None else expectation.value
+    if expectation.loop is None:
+        word, form = run.plc.flags[name], run.plc.word_of_flags
         passed = word == expected if type(expected) is int else bool(word) == expected
         shown = form.format(expected) if type(expected) is int else "set" if expected else "clear"
         return Verdict(f"{name} is {shown}", passed, form.format(word))
-    meter = out.meters[out.plc.loops.index(wanted.loop)]
-    seen = bool(meter.ever & out.plc.flag_bits.get(name, 0) or meter.ever_aux & out.plc.aux_bits.get(name, 0))
-    return Verdict(f"{wanted.loop} flag {name} {'on' if expected else 'off'}", seen == bool(expected), seen)
+    meter = run.meters[run.plc.loops.index(expectation.loop)]
+    was_on = bool(meter.all_status & run.plc.flag_bits.get(name, 0) or meter.all_aux & run.plc.aux_bits.get(name, 0))
+    return Verdict(f"{expectation.loop} flag {name} {'on' if expected else 'off'}", was_on == bool(expected), was_on)
 
 
-def _autotune(wanted: Expectation, out: MeasuredRun) -> Verdict:
-    name = str(wanted.autotune)
-    tuned = out.plc.tuned(out.plc.loops.index(wanted.loop or ""))
-    subject = f"{wanted.loop} autotune {name}"
+def _autotune_verdict(expectation: Expectation, run: MeasuredRun) -> Verdict:
+    name = str(expectation.autotune)
+    tuned = run.plc.tuned(run.plc.loops.index(expectation.loop or ""))
+    subject = f"{expectation.loop} autotune {name}"
     if name in {"done", "error"}:
-        expected = True if wanted.value is None else bool(wanted.value)
+        expected = True if expectation.value is None else bool(expectation.value)
         ended = None if tuned is None else tuned["done"] if name == "done" else tuned["error"]
         return Verdict(f"{subject} is {'true' if expected else 'false'}", ended is expected, ended)
     value = None if tuned is None else tuned["results"].get(name)
-    if wanted.min is None and wanted.max is None:
+    if expectation.min is None and expectation.max is None:
         return Verdict(f"{subject} is found", value is not None, value)
-    return Verdict(f"{subject} {_bounds(wanted.min, wanted.max)}", _inside(value, wanted.min, wanted.max), value)
+    return Verdict(
+        f"{subject} {_bounds_text(expectation.min, expectation.max)}",
+        _is_inside(value, expectation.min, expectation.max),
+        value,
+    )
 
 
-def place_verdict(result: Verdict, wanted: Expectation) -> Verdict:
+def place_verdict(result: Verdict, expectation: Expectation) -> Verdict:
     """A verdict with the loop that it is about, and the time of which something is expected."""
-    loop = wanted.loop or (wanted.signal or "").partition(".")[0] or None
-    return replace(result, loop=loop, at=None if wanted.at is None else float(wanted.at))
+    loop = expectation.loop or (expectation.signal or "").partition(".")[0] or None
+    return replace(result, loop=loop, at=None if expectation.at is None else float(expectation.at))

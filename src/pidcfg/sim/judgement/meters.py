@@ -40,13 +40,13 @@ class Meter:
     sp_high: float = 0.0
     out_low: float = 0.0
     out_high: float = 0.0
-    event: int = -1
-    until: int = NEVER
+    event_at: int = -1
+    step_until: int = NEVER
     """The next event that moves the loop, up to which the answer to its step is measured."""
-    before: float = 0.0
-    after: float = 0.0
-    stepped: int = 0
-    locked: int = 0
+    sp_before: float = 0.0
+    sp_after: float = 0.0
+    has_step: int = 0
+    locked_until: int = 0
     """Until this base step the new set point may still be limited by the controller."""
     peak_low: float = 0.0
     peak_high: float = 0.0
@@ -55,33 +55,33 @@ class Meter:
     # modes
     control_bits: int = 0
     """The bits of ``status`` that mean Auto or Cascade."""
-    control: int = 0
+    in_control: int = 0
     """Whether one of them is on."""
     control_since: int = 0
     """When that changed last."""
     control_steps: int = 0
     """Base steps in Auto or Cascade, up to the last change."""
-    wanted: int = 0
+    wanted_bits: int = 0
     """The mode bits that are to be reached; 0: the loop is meant for none of ``control_bits``."""
     wanted_since: int = 0
-    seen: int = 0
+    bits_since_wanted: int = 0
     """Every status bit since the mode was wanted."""
-    left: int = -1
+    left_at: int = -1
     """When a loop that was in its wanted mode left it last."""
-    missed: int = -1
+    missed_at: int = -1
     """When a wanted mode that had not been reached was given up for another."""
-    ever: int = 0
+    all_status: int = 0
     """Every status bit of the run, and every auxiliary one."""
-    ever_aux: int = 0
+    all_aux: int = 0
     # how close to the set point, while in Auto or Cascade
     band: float = 0.0
     """How far from its set point the PV may come to rest, with its noise and the ripple of its pulses."""
-    outside: int = -1
+    last_outside: int = -1
     """When it was further away last."""
-    moved: int = 0
+    sp_moved_at: int = 0
     """When the set point was last more than ``band`` from ``anchor``, which it then became."""
-    anchor: float = 0.0
-    reached: int = -1
+    sp_anchor: float = 0.0
+    reached_at: int = -1
     """When the PV had come 63 % of the way to the last new set point."""
     step_error: float = 0.0
     """|new set point - PV| since then, where it is more than ``band``, summed over base steps."""
@@ -99,39 +99,39 @@ class Meter:
     """Base steps in Auto or Cascade with a sensor that had broken for good, up to its repair."""
     cut_from: int = -1
     """The time in Auto or Cascade at which a plant lost its gain, so that nothing moves the PV; −1: it has one."""
-    alarm: int = 0
+    in_alarm: int = 0
     alarm_since: int = 0
     alarm_steps: int = 0
-    alarms: int = 0
+    past_alarms: int = 0
     """The bits of those that came."""
     # the end of the run, and of what comes before an event
-    watched: int = NEVER
+    watch_from: int = NEVER
     """From here on the loop is looked at."""
-    window: int = NEVER
+    window_start: int = NEVER
     """Where the error begins to be summed up, for whether it gets smaller."""
-    middle: int = NEVER
+    window_middle: int = NEVER
     """Where the second half of that begins."""
-    late: int = NEVER
+    last_third: int = NEVER
     """Where the last third begins."""
-    late_status: int = 0
+    last_third_status: int = 0
     """Every status bit of the last third, and every auxiliary one."""
-    late_aux: int = 0
+    last_third_aux: int = 0
     early_error: float = 0.0
     """The sum of the error over the first half of the window, and over the second."""
     final_error: float = 0.0
     early_sp: float = 0.0
     """The same of the set point."""
     final_sp: float = 0.0
-    side: int = 0
+    error_sign: int = 0
     """The set point is above the PV (1) or below it (−1); 0: it has not been looked at yet."""
-    since: int = 0
+    sign_since: int = 0
     """From when on."""
     # swings of the PV: in the last third, and since the last event
-    swung: int = NEVER
+    swings_from: int = NEVER
     """From here on they are looked at."""
-    least: float = 0.0
+    least_swing: float = 0.0
     """A move of the PV that is no larger is no swing."""
-    course: int = 1
+    direction: int = 1
     """The PV rises (1) or falls (−1)."""
     extreme: float = 0.0
     extreme_at: int = -1
@@ -156,11 +156,11 @@ class Meter:
     calm_swings: float = 0.0
     calm_shortest: int = 0
     calm_longest: int = 0
-    growing: int = 0
+    growing_swings: int = 0
     """Swings in a row each of which was larger than the one before, up to the last one."""
-    grown: int = 0
+    most_growing_swings: int = 0
     """The most of them since the last event."""
-    widest: float = 0.0
+    widest_swing: float = 0.0
     """The largest swing since the last event."""
 
 
@@ -185,27 +185,27 @@ class Rival:
     error: float = 0.0
     """The sums of the errors over the base steps in Auto or Cascade with a sound sensor."""
     held_error: float = 0.0
-    widest: float = 0.0
+    widest_error: float = 0.0
     """The largest error with the output held."""
 
 
 def change_status(k: int, m: Meter, status: int, aux_status: int) -> None:
     """A loop's status has changed with base step ``k`` (kernel)."""
-    if m.status & m.wanted and m.status > 0 and status & m.wanted == 0:
-        m.left = k
+    if m.status & m.wanted_bits and m.status > 0 and status & m.wanted_bits == 0:
+        m.left_at = k
     m.status = status
     m.aux_status = aux_status
-    m.seen |= status
-    m.ever |= status
-    m.ever_aux |= aux_status
-    if k >= m.late:
-        m.late_status |= status
-        m.late_aux |= aux_status
+    m.bits_since_wanted |= status
+    m.all_status |= status
+    m.all_aux |= aux_status
+    if k >= m.last_third:
+        m.last_third_status |= status
+        m.last_third_aux |= aux_status
     control = 1 if status & m.control_bits else 0
-    if control != m.control:
-        if m.control == 1:
+    if control != m.in_control:
+        if m.in_control == 1:
             m.control_steps += k - m.control_since
-        m.control = control
+        m.in_control = control
         m.control_since = k
         if control == 1:
             m.armed = 0
@@ -222,39 +222,39 @@ def note_onsets(k: int, loop: int, status: int, onsets: Sequence[Onset]) -> None
 
 def count_alarm(k: int, m: Meter) -> None:
     """An alarm of the outermost kind has come or gone, or no longer counts (kernel)."""
-    wanted = m.outer_bits if m.control == 1 else m.level_bits
+    wanted = m.outer_bits if m.in_control == 1 else m.level_bits
     bits = m.status & wanted if m.broken == 0 and m.status > 0 else 0
     if bits == 0 and m.status > 0:
         m.armed = 1
     if m.armed == 0:
         bits = 0
-    m.alarms |= bits
+    m.past_alarms |= bits
     alarm = 1 if bits else 0
-    if alarm != m.alarm:
-        if m.alarm == 1:
+    if alarm != m.in_alarm:
+        if m.in_alarm == 1:
             m.alarm_steps += k - m.alarm_since
-        m.alarm = alarm
+        m.in_alarm = alarm
         m.alarm_since = k
 
 
 def watch_end(k: int, m: Meter, pv: float, sp: float) -> None:
     """What only the end of a run, or of a part of it, tells: the error in a window, and swings of the PV (kernel)."""
     if sp > pv:
-        if m.side <= 0:
-            m.side = 1
-            m.since = k
-    elif m.side >= 0:
-        m.side = -1
-        m.since = k
-    if k >= m.middle:
+        if m.error_sign <= 0:
+            m.error_sign = 1
+            m.sign_since = k
+    elif m.error_sign >= 0:
+        m.error_sign = -1
+        m.sign_since = k
+    if k >= m.window_middle:
         m.final_error += sp - pv
         m.final_sp += sp
-    elif k >= m.window:
+    elif k >= m.window_start:
         m.early_error += sp - pv
         m.early_sp += sp
-    if k == m.late:
-        m.late_status |= m.status
-        m.late_aux |= m.aux_status
+    if k == m.last_third:
+        m.last_third_status |= m.status
+        m.last_third_aux |= m.aux_status
 
 
 # --- between two segments, and at the end ----------------------------------------------------------------------------
@@ -265,17 +265,17 @@ def want_mode(m: Meter, k: int, bits: int, grace: int) -> None:
 
     The one before is missed if it had not been reached in more than ``grace`` base steps.
     """
-    if m.wanted and not m.seen & m.wanted and m.missed < 0 and k - m.wanted_since > grace:
-        m.missed = k
-    m.wanted = bits & m.control_bits
+    if m.wanted_bits and not m.bits_since_wanted & m.wanted_bits and m.missed_at < 0 and k - m.wanted_since > grace:
+        m.missed_at = k
+    m.wanted_bits = bits & m.control_bits
     m.wanted_since = k
-    m.seen = max(m.status, 0)
-    m.left = -1
+    m.bits_since_wanted = max(m.status, 0)
+    m.left_at = -1
 
 
 def time_in_control(m: Meter, last: int) -> int:
     """Base steps in Auto or Cascade, of those up to ``last``."""
-    return m.control_steps + (last - m.control_since if m.control else 0)
+    return m.control_steps + (last - m.control_since if m.in_control else 0)
 
 
 def break_sensor(m: Meter, k: int, *, for_good: bool) -> None:
@@ -314,7 +314,7 @@ def time_cut(m: Meter, last: int) -> int:
 
 def time_in_alarm(m: Meter, last: int) -> int:
     """Base steps in an alarm of the outermost kind, of those up to ``last``."""
-    return m.alarm_steps + (last - m.alarm_since if m.alarm else 0)
+    return m.alarm_steps + (last - m.alarm_since if m.in_alarm else 0)
 
 
 # --- Swings of a loop's PV: its turning points while it controls, and what makes an oscillation of them ---------------
@@ -322,37 +322,37 @@ def time_in_alarm(m: Meter, last: int) -> int:
 # Design. Two counts run side by side: one over the last third of the run, which the metrics tell, and one since the
 # last event that moves the loop, so that what an event stirs up is not taken for what the loop does by itself.
 
-GROWTH = 1.1
+GROWTH_FACTOR = 1.1
 """Times the swing before: one that is larger grows."""
-GROWN = 3
+LEAST_GROWING_SWINGS = 3
 """Swings in a row that grow, and make an oscillation however few there are."""
-PERIODS = 3
+LEAST_PERIODS = 3
 """Whole periods that make an oscillation."""
-EVEN = 2
+MOST_PERIOD_RATIO = 2
 """Times the shortest period that the longest one may last: what noise stirs up is less even."""
 TIME_CONSTANT_SHARE = 0.632
 """Of a step: what a first-order lag has gone of it after its time constant."""
-SUSTAINED = 0.8
+SUSTAINED_SHARE = 0.8
 """Of the first swing that the last one must have."""
 
 
 def watch_swings(k: int, m: Meter, pv: float) -> None:
     """The PV's turning points while the loop controls (kernel)."""
-    if m.control == 0 or m.extreme_at < 0:
+    if m.in_control == 0 or m.extreme_at < 0:
         m.extreme = pv
         m.extreme_at = k
         m.turns = 0
         m.calm_turns = 0
-    elif m.course > 0:
+    elif m.direction > 0:
         if pv > m.extreme:
             m.extreme = pv
             m.extreme_at = k
-        elif m.extreme - pv > m.least:
+        elif m.extreme - pv > m.least_swing:
             note_turn(k, m, pv)
     elif pv < m.extreme:
         m.extreme = pv
         m.extreme_at = k
-    elif pv - m.extreme > m.least:
+    elif pv - m.extreme > m.least_swing:
         note_turn(k, m, pv)
 
 
@@ -361,7 +361,7 @@ def note_turn(k: int, m: Meter, pv: float) -> None:
     before, swing = m.last_swing, abs(m.extreme - m.turn_value)
     period = m.extreme_at - m.turn_before
     m.last_swing = swing
-    if m.extreme_at >= m.late:
+    if m.extreme_at >= m.last_third:
         if m.turns == 0 and m.calm_turns > 0:
             m.turns = 1
         if m.turns == 1:
@@ -380,26 +380,26 @@ def note_turn(k: int, m: Meter, pv: float) -> None:
     if m.calm_turns == 1:
         m.calm_first_turn = m.extreme_at
         m.calm_swings = 0.0
-        m.widest = 0.0
+        m.widest_swing = 0.0
         m.calm_shortest = NEVER
         m.calm_longest = 0
     elif m.calm_turns > 1:
         m.calm_swings += swing
-        m.widest = max(m.widest, swing)
+        m.widest_swing = max(m.widest_swing, swing)
         if m.calm_turns == 2:
             m.calm_first_swing = swing
-            m.growing = 0
-            m.grown = 0
+            m.growing_swings = 0
+            m.most_growing_swings = 0
         else:
             m.calm_shortest = min(m.calm_shortest, period)
             m.calm_longest = max(m.calm_longest, period)
-            m.growing = m.growing + 1 if swing > GROWTH * before else 0
-            m.grown = max(m.grown, m.growing)
+            m.growing_swings = m.growing_swings + 1 if swing > GROWTH_FACTOR * before else 0
+            m.most_growing_swings = max(m.most_growing_swings, m.growing_swings)
     m.calm_turns += 1
     m.turn_value = m.extreme
     m.turn_before = m.last_turn
     m.last_turn = m.extreme_at
-    m.course = -m.course
+    m.direction = -m.direction
     m.extreme = pv
     m.extreme_at = k
 
@@ -410,7 +410,11 @@ def note_turn(k: int, m: Meter, pv: float) -> None:
 def oscillation(m: Meter, last: int) -> tuple[float, float] | None:
     """Period in base steps and amplitude (half peak to peak) of a sustained oscillation in the last third."""
     halves = m.turns - 2
-    if halves < 2 * PERIODS or m.last_swing < SUSTAINED * m.first_swing or m.longest > EVEN * m.shortest:
+    if (
+        halves < 2 * LEAST_PERIODS
+        or m.last_swing < SUSTAINED_SHARE * m.first_swing
+        or m.longest > MOST_PERIOD_RATIO * m.shortest
+    ):
         return None
     period = 2 * (m.last_turn - m.first_turn) / halves
     return (period, m.swings / halves / 2) if last - m.last_turn <= period else None
@@ -419,11 +423,13 @@ def oscillation(m: Meter, last: int) -> tuple[float, float] | None:
 def calm_oscillation(m: Meter, k: int) -> tuple[float, float] | None:
     """The same of one since the last event, up to base step ``k``; one that grows need not have three periods."""
     halves = m.calm_turns - 2
-    if halves < 2 * PERIODS and (halves < 1 or m.grown < GROWN):
+    if halves < 2 * LEAST_PERIODS and (halves < 1 or m.most_growing_swings < LEAST_GROWING_SWINGS):
         return None
-    if m.calm_longest > EVEN * m.calm_shortest:
+    if m.calm_longest > MOST_PERIOD_RATIO * m.calm_shortest:
         return None
-    if m.last_swing < SUSTAINED * (m.widest if m.grown >= GROWN else m.calm_first_swing):
+    if m.last_swing < SUSTAINED_SHARE * (
+        m.widest_swing if m.most_growing_swings >= LEAST_GROWING_SWINGS else m.calm_first_swing
+    ):
         return None
     period = 2 * (m.last_turn - m.calm_first_turn) / halves
     return (period, m.calm_swings / halves / 2) if k - m.last_turn <= period else None
@@ -450,7 +456,7 @@ class Band:
 
     loop: int
     share: float
-    outside: int = -1
+    last_outside: int = -1
 
 
 @dataclass(slots=True)
@@ -467,23 +473,23 @@ class Gauge:
 def measure_loop(k: int, m: Meter, signals: Sequence[float]) -> None:
     """One loop's signals at base step ``k``, which stand for the time up to the next (kernel)."""
     pv, sp, out = signals[m.pv], signals[m.sp], signals[m.out]
-    if m.control == 1:
+    if m.in_control == 1:
         if sp != pv:
             e = abs(sp - pv)
             m.iae += e
             m.ise += e * e
             m.itae += e * k
             if e > m.band:
-                m.outside = k
-        if m.event >= 0 and k < m.until:
+                m.last_outside = k
+        if m.event_at >= 0 and k < m.step_until:
             if pv > m.peak_high:
                 m.peak_high = pv
             elif pv < m.peak_low:
                 m.peak_low = pv
-            if m.rise_to < 0 or k <= m.locked:
+            if m.rise_to < 0 or k <= m.locked_until:
                 follow_step(k, m, pv, sp)
-            if m.stepped == 1 and abs(m.after - pv) > m.band:
-                m.step_error += abs(m.after - pv)
+            if m.has_step == 1 and abs(m.sp_after - pv) > m.band:
+                m.step_error += abs(m.sp_after - pv)
     if out != m.last_out:
         m.variation += abs(out - m.last_out)
         m.last_out = out
@@ -497,30 +503,30 @@ def measure_loop(k: int, m: Meter, signals: Sequence[float]) -> None:
         m.pv_low = pv
     if sp != m.last_sp:
         m.last_sp = sp
-        if abs(sp - m.anchor) > m.band:
-            m.anchor = sp
-            m.moved = k
+        if abs(sp - m.sp_anchor) > m.band:
+            m.sp_anchor = sp
+            m.sp_moved_at = k
         if sp > m.sp_high:
             m.sp_high = sp
         elif sp < m.sp_low:
             m.sp_low = sp
-    if k >= m.watched:
+    if k >= m.watch_from:
         watch_end(k, m, pv, sp)
-    if k >= m.swung:
+    if k >= m.swings_from:
         watch_swings(k, m, pv)
 
 
 def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
     """The answer to the last set-point event: what it is, and when the PV passed 10 % and 90 % of it (kernel)."""
-    if (m.stepped == 0 or k <= m.locked) and sp != m.before:
-        m.stepped = 1
-        m.after = sp
-    if m.stepped == 1 and m.rise_to < 0:
-        share = (pv - m.before) / (m.after - m.before)
+    if (m.has_step == 0 or k <= m.locked_until) and sp != m.sp_before:
+        m.has_step = 1
+        m.sp_after = sp
+    if m.has_step == 1 and m.rise_to < 0:
+        share = (pv - m.sp_before) / (m.sp_after - m.sp_before)
         if share >= 0.1 and m.rise_from < 0:
             m.rise_from = k
-        if share >= TIME_CONSTANT_SHARE and m.reached < 0:
-            m.reached = k
+        if share >= TIME_CONSTANT_SHARE and m.reached_at < 0:
+            m.reached_at = k
         if share >= 0.9:
             m.rise_to = k
 
@@ -530,10 +536,10 @@ def watch_bands(k: int, bands: Sequence[Band], meters: Sequence[Meter], signals:
     for i in range(len(bands)):
         b = bands[i]
         m = meters[b.loop]
-        if m.event >= 0 and m.control == 1 and k < m.until:
-            after = m.after
-            if m.stepped == 0 or abs(signals[m.pv] - after) > b.share * abs(after - m.before):
-                b.outside = k
+        if m.event_at >= 0 and m.in_control == 1 and k < m.step_until:
+            after = m.sp_after
+            if m.has_step == 0 or abs(signals[m.pv] - after) > b.share * abs(after - m.sp_before):
+                b.last_outside = k
 
 
 def read_gauges(k: int, gauges: Sequence[Gauge], signals: Sequence[float]) -> None:
@@ -555,7 +561,7 @@ def compare_errors(
     for i in range(len(rivals)):
         r = rivals[i]
         m = meters[r.loop]
-        if m.control == 1 and m.broken == 0:
+        if m.in_control == 1 and m.broken == 0:
             sp = signals[m.sp]
             error = abs(sp - signals[r.slot]) - r.margin
             if error > 0.0:
@@ -563,37 +569,43 @@ def compare_errors(
             error = abs(sp - held[r.slot]) - r.margin
             if error > 0.0:
                 r.held_error += error
-                r.widest = max(r.widest, error)
+                r.widest_error = max(r.widest_error, error)
 
 
-def begin(meter: Meter, signals: Sequence[float]) -> None:
+def begin_meter(meter: Meter, signals: Sequence[float]) -> None:
     """What only makes sense from time 0 on starts with the signals as they stand there (kernel)."""
     meter.pv_low = meter.pv_high = signals[meter.pv]
-    meter.sp_low = meter.sp_high = meter.last_sp = meter.anchor = signals[meter.sp]
+    meter.sp_low = meter.sp_high = meter.last_sp = meter.sp_anchor = signals[meter.sp]
     meter.out_low = meter.out_high = meter.last_out = signals[meter.out]
     meter.variation = 0.0
 
 
 def begin_step(meter: Meter, k: int, before: float, period: int, signals: Sequence[float]) -> None:
     """A set-point event at base step ``k``, ``before`` it and a sample ``period`` (in base steps) after it."""
-    meter.event, meter.before, meter.stepped, meter.locked, meter.until = k, before, 0, k + period, NEVER
+    meter.event_at, meter.sp_before, meter.has_step, meter.locked_until, meter.step_until = (
+        k,
+        before,
+        0,
+        k + period,
+        NEVER,
+    )
     meter.peak_low = meter.peak_high = signals[meter.pv]
-    meter.rise_from = meter.rise_to = meter.reached = -1
+    meter.rise_from = meter.rise_to = meter.reached_at = -1
     meter.step_error = 0.0
 
 
 def end_step(m: Meter, k: int) -> None:
     """Something else moves the loop at base step ``k``: what comes then is no answer to its step."""
-    if 0 <= m.event < k:
-        m.until = min(m.until, k)
+    if 0 <= m.event_at < k:
+        m.step_until = min(m.step_until, k)
 
 
 def overshoot(m: Meter, band: Band) -> float | None:
     """How far the PV went past the new set point, in % of the step; None where an event came before it had settled."""
-    if not m.stepped or band.outside == m.until - 1:
+    if not m.has_step or band.last_outside == m.step_until - 1:
         return None
-    size = m.after - m.before
-    past = m.peak_high - m.after if size > 0 else m.after - m.peak_low
+    size = m.sp_after - m.sp_before
+    past = m.peak_high - m.sp_after if size > 0 else m.sp_after - m.peak_low
     return max(0.0, past / abs(size) * 100)
 
 
@@ -607,10 +619,10 @@ def settling_time(m: Meter, band: Band, last: int, dt: float) -> float | None:
 
     None when it was outside when the run ended, when the loop left Auto and Cascade, or when the next event came.
     """
-    end = min(last if m.control else m.control_since - 1, m.until - 1)
-    if not m.stepped or band.outside == end:
+    end = min(last if m.in_control else m.control_since - 1, m.step_until - 1)
+    if not m.has_step or band.last_outside == end:
         return None
-    return max(0, band.outside + 1 - m.event) * dt
+    return max(0, band.last_outside + 1 - m.event_at) * dt
 
 
 def loop_metrics(m: Meter, band: Band, last: int, dt: float, signals: Sequence[float]) -> dict[str, float | None]:
@@ -625,7 +637,7 @@ def loop_metrics(m: Meter, band: Band, last: int, dt: float, signals: Sequence[f
         "ise": m.ise * dt if controlled else None,
         "itae": m.itae * dt * dt if controlled else None,
         "total_variation": m.variation,
-        "final_error": signals[m.sp] - signals[m.pv] if m.control else None,
+        "final_error": signals[m.sp] - signals[m.pv] if m.in_control else None,
         "oscillation_period": None if swings is None else swings[0] * dt,
         "oscillation_amplitude": None if swings is None else swings[1],
     }

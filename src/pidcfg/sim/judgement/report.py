@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 # --- Alarms and flags in the words of a trend; files and JSON keep the names ------------------------------------------
 
 # fmt: off
-WORDS = {
+FLAG_WORDS = {
     "pv_low_low":               "PV low-low",
     "pv_low":                   "PV low",
     "pv_high":                  "PV high",
@@ -60,7 +60,7 @@ LIMITED_BELOW = frozenset({"out_limited", "mv_limited", "saturation", "WarnBits.
 
 def flag_words(name: str) -> str:
     """What people call an alarm or a flag; the other names of parameters stay as the manual writes them."""
-    return WORDS.get(name) or (name if "." in name else name.replace("_", " "))
+    return FLAG_WORDS.get(name) or (name if "." in name else name.replace("_", " "))
 
 
 # --- The result of a run as data; the command line prints it ----------------------------------------------------------
@@ -323,7 +323,7 @@ class Tally:
         return ", ".join([f"{self.held} of {self.judged} always checked", *rest])
 
 
-def in_brief(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
+def summarise_verdicts(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
     """What is not simply so, by loop: its `Standing.word`, the kinds, and why."""
     rows: dict[tuple[str, str, str], list[str]] = {}
     for v in verdicts:

@@ -11,17 +11,17 @@ from pidcfg.schemas.scenario import Event, Never
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.events import describe_event
 from pidcfg.sim.engine.expressions import Problem
-from pidcfg.sim.engine.influence import effect
+from pidcfg.sim.engine.influence import output_effect
 from pidcfg.sim.judgement.control import judge_benefit, judge_settling
 from pidcfg.sim.judgement.evidence import (
+    END_DIVISOR,
+    NEGLIGIBLE_SHARE,
     NOISE_MARGIN,
-    SHARE,
-    TENTH,
     Evidence,
     Judgement,
     Look,
     Swings,
-    aim,
+    aim_meter,
     band_of,
     event_steps,
     failed_verdict,
@@ -34,7 +34,7 @@ from pidcfg.sim.judgement.evidence import (
     pulse_ripple,
     unjudged_verdict,
 )
-from pidcfg.sim.judgement.lasting import judge_error, judge_saturation, look_at
+from pidcfg.sim.judgement.lasting import judge_error, judge_look, judge_saturation
 from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
 from pidcfg.sim.judgement.report import ASSUMED, ASSUMED_KIND, Standing, VerdictWord, ten_digits
 from pidcfg.text.paths import dotted_text, leaves
@@ -44,11 +44,11 @@ from pidcfg.text.paths import dotted_text, leaves
 
 LONG_SHARE = 0.1
 """The share of a run for which an outermost alarm may stand."""
-COUNTS_SEEN = 4
+LEAST_COUNTS = 4
 """Counts of a PV: less of it is not moved."""
 RIPPLE_CYCLES = 4
 """Cycles of pulses that the period of their ripple takes at most: some are too short and left out."""
-SAME_PERIOD = 0.1
+SAME_PERIOD_SHARE = 0.1
 """By how much two periods may differ that are the same."""
 REPEATED_EVENTS = 2
 """Events in the last third that may make a PV swing."""
@@ -58,23 +58,24 @@ NOISE_DEVIATIONS = 6
 
 def judge_drive(e: Evidence, i: int) -> Judgement:
     """Judges one loop."""
-    if not e.influence.driven[i]:
+    if not e.influence.is_driven[i]:
         return failed_verdict("nothing that its output does reaches its PV, so nothing is controlled")
-    reach = max(e.effects[i], effect(e.net, e.plc, i)) * (e.seconds(e.last) if e.paces[i].integrates else 1)
-    if 0 < reach < max(COUNTS_SEEN * e.span(i) / e.plc.scales[i][2], SHARE * e.span(i)):
+    reach = max(e.effects[i], output_effect(e.net, e.plc, i)) * (e.seconds(e.last) if e.paces[i].integrates else 1)
+    if 0 < reach < max(LEAST_COUNTS * e.span(i) / e.plc.scales[i][2], NEGLIGIBLE_SHARE * e.span(i)):
         text = f"its whole output moves its PV by no more than {reach:.3g}, so nothing is controlled"
         return failed_verdict(text)
     blind, cut = time_blind(e.meters[i], e.last), time_cut(e.meters[i], e.last)
     if max(blind, cut) <= LONG_SHARE * e.last:
-        moved_by = "its output" if e.influence.drives(i) else "a signal that the scenario sets"
+        moved_by = "its output" if e.influence.can_drive(i) else "a signal that the scenario sets"
         return proven_verdict(f"{moved_by} moves its PV")
     text = f"it is in control for {e.seconds(blind):g} s with a sensor that is broken for good"
     if cut > LONG_SHARE * e.last:
         text = f"it is in control for {e.seconds(cut):g} s while a plant without gain keeps its output from its PV"
-    said = any(
-        wanted.loop == e.plc.loops[i] and (wanted.alarm or wanted.flag or wanted.mode) for wanted in e.scenario.expect
+    is_expected = any(
+        expectation.loop == e.plc.loops[i] and (expectation.alarm or expectation.flag or expectation.mode)
+        for expectation in e.scenario.expect
     )
-    return unjudged_verdict(f"{text}: an expectation looks at what follows") if said else failed_verdict(text)
+    return unjudged_verdict(f"{text}: an expectation looks at what follows") if is_expected else failed_verdict(text)
 
 
 def judge_range(e: Evidence, i: int) -> Judgement:
@@ -86,19 +87,19 @@ def judge_range(e: Evidence, i: int) -> Judgement:
         return unjudged_verdict("an event has broken its sensor")
     low, high = sorted(ends)
     value = e.signal_values[e.plc.configs[i].in_slot]
-    controlled = bool(e.meters[i].ever & e.meters[i].control_bits)
-    for wanted in (e.given.get(i), e.signal_values[e.plc.configs[i].sp_slot]) if controlled else ():
-        if wanted is not None and not low - e.least(i) <= wanted <= high + e.least(i):
-            text = f"its set point is {wanted:g}, outside its PV's range of {low:g} to {high:g}"
+    controlled = bool(e.meters[i].all_status & e.meters[i].control_bits)
+    for setpoint in (e.given_set_points.get(i), e.signal_values[e.plc.configs[i].sp_slot]) if controlled else ():
+        if setpoint is not None and not low - e.least_difference(i) <= setpoint <= high + e.least_difference(i):
+            text = f"its set point is {setpoint:g}, outside its PV's range of {low:g} to {high:g}"
             return failed_verdict(text)
-    slack = max(e.least(i), NOISE_DEVIATIONS * noise_of(e.scenario, e.plc, e.net, i))
+    slack = max(e.least_difference(i), NOISE_DEVIATIONS * noise_of(e.scenario, e.plc, e.net, i))
     stopped = _at_its_limit(e, i)
     if stopped:
         return failed_verdict(stopped)
     if low - slack <= value <= high + slack:
         return proven_verdict("its PV ends inside its range")
     text = f"its PV ends at {value:g}, outside its range of {low:g} to {high:g}"
-    window = round(max(e.last / TENTH, e.paces[i].seconds / e.seconds(1)))
+    window = round(max(e.last / END_DIVISOR, e.paces[i].seconds / e.seconds(1)))
     times = e.events_on(i, e.last - window)
     return open_verdict(f"{text}: an event at {times[0]:g} s") if times else failed_verdict(text)
 
@@ -111,7 +112,7 @@ def _at_its_limit(e: Evidence, i: int) -> str:
         text, plant = e.net.texts[name][1], e.net.plants[e.net.plant_of[name]]
         if text.model == "integrator" and text.limits is not None:
             low, high = (float(end) for end in text.limits)
-            slack = SHARE * abs(high - low)
+            slack = NEGLIGIBLE_SHARE * abs(high - low)
             if not low + slack < plant.y < high - slack:
                 return f"{name} ends at {plant.y:g}, the limit where it stops"
     return ""
@@ -119,41 +120,43 @@ def _at_its_limit(e: Evidence, i: int) -> str:
 
 def judge_oscillation(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by the swings of its PV in the last third of the run, and since the last event before it."""
-    found, by_itself = _swings(e, i), e.swings.get(i)
-    if found is None:
+    swings, by_itself = _find_swings(e, i), e.swings.get(i)
+    if swings is None:
         return proven_verdict("its PV does not oscillate in the last third of the run")
-    period = e.seconds(found.period)
-    text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {found.amplitude:.4g}"
-    why = _excuse(e, i, found)
-    times = e.events_on(i, e.meters[i].late)
+    period = e.seconds(swings.period)
+    text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {swings.amplitude:.4g}"
+    why = _excuse_swings(e, i, swings)
+    times = e.events_on(i, e.meters[i].last_third)
     if not why and by_itself is None and len(times) >= REPEATED_EVENTS:
         why = f"{len(times)} events move it in the last third"
-    return unjudged_verdict(f"{text}: {why}") if why else failed_verdict(text, e.seconds(found.since))
+    return unjudged_verdict(f"{text}: {why}") if why else failed_verdict(text, e.seconds(swings.since))
 
 
-def _swings(e: Evidence, i: int) -> Swings | None:
+def _find_swings(e: Evidence, i: int) -> Swings | None:
     """An oscillation of a loop's PV: one between two events, or one of the whole last third."""
     m = e.meters[i]
     whole = oscillation(m, e.last)
     return e.swings.get(i) or (None if whole is None else Swings(*whole, m.first_turn))
 
 
-def _excuse(e: Evidence, i: int, found: Swings) -> str:
+def _excuse_swings(e: Evidence, i: int, swings: Swings) -> str:
     """Why an oscillation need not be the loop's fault."""
-    m, plc, period = e.meters[i], e.plc, e.seconds(found.period)
+    m, plc, period = e.meters[i], e.plc, e.seconds(swings.period)
     if plc.only_switches(i):
         return "its output is on or off"
-    if period <= RIPPLE_CYCLES * e.influence.cycle(i) or found.amplitude <= pulse_ripple(e, i):
+    if period <= RIPPLE_CYCLES * e.influence.pulse_cycle(i) or swings.amplitude <= pulse_ripple(e, i):
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
-        other = _swings(e, j)
-        drives = (plc.only_switches(j) or e.influence.cycle(j)) and plc.configs[i].pv_slot in e.influence.of_output(j)
-        if j != i and drives and other and abs(e.seconds(other.period) - period) <= SAME_PERIOD * period:
+        other = _find_swings(e, j)
+        drives = (plc.only_switches(j) or e.influence.pulse_cycle(j)) and plc.configs[
+            i
+        ].pv_slot in e.influence.moved_by_output(j)
+        if j != i and drives and other and abs(e.seconds(other.period) - period) <= SAME_PERIOD_SHARE * period:
             return f"{name} drives it, whose output is on or off"
     tuning = sum(plc.flag_bits[name] for name in plc.tuning_flags) | plc.modes.get("autotune", 0)
-    status, aux_status, when = m.late_status, m.late_aux, "in the last third"
-    if found.since < m.late:
-        status, aux_status, when = m.ever, m.ever_aux, "in the run"
+    status, aux_status, when = m.last_third_status, m.last_third_aux, "in the last third"
+    if swings.since < m.last_third:
+        status, aux_status, when = m.all_status, m.all_aux, "in the run"
     if status & tuning:
         return f"an auto-tune runs {when}"
     return f"a profile runs {when}" if plc.profile_step(aux_status) else ""
@@ -162,11 +165,11 @@ def _excuse(e: Evidence, i: int, found: Swings) -> str:
 def judge_alarms(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by its outermost alarms while it controls and its sensor is sound."""
     m, plc = e.meters[i], e.plc
-    names = [name for name in plc.outer_alarms if m.alarms & plc.alarm_bits[name]]
-    now = m.status & m.outer_bits if m.control and not m.broken else 0
-    if m.alarm or now:
+    names = [name for name in plc.outer_alarms if m.past_alarms & plc.alarm_bits[name]]
+    now = m.status & m.outer_bits if m.in_control and not m.broken else 0
+    if m.in_alarm or now:
         stand = [name for name in plc.outer_alarms if m.status & m.outer_bits & plc.alarm_bits[name]]
-        since = e.seconds(m.alarm_since if m.alarm else 0)
+        since = e.seconds(m.alarm_since if m.in_alarm else 0)
         return failed_verdict(f"{' and '.join(stand)} stands at the end, since {since:g} s", since)
     steps = time_in_alarm(m, e.last)
     if steps > LONG_SHARE * e.last:
@@ -187,7 +190,7 @@ def judge_set_up(e: Evidence, i: int) -> Judgement:
         for name, j in plc.word_owners.items()
         if j == i and plc.flags[name]
     ]
-    flags = [name for name in plc.error_flags if m.ever & plc.flag_bits.get(name, 0)]
+    flags = [name for name in plc.error_flags if m.all_status & plc.flag_bits.get(name, 0)]
     errors = [*flags, *words, *plc.set_up_errors(i)]
     return failed_verdict(", ".join(errors)) if errors else proven_verdict("no error of the set-up")
 
@@ -210,26 +213,26 @@ def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
     A fault that does not come excuses nothing; the expectation fails.
     """
     plc = e.plc
-    for wanted in e.scenario.expect:
-        owner = -1 if wanted.loop is None else plc.loops.index(wanted.loop)
+    for expectation in e.scenario.expect:
+        owner = -1 if expectation.loop is None else plc.loops.index(expectation.loop)
         text = ""
-        if isinstance(wanted.mode, Never) and e.is_control(wanted.mode.mode):
-            if not e.meters[owner].ever & plc.control_bits:
-                text = f"{wanted.loop} is expected never to be in {wanted.mode.mode}"
-        elif wanted.flag is not None and wanted.value is not False and wanted.value != 0:
-            if wanted.loop is None:
-                owner = plc.word_owners.get(wanted.flag, -1)
-            if _came(e, wanted.flag, owner, of_loop=wanted.loop is not None):
-                text = f"{wanted.flag} {f'of {plc.loops[owner]} ' if owner >= 0 else ''}is expected"
+        if isinstance(expectation.mode, Never) and e.is_control(expectation.mode.mode):
+            if not e.meters[owner].all_status & plc.control_bits:
+                text = f"{expectation.loop} is expected never to be in {expectation.mode.mode}"
+        elif expectation.flag is not None and expectation.value is not False and expectation.value != 0:
+            if expectation.loop is None:
+                owner = plc.word_owners.get(expectation.flag, -1)
+            if _has_come(e, expectation.flag, owner, of_loop=expectation.loop is not None):
+                text = f"{expectation.flag} {f'of {plc.loops[owner]} ' if owner >= 0 else ''}is expected"
         if text:
-            yield from ((j, text) for j in (e.family(owner) if owner >= 0 else (-1,)))
+            yield from ((j, text) for j in (e.cascade_loops(owner) if owner >= 0 else (-1,)))
 
 
-def _came(e: Evidence, flag: str, owner: int, *, of_loop: bool) -> bool:
+def _has_come(e: Evidence, flag: str, owner: int, *, of_loop: bool) -> bool:
     """Whether an error has come: a word of the PLC, or a flag of a loop that means an error of its set-up."""
     if not of_loop:
         return bool(e.plc.flags[flag])
-    return flag in e.plc.error_flags and bool(e.meters[owner].ever & e.plc.flag_bits.get(flag, 0))
+    return flag in e.plc.error_flags and bool(e.meters[owner].all_status & e.plc.flag_bits.get(flag, 0))
 
 
 # --- ``not-in-mode``: a loop that is meant for Auto or Cascade reaches it, and ends in it -----------------------------
@@ -241,56 +244,56 @@ SLACK_SAMPLES = 10
 def judge_mode(e: Evidence, i: int) -> Judgement:
     """Judges one loop; what it is meant for is known to its meter, since events change it."""
     m, name = e.meters[i], e.plc.loops[i]
-    if m.missed >= 0:
-        until = e.seconds(m.missed)
-        return failed_verdict(f"does not come into its mode until {until:g} s{_why(e, i)}", 0.0)
-    nobody = _met_nobody(e, i)
-    if nobody is not None and not m.wanted:
-        return nobody
-    if not m.wanted:
+    if m.missed_at >= 0:
+        until = e.seconds(m.missed_at)
+        return failed_verdict(f"does not come into its mode until {until:g} s{_reason_text(e, i)}", 0.0)
+    ignored = _judge_ignored_event(e, i)
+    if ignored is not None and not m.wanted_bits:
+        return ignored
+    if not m.wanted_bits:
         return proven_verdict("reaches each mode that it is meant for")
-    wanted, mode = e.plc.mode(m.wanted), e.mode(i)
+    wanted, mode = e.plc.mode(m.wanted_bits), e.last_mode(i)
     if any(x.loop == name and isinstance(x.mode, Never) and x.mode.mode == wanted for x in e.scenario.expect):
         return unjudged_verdict(f"{name} is expected never to be in {wanted}")
-    if not m.seen & m.wanted:
-        return failed_verdict(f"is meant for {wanted} and stays in {mode}{_why(e, i)}", 0.0)
-    if nobody is not None:
-        return nobody
-    k, since = e.unmet.get(i, (0, 0))
-    if i in e.unmet and m.control_since - since > LONG_SHARE * e.last:
+    if not m.bits_since_wanted & m.wanted_bits:
+        return failed_verdict(f"is meant for {wanted} and stays in {mode}{_reason_text(e, i)}", 0.0)
+    if ignored is not None:
+        return ignored
+    k, since = e.unmet_events.get(i, (0, 0))
+    if i in e.unmet_events and m.control_since - since > LONG_SHARE * e.last:
         return open_verdict(f"the event at {e.seconds(k):g} s met {e.plc.mode(0)}: nothing was tested")
-    if m.status & m.wanted:
+    if m.status & m.wanted_bits:
         return proven_verdict(f"reaches {wanted} and ends in it")
-    at = e.seconds(m.left)
-    said = _said_by(e, i) or next(
+    at = e.seconds(m.left_at)
+    cause = _leaving_event(e, i) or next(
         (f"an expectation names {mode}" for x in e.scenario.expect if x.loop == name and x.mode == mode), ""
     )
-    if said:
-        return unjudged_verdict(f"in {mode} from {at:g} s: {said}")
-    return failed_verdict(f"is meant for {wanted} and ends in {mode}, from {at:g} s{_why(e, i)}", at)
+    if cause:
+        return unjudged_verdict(f"in {mode} from {at:g} s: {cause}")
+    return failed_verdict(f"is meant for {wanted} and ends in {mode}, from {at:g} s{_reason_text(e, i)}", at)
 
 
-def _met_nobody(e: Evidence, i: int) -> Judgement | None:
+def _judge_ignored_event(e: Evidence, i: int) -> Judgement | None:
     """The verdict on a loop whose set point was changed last while it did not control, as it does not in the end."""
-    m, k = e.meters[i], e.ignored.get(i)
-    controls = m.control and e.plc.in_run
-    if k is None or controls or (not m.control and m.control_since > k):
+    m, k = e.meters[i], e.ignored_events.get(i)
+    controls = m.in_control and e.plc.in_run
+    if k is None or controls or (not m.in_control and m.control_since > k):
         return None
-    state = f"it is in {e.mode(i)}" if e.plc.in_run else "the PLC is stopped"
+    state = f"it is in {e.last_mode(i)}" if e.plc.in_run else "the PLC is stopped"
     return failed_verdict(f"its set point is changed at {e.seconds(k):g} s, and {state} to the end", e.seconds(k))
 
 
-def _why(e: Evidence, i: int) -> str:
+def _reason_text(e: Evidence, i: int) -> str:
     reason = e.reasons.get(i)
     return f": {reason}" if reason else ""
 
 
-def _said_by(e: Evidence, i: int) -> str:
+def _leaving_event(e: Evidence, i: int) -> str:
     """The event after which a loop left its mode: on itself, its cascade, its mode inputs or the CPU."""
     m = e.meters[i]
-    slack = -(-SLACK_SAMPLES * max(e.plc.configs[j].period for j in e.family(i)) // e.step)
+    slack = -(-SLACK_SAMPLES * max(e.plc.configs[j].period for j in e.cascade_loops(i)) // e.step)
     for k, event in reversed(list(e.events())):
-        if m.left - slack <= k <= m.left and _acts_on_mode(e, event, i):
+        if m.left_at - slack <= k <= m.left_at and _acts_on_mode(e, event, i):
             where = f" on {event.loop}" if event.loop else ""
             return f"the event at {e.seconds(k):g} s{where}, {describe_event(event)}"
     return ""
@@ -300,7 +303,7 @@ def _acts_on_mode(e: Evidence, event: Event, i: int) -> bool:
     """Whether an event may take a loop's mode away."""
     if event.plc is not None:
         return True
-    family = e.family(i)
+    family = e.cascade_loops(i)
     if event.loop is None:
         return any(slot in e.plc.mode_inputs(j) for slot in e.influence.signals_set(event) for j in family)
     of_mode = (
@@ -318,7 +321,7 @@ def keys_set(event: Event) -> Iterator[str]:
 
 Judge = Callable[[Evidence, int], Judgement]
 
-KINDS: dict[str, tuple[Judge, str]] = {
+STANDING_JUDGES: dict[str, tuple[Judge, str]] = {
     "not-in-mode": (judge_mode, "meant"),
     "set-up-error": (judge_set_up, ""),
     "pv-not-driven": (judge_drive, "controlled"),
@@ -333,56 +336,60 @@ KINDS: dict[str, tuple[Judge, str]] = {
 """What judges a loop by each kind, and which loops."""
 
 
-def standing(e: Evidence) -> list[Standing]:
+def judge_standing(e: Evidence) -> list[Standing]:
     """The verdicts: of the PLC first, then of its loops, by kind."""
     expected = list(expected_errors(e))
     everywhere = next((why for i, why in expected if i < 0), "")
-    found = unjudged_verdict(everywhere) if everywhere else judge_plc(e)
-    verdicts = [_verdict("set-up-error", "", found)]
+    judgement = unjudged_verdict(everywhere) if everywhere else judge_plc(e)
+    verdicts = [_make_standing("set-up-error", "", judgement)]
     for i, name in enumerate(e.plc.loops):
-        why = _left_to_others(e, i) or everywhere or next((text for j, text in expected if j == i), "")
-        for kind, (judge, who) in KINDS.items():
-            said = why or _kept(e, i, who)
-            verdicts.append(_verdict(kind, name, unjudged_verdict(said) if said else judge(e, i)))
+        why = _left_out_reason(e, i) or everywhere or next((text for j, text in expected if j == i), "")
+        for kind, (judge, scope) in STANDING_JUDGES.items():
+            reason = why or _unjudged_reason(e, i, scope)
+            verdicts.append(_make_standing(kind, name, unjudged_verdict(reason) if reason else judge(e, i)))
         if name in e.scenario.assumed_signs:
-            verdicts.append(_verdict(ASSUMED_KIND, name, unjudged_verdict(f"whether its action is right: {ASSUMED}")))
+            verdicts.append(
+                _make_standing(ASSUMED_KIND, name, unjudged_verdict(f"whether its action is right: {ASSUMED}"))
+            )
     verdicts = [_with_allowance(e, verdict) for verdict in verdicts]
-    covered = {v.loop: v.allowed for v in verdicts if v.allowed is not None and v.kind in COVERING}
+    covered = {v.loop: v.allowed for v in verdicts if v.allowed is not None and v.kind in COVERING_KINDS}
     return [
-        replace(v, allowed=v.allowed or covered[v.loop]) if v.kind in PROVING and v.fails and v.loop in covered else v
+        replace(v, allowed=v.allowed or covered[v.loop])
+        if v.kind in PROVING_KINDS and v.fails and v.loop in covered
+        else v
         for v in verdicts
     ]
 
 
-def _left_to_others(e: Evidence, i: int) -> str:
+def _left_out_reason(e: Evidence, i: int) -> str:
     chosen = e.scenario.loops
     return "" if chosen is None or e.plc.loops[i] in chosen else "the scenario's loops leave it out"
 
 
-def _kept(e: Evidence, i: int, who: str) -> str:
+def _unjudged_reason(e: Evidence, i: int, scope: str) -> str:
     """What keeps a loop from being judged, by the loops that a kind is for."""
     m = e.meters[i]
-    controlled = bool(m.ever & m.control_bits)
+    controlled = bool(m.all_status & m.control_bits)
     words = [name for name, word in e.plc.flags.items() if word and name not in e.plc.word_owners]
-    if who == "meant" and not controlled and words:
+    if scope == "meant" and not controlled and words:
         return f"{' and '.join(words)} keeps the loop task off"
-    if who == "meant" and not controlled and not m.wanted and m.missed < 0 and i not in e.ignored:
+    if scope == "meant" and not controlled and not m.wanted_bits and m.missed_at < 0 and i not in e.ignored_events:
         return "is meant for manual"
-    if who in {"controlled", "in control"} and not controlled:
-        return f"in {e.mode(i)} from start to end"
-    if who == "in control" and not e.found(i):
-        return "the PLC has been stopped" if not e.plc.in_run else f"ends in {e.mode(i)}"
+    if scope in {"controlled", "in control"} and not controlled:
+        return f"in {e.last_mode(i)} from start to end"
+    if scope == "in control" and not e.judged_looks(i):
+        return "the PLC has been stopped" if not e.plc.in_run else f"ends in {e.last_mode(i)}"
     return ""
 
 
-def _verdict(kind: str, loop: str, found: Judgement) -> Standing:
-    at = None if found.at is None else ten_digits(found.at)
-    return Standing(kind, loop, found.verdict, found.text, at)
+def _make_standing(kind: str, loop: str, judgement: Judgement) -> Standing:
+    at = None if judgement.at is None else ten_digits(judgement.at)
+    return Standing(kind, loop, judgement.verdict, judgement.text, at)
 
 
-PROVING = ("not-settled", "no-better")
+PROVING_KINDS = ("not-settled", "no-better")
 """The kinds that prove that a loop controls."""
-COVERING = ("saturated", "error-stands", "oscillates", "out-of-range")
+COVERING_KINDS = ("saturated", "error-stands", "oscillates", "out-of-range")
 """Those that nobody can expect to settle whom the scenario allows them."""
 
 
@@ -390,16 +397,16 @@ def loop_verdict(verdicts: Sequence[Standing]) -> tuple[VerdictWord, str]:
     """Whether a run proves that a loop controls, by what is said of it, and what keeps it from being proven."""
     failed = [v for v in verdicts if v.fails and v.verdict == "failed"]
     missing = [v for v in verdicts if v.fails and v.verdict == "not-proven"]
-    left = [v for v in verdicts if v.allowed is not None or (v.kind in PROVING and not v.judged)]
-    found: tuple[tuple[VerdictWord, list[Standing]], ...]
-    found = ("failed", failed), ("not-proven", missing), ("not-judged", left)
-    for word, ones in found:
-        if ones:
-            return word, "; ".join(f"{texts}{reason}" for reason, texts in _by_reason(ones))
+    excused = [v for v in verdicts if v.allowed is not None or (v.kind in PROVING_KINDS and not v.judged)]
+    groups: tuple[tuple[VerdictWord, list[Standing]], ...]
+    groups = ("failed", failed), ("not-proven", missing), ("not-judged", excused)
+    for word, group in groups:
+        if group:
+            return word, "; ".join(f"{texts}{reason}" for reason, texts in _texts_by_reason(group))
     return ("proven", "") if verdicts else ("not-judged", "nothing is judged")
 
 
-def _by_reason(verdicts: Sequence[Standing]) -> Iterator[tuple[str, str]]:
+def _texts_by_reason(verdicts: Sequence[Standing]) -> Iterator[tuple[str, str]]:
     """What is said of a loop, each reason for which some of it is allowed once."""
     for reason in dict.fromkeys(v.allowed for v in verdicts):
         texts = dict.fromkeys(v.text for v in verdicts if v.allowed == reason)
@@ -429,76 +436,76 @@ class LoopWatch:
     """The looks of a run; ``evidence`` gathers what they show."""
 
     evidence: Evidence
-    waiting: dict[int, list[Look]] = field(default_factory=dict)
+    pending_looks: dict[int, list[Look]] = field(default_factory=dict)
     """The looks at each loop that are still to come."""
-    stirred: dict[int, list[int]] = field(default_factory=dict)
+    late_events: dict[int, list[int]] = field(default_factory=dict)
     """When events move each loop in the last third of the run."""
 
     def __post_init__(self) -> None:
         e = self.evidence
         e.looks = {i: [] for i in range(len(e.plc.loops))}
-        e.given = {i: e.plc.given_set_point(i, e.signal_values) for i in e.looks if e.masters[i] < 0}
+        e.given_set_points = {i: e.plc.given_set_point(i, e.signal_values) for i in e.looks if e.masters[i] < 0}
         e.paces = [plant_time(e.plc, e.influence, i) for i in e.looks]
-        e.effects = [effect(e.net, e.plc, i) for i in e.looks]
+        e.effects = [output_effect(e.net, e.plc, i) for i in e.looks]
         e.bands = [band_of(e, i) for i in e.looks]
         for i in e.looks:
             noise = NOISE_MARGIN * noise_of(e.scenario, e.plc, e.net, i)
             e.meters[i].band = e.bands[i] + noise + pulse_ripple(e, i)
         for i in e.looks:
-            self.waiting[i] = looks_at(e.scenario, e.plc, e.influence, i, e.step, e.last)
-            self._aim(i)
-            moved = {k for k, event in event_steps(e.scenario, e.step, e.last) if e.influence.concerns(event, i)}
-            e.meters[i].swung = max((k for k in moved if k <= e.meters[i].late), default=0)
-            self.stirred[i] = sorted(k for k in moved if k > e.meters[i].late)
+            self.pending_looks[i] = looks_at(e.scenario, e.plc, e.influence, i, e.step, e.last)
+            self._aim_meter(i)
+            moved = {k for k, event in event_steps(e.scenario, e.step, e.last) if e.influence.can_move(event, i)}
+            e.meters[i].swings_from = max((k for k in moved if k <= e.meters[i].last_third), default=0)
+            self.late_events[i] = sorted(k for k in moved if k > e.meters[i].last_third)
 
-    def _aim(self, i: int) -> None:
+    def _aim_meter(self, i: int) -> None:
         e = self.evidence
-        aim(e.meters[i], self.waiting[i][0], e.paces[i].seconds * TICKS / e.step)
+        aim_meter(e.meters[i], self.pending_looks[i][0], e.paces[i].seconds * TICKS / e.step)
 
     def stops(self) -> Iterator[tuple[int, Callable[[int], None]]]:
         """Base steps before which a window has ended that is not the end of the run, and what is done there."""
         e = self.evidence
-        for i, looks in self.waiting.items():
-            yield from ((look.end + 1, partial(self._look, i)) for look in looks[:-1])
-            yield from ((k, partial(self._stir, i)) for k in self.stirred[i])
-            asking = ((k, event) for k, event in e.events() if e.set_point_of(event, i) is not None)
-            yield from ((k, partial(self._ask, i, event)) for k, event in asking)
+        for i, looks in self.pending_looks.items():
+            yield from ((look.end + 1, partial(self._end_look, i)) for look in looks[:-1])
+            yield from ((k, partial(self._end_calm, i)) for k in self.late_events[i])
+            set_point_events = ((k, event) for k, event in e.events() if e.set_point_of(event, i) is not None)
+            yield from ((k, partial(self._note_set_point, i, event)) for k, event in set_point_events)
 
-    def _ask(self, i: int, event: Event, k: int) -> None:
+    def _note_set_point(self, i: int, event: Event, k: int) -> None:
         """Notes whether a loop is there to follow the new set point that an event is about to give it."""
         e, m = self.evidence, self.evidence.meters[i]
-        for notes in (e.unmet, e.ignored, e.asked):
+        for notes in (e.unmet_events, e.ignored_events, e.requested_set_points):
             notes.pop(i, None)
         with suppress(ValueError):
             if e.is_set_point(event, i):
-                e.asked[i] = k, float(str(e.set_point_of(event, i)))
-        if not (m.control and e.plc.in_run):
-            e.ignored[i] = k
-            if m.wanted and not m.control:
-                e.unmet[i] = k, m.wanted_since
+                e.requested_set_points[i] = k, float(str(e.set_point_of(event, i)))
+        if not (m.in_control and e.plc.in_run):
+            e.ignored_events[i] = k
+            if m.wanted_bits and not m.in_control:
+                e.unmet_events[i] = k, m.wanted_since
 
-    def _stir(self, i: int, k: int) -> None:
+    def _end_calm(self, i: int, k: int) -> None:
         m = self.evidence.meters[i]
-        found = calm_oscillation(m, k)
-        if found is not None:
-            self.evidence.swings.setdefault(i, Swings(*found, m.calm_first_turn))
+        swings = calm_oscillation(m, k)
+        if swings is not None:
+            self.evidence.swings.setdefault(i, Swings(*swings, m.calm_first_turn))
         begin_calm(m)
 
-    def _look(self, i: int, _k: int) -> None:
-        look = self.waiting[i].pop(0)
-        self._judge(i, look)
-        self._aim(i)
+    def _end_look(self, i: int, _k: int) -> None:
+        look = self.pending_looks[i].pop(0)
+        self._judge_look(i, look)
+        self._aim_meter(i)
 
-    def _judge(self, i: int, look: Look) -> None:
+    def _judge_look(self, i: int, look: Look) -> None:
         e = self.evidence
         last, e.last = e.last, look.end
-        found = look_at(e, i, look)
+        result = judge_look(e, i, look)
         e.last = last
-        if found is not None:
-            e.looks[i].append(found)
+        if result is not None:
+            e.looks[i].append(result)
 
     def finish(self) -> None:
         """Looks at how the run ends."""
-        for i, looks in self.waiting.items():
-            self._judge(i, looks[0])
-            self._stir(i, self.evidence.last)
+        for i, looks in self.pending_looks.items():
+            self._judge_look(i, looks[0])
+            self._end_calm(i, self.evidence.last)

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 from pidcfg.pictures import Band, Chart, Line, Panel
 from pidcfg.sim.controllers.plc import TICKS, axes_of
-from pidcfg.sim.engine.choice import calls_of, choose
+from pidcfg.sim.engine.choice import calls_of, choose_engine
 from pidcfg.sim.engine.expressions import Problem
-from pidcfg.sim.engine.run import Settings, UnusableError, base_step, prepare, simulate
+from pidcfg.sim.engine.run import Settings, UnusableError, base_step, prepare_network, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
-from pidcfg.study.certification.samples import FAN_QUANTILES, Batch, Job, WorkersError, process_results, recordings
+from pidcfg.study.certification.samples import FAN_QUANTILES, Batch, Job, WorkersError, process_results, record_fan
 from pidcfg.study.certification.tally import Progress, Tally, key_of, read_state, state_text
-from pidcfg.study.scenario import load
+from pidcfg.study.scenario import load_scenario
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DISK, Reader
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.plc import Axes
     from pidcfg.sim.judgement.report import Report
     from pidcfg.study.certification.samples import Fan, SampleResult
-    from pidcfg.study.certification.tally import Distribution, Sizes, Worst
+    from pidcfg.study.certification.tally import Distribution, NearLimit, Sizes
     from pidcfg.study.uncertainty import Uncertainty
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
@@ -84,18 +84,18 @@ MOST_SAMPLES = 10_000_000
 """More than anybody runs."""
 
 
-def samples_that_show(wanted: float, held: int, samples: int) -> int | None:
+def samples_that_show(share: float, held: int, samples: int) -> int | None:
     """About how many samples show a share, if as many of them hold as of these; None where no number of them does."""
-    if held / samples <= wanted:
+    if held / samples <= share:
         return None
     few, many = samples, samples
-    while lower_bound(many * held // samples, many) < wanted:
+    while lower_bound(many * held // samples, many) < share:
         few, many = many, 2 * many
         if many > MOST_SAMPLES:
             return None
     while few + 1 < many:
         middle = (few + many) // 2
-        shown = lower_bound(middle * held // samples, middle) >= wanted
+        shown = lower_bound(middle * held // samples, middle) >= share
         few, many = (few, middle) if shown else (middle, many)
     return many
 
@@ -125,7 +125,7 @@ class Share:
         return ten_digits(PERCENT * self.held / self.samples)
 
     @property
-    def bound(self) -> float:
+    def lower_bound(self) -> float:
         """What the share of all plants is at least, at 95 %."""
         return ten_digits(PERCENT * lower_bound(self.held, self.samples))
 
@@ -142,7 +142,7 @@ class Share:
         return not self.passed and (self.wanted is None or PERCENT * self.held < self.wanted * self.samples)
 
     @property
-    def wants(self) -> str:
+    def requirement(self) -> str:
         """What is wanted, in words, and about how many samples would show it."""
         if self.wanted is None:
             return "all samples are wanted"
@@ -220,7 +220,7 @@ class Certification:
     @property
     def passed(self) -> bool:
         """Whether every bound reaches what is wanted, and all samples ran."""
-        return not self.failed_to_run and all(one.passed for one in (*self.expectations, *self.standing))
+        return not self.failed_to_run and all(share.passed for share in (*self.expectations, *self.standing))
 
 
 @frozen
@@ -261,12 +261,12 @@ class Names:
 
 def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> Certification:
     """What the counts say; ``keep``: how many of the worst samples."""
-    lost = tally.failed_to_run
+    not_run = tally.failed_to_run
     counts = zip(tally.standing_failed, tally.standing_unproven, tally.standing_judged, strict=True)
     standing = zip(names.standing, counts, strict=True)
     effects = [
-        Effect(what.label, what.text, _passed(low), _passed(high))
-        for what, low, high in zip(batch.varies, tally.lowest, tally.highest, strict=True)
+        Effect(uncertainty.label, uncertainty.text, _passed_share(low), _passed_share(high))
+        for uncertainty, low, high in zip(batch.varies, tally.lowest, tally.highest, strict=True)
     ]
     return Certification(
         scenario=names.scenario,
@@ -279,7 +279,7 @@ def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> C
         standing=[
             StandingShare(
                 f"{loop} {kind}".strip(),
-                tally.samples - lost - failed,
+                tally.samples - not_run - failed,
                 tally.samples,
                 None,
                 judged,
@@ -290,44 +290,50 @@ def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> C
             for (kind, loop), (failed, unproven, judged) in standing
         ],
         metrics={
-            loop: {name: _summary(one) for name, one in zip(METRICS, row, strict=True)}
+            loop: {name: _summarise_metric(one) for name, one in zip(METRICS, row, strict=True)}
             for loop, row in zip(names.loops, tally.metrics, strict=True)
         },
         effects=sorted(effects, key=lambda effect: -effect.size),
-        worst=[_worst(one, names, batch) for one in tally.worst[:keep]],
+        worst=[_worst_sample(one, names, batch) for one in tally.worst[:keep]],
         all_passed=tally.passed,
-        failed_to_run=lost,
+        failed_to_run=not_run,
         reasons=list(tally.reasons),
     )
 
 
-def _passed(counts: Sequence[int]) -> float | None:
+def _passed_share(counts: Sequence[int]) -> float | None:
     samples, passed = counts
     return ten_digits(PERCENT * passed / samples) if samples else None
 
 
-def _summary(one: Distribution) -> dict[str, float | int | None]:
-    if not one.count:
+def _summarise_metric(metric: Distribution) -> dict[str, float | int | None]:
+    if not metric.count:
         return {"count": 0, "mean": None, "min": None, **dict.fromkeys(QUANTILES), "max": None}
-    ends = {"min": one.low, "max": one.high}
+    ends = {"min": metric.low, "max": metric.high}
     # An edge of a bin lies beyond all numbers where they end.
-    found = {name: ten_digits(min(max(one.quantile(q), one.low), one.high)) for name, q in QUANTILES.items()}
-    return {"count": one.count, "mean": ten_digits(one.mean), "min": ends["min"], **found, "max": ends["max"]}
+    quantiles = {
+        name: ten_digits(min(max(metric.quantile(q), metric.low), metric.high)) for name, q in QUANTILES.items()
+    }
+    return {"count": metric.count, "mean": ten_digits(metric.mean), "min": ends["min"], **quantiles, "max": ends["max"]}
 
 
-def _worst(one: Worst, names: Names, batch: Batch) -> WorstSample:
-    numbers = {what.label: ten_digits(number) for what, number in zip(batch.varies, one.numbers, strict=False)}
-    finite = abs(one.margin) < float("inf")
-    text = batch.text(one.sample, one.numbers) if len(one.numbers) == len(batch.varies) else ""
-    about = names.expectations[one.expectation][0] if one.expectation >= 0 else ""
-    return WorstSample(one.sample, ten_digits(one.margin) if finite else None, one.margin < 0, about, numbers, text)
+def _worst_sample(worst: NearLimit, names: Names, batch: Batch) -> WorstSample:
+    numbers = {
+        uncertainty.label: ten_digits(number) for uncertainty, number in zip(batch.varies, worst.numbers, strict=False)
+    }
+    finite = abs(worst.margin) < float("inf")
+    text = batch.scenario_text(worst.sample, worst.numbers) if len(worst.numbers) == len(batch.varies) else ""
+    expectation = names.expectations[worst.expectation][0] if worst.expectation >= 0 else ""
+    return WorstSample(
+        worst.sample, ten_digits(worst.margin) if finite else None, worst.margin < 0, expectation, numbers, text
+    )
 
 
 # --- A batch from a scenario file to its result -----------------------------------------------------------------------
 
-SAVE_EVERY = 64
+SAVE_SAMPLES = 64
 """Samples between two states that are kept."""
-SAVE_AFTER = 1.0
+SAVE_SECONDS = 1.0
 """Seconds between two states of a cluster, whose blocks may come by the hundred."""
 NOTHING_MEASURED = " (nothing was measured"
 """What follows an expectation in a run that measured nothing for it."""
@@ -357,97 +363,103 @@ class Plan:
 
 def certify_document(doc: Document, plan: Plan, reader: Reader = DISK) -> BatchOutcome:
     """Runs the samples of one scenario file."""
-    loaded = load(doc, reader)
+    loaded = load_scenario(doc, reader)
     outcome = BatchOutcome(doc.file, loaded.config, documents=loaded.documents)
     scenario = loaded.scenario
     if scenario is None or loaded.image is None:
         return replace(outcome, findings=loaded.findings)
-    plc = loaded.plc()
-    net = prepare(scenario, plc)
+    plc = loaded.new_plc()
+    net = prepare_network(scenario, plc)
     varies, problems = loaded.uncertainties(plc)
-    problems += _not_shown(scenario, plan.samples)
+    problems += _unprovable_shares(scenario, plan.samples)
     if not varies and not net.noisy:
         plant = next(iter(scenario.plants), "TIC-1")
         cure = f"write what is uncertain, as in 'vary: {{plants: {{{plant}: {{gain: ±30 %}}}}}}'"
         problems.append(Problem((), "nothing varies: there is no vary and no noise", help=cure))
-    loaded.add([*net.problems, *problems])
+    loaded.add_problems([*net.problems, *problems])
     if any(finding.severity is Severity.ERROR for finding in loaded.findings):
         return replace(outcome, findings=loaded.findings)
     batch = Batch(loaded.document, varies, seed_of(scenario, plan.seed))
     steps = int(scenario.duration * TICKS) // base_step(scenario, plc) + 1
     work = steps * len(plc.loops) * plan.samples
-    engine = choose("auto", work, loaded.controller, calls_of(scenario, net))
+    engine = choose_engine("auto", work, loaded.controller, calls_of(scenario, net))
     try:
         report = simulate(
-            scenario, loaded.plc, loaded.controller, Settings(engine, max_loop_steps=doc.limits.loop_steps)
+            scenario, loaded.new_plc, loaded.controller, Settings(engine, max_loop_steps=doc.limits.loop_steps)
         )
     except UnusableError as error:
-        loaded.add(error.problems)
+        loaded.add_problems(error.problems)
         return replace(outcome, findings=loaded.findings)
     names = names_of(scenario, report)
     config = reader.read(loaded.config, doc.limits.listing_bytes + 1)
     job = Job(doc.file, doc.text, loaded.config, config, batch.seed, engine, doc.limits)
-    tally = run_all(job, names, varies, plan)
+    tally = run_samples(job, names, varies, plan)
     return replace(
         outcome,
         certification=make_certification(names, batch, tally, plan.keep_worst),
         findings=[*loaded.findings, *loaded.config_errors],
-        fan=recordings(job, plan.samples, plan.jobs) if plan.record else None,
+        fan=record_fan(job, plan.samples, plan.jobs) if plan.record else None,
         axes=axes_of(plc, loaded.image.settings),
         duration=report.duration,
         unjudged=bool(loaded.config_errors) and not scenario.expect,
     )
 
 
-def seed_of(scenario: Scenario, wanted: int | None) -> int:
+def seed_of(scenario: Scenario, chosen: int | None) -> int:
     """The seed of the row of samples."""
-    if wanted is not None:
-        return wanted
+    if chosen is not None:
+        return chosen
     varied = None if scenario.vary is None else scenario.vary.seed
     return scenario.seed if varied is None else varied
 
 
-def _not_shown(scenario: Scenario, samples: int) -> list[Problem]:
+def _unprovable_shares(scenario: Scenario, samples: int) -> list[Problem]:
     """Shares that so many samples cannot show, even if none fails."""
     problems = []
-    for i, wanted in enumerate(scenario.expect):
-        if wanted.share is None or not 0 < wanted.share < PERCENT:
+    for i, expectation in enumerate(scenario.expect):
+        if expectation.share is None or not 0 < expectation.share < PERCENT:
             continue
-        needed = samples_needed(float(wanted.share) / PERCENT)
+        needed = samples_needed(float(expectation.share) / PERCENT)
         if needed > samples:
-            message = f"{samples:,} samples cannot show {wanted.share:f} % even if none fails; {needed:,} are needed"
+            message = (
+                f"{samples:,} samples cannot show {expectation.share:f} % even if none fails; {needed:,} are needed"
+            )
             problems.append(Problem(("expect", i, "share"), message, "value", help=f"give --samples {needed}"))
     return problems
 
 
-def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -> Tally:
+def run_samples(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -> Tally:
     """All samples, or those that the state lacks; raises `StateError` and `WorkersError`."""
     key = key_of(job) if plan.state is not None or plan.keep is not None else ""
     sizes = (len(names.expectations), len(names.standing), len(names.loops), len(varies))
     progress = Progress(Tally.empty(sizes)) if plan.state is None else read_state(plan.state, key, job, plan.samples)
-    tally, kept, when = progress.tally, progress.tally.samples, 0.0
+    tally, kept_samples, kept_at = progress.tally, progress.tally.samples, 0.0
 
-    def keep() -> None:
+    def keep_state() -> None:
         if plan.keep is not None:
             plan.keep(state_text(progress, key))
 
-    for parts in _kept_when_lost(_parts(job, progress, sizes, plan), keep):
+    for parts in _keep_when_lost(_next_results(job, progress, sizes, plan), keep_state):
         for part in parts:
             if isinstance(part, Tally):
-                tally.append(part)
+                tally.append_block(part)
             else:
-                progress.trial.take(part)
-                tally.add(part, varies)
+                progress.trial.add_result(part)
+                tally.add_result(part, varies)
             if plan.progress is not None:
                 plan.progress(tally.samples / plan.samples)
-        due = tally.samples - kept >= SAVE_EVERY if plan.cluster is None else time.monotonic() - when >= SAVE_AFTER
+        due = (
+            tally.samples - kept_samples >= SAVE_SAMPLES
+            if plan.cluster is None
+            else time.monotonic() - kept_at >= SAVE_SECONDS
+        )
         if due or tally.samples == plan.samples:
-            keep()
-            kept, when = tally.samples, time.monotonic()
+            keep_state()
+            kept_samples, kept_at = tally.samples, time.monotonic()
     return tally
 
 
-def _kept_when_lost(
+def _keep_when_lost(
     parts: Iterator[Sequence[Tally | SampleResult]], keep: Callable[[], None]
 ) -> Iterator[Sequence[Tally | SampleResult]]:
     """The same; what is ready is kept before `WorkersError` says that nobody is left."""
@@ -458,10 +470,10 @@ def _kept_when_lost(
         raise
 
 
-def _parts(job: Job, progress: Progress, sizes: Sizes, plan: Plan) -> Iterator[Sequence[Tally | SampleResult]]:
+def _next_results(job: Job, progress: Progress, sizes: Sizes, plan: Plan) -> Iterator[Sequence[Tally | SampleResult]]:
     """What comes next in the order of the samples, by processes or by a cluster."""
     if plan.cluster is None:
-        return ((seen,) for seen in process_results(job, progress.tally.samples, plan.samples, plan.jobs))
+        return ((result,) for result in process_results(job, progress.tally.samples, plan.samples, plan.jobs))
     from pidcfg.study.certification import cluster
 
     remark = plan.remark or (lambda _: None)
@@ -473,8 +485,11 @@ def names_of(scenario: Scenario, report: Report) -> Names:
     return Names(
         scenario.scenario,
         [
-            (verdict.text.partition(NOTHING_MEASURED)[0], None if wanted.share is None else float(wanted.share))
-            for verdict, wanted in zip(report.expectations, scenario.expect, strict=True)
+            (
+                verdict.text.partition(NOTHING_MEASURED)[0],
+                None if expectation.share is None else float(expectation.share),
+            )
+            for verdict, expectation in zip(report.expectations, scenario.expect, strict=True)
         ],
         [(verdict.kind, verdict.loop) for verdict in report.standing],
         list(report.loops),
@@ -492,20 +507,22 @@ def charts_of(outcome: BatchOutcome, loops: Collection[str] = ()) -> list[Chart]
     if fan is None or not fan.quantiles:
         return []
     return [
-        _chart(loop, axes, fan, outcome.duration) for loop, axes in outcome.axes.items() if not loops or loop in loops
+        _loop_chart(loop, axes, fan, outcome.duration)
+        for loop, axes in outcome.axes.items()
+        if not loops or loop in loops
     ]
 
 
-def _chart(loop: str, axes: Axes, fan: Fan, duration: float) -> Chart:
+def _loop_chart(loop: str, axes: Axes, fan: Fan, duration: float) -> Chart:
     title = f"{loop}: {axes.description}" if axes.description else loop
-    panels = [_panel(fan, {axes.setpoint: "setpoint", axes.pv: "pv"}, axes.pv_unit)]
+    panels = [_fan_panel(fan, {axes.setpoint: "setpoint", axes.pv: "pv"}, axes.pv_unit)]
     if axes.output:
-        panels.append(_panel(fan, {axes.output: "output"}, axes.output_unit, axes.output_range))
+        panels.append(_fan_panel(fan, {axes.output: "output"}, axes.output_unit, axes.output_range))
     note = f"{fan.samples} samples: the line is the median, the bands hold the middle 50 % and 90 % at each time"
     return Chart(title, loop, tuple(panels), begin=0.0, end=duration, notes=(note,))
 
 
-def _panel(fan: Fan, roles: dict[str, Role], unit: str, least: tuple[float, float] | None = None) -> Panel:
+def _fan_panel(fan: Fan, roles: dict[str, Role], unit: str, least: tuple[float, float] | None = None) -> Panel:
     names = [name for name in roles if name]
     short = {name: name.rpartition(".")[2] for name in names}
     lines = [Line(short[name], roles[name], fan.times, fan.quantiles[name][MIDDLE]) for name in names]

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 from pidcfg.schemas.scenario import rejoin_expressions
 from pidcfg.sim.controllers.plc import axes_of, signals_of
 from pidcfg.sim.engine.recording import Recording
-from pidcfg.sim.engine.repeat import IrregularError, Repeated, with_numbers
+from pidcfg.sim.engine.repeat import IrregularError, RepeatedRun, with_numbers
 from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
-from pidcfg.study.scenario import Loaded, load, read_scenario
+from pidcfg.study.scenario import LoadedScenario, load_scenario, read_scenario
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import parse_path, set_value
@@ -60,10 +60,10 @@ D801 = Decision(
     "Samples are independent, more of them continue the same row, and another uncertainty in the file does not change "
     "those that were there.",
 )
-GOLDEN_STEP, MASK = 0x9E3779B97F4A7C15, (1 << 64) - 1
+GOLDEN_STEP, BITS_MASK = 0x9E3779B97F4A7C15, (1 << 64) - 1
 MOST_DRAWS = 100
 """Numbers that are drawn for one that has limits."""
-STANDARD = NormalDist()
+STANDARD_NORMAL = NormalDist()
 
 
 class DrawError(Exception):
@@ -72,9 +72,9 @@ class DrawError(Exception):
 
 def mix_bits(counter: int) -> int:
     """SplitMix64's output for a counter."""
-    z = counter & MASK
-    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
-    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
+    z = counter & BITS_MASK
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & BITS_MASK
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & BITS_MASK
     return z ^ (z >> 31)
 
 
@@ -99,29 +99,29 @@ def unit_number(seed: int, sample: int, row: str, draw: int = 0) -> float:
     return ((mix_bits(begin + (draw + 1) * GOLDEN_STEP) >> 11) + 0.5) / (1 << 53)
 
 
-def draw_number(what: Uncertainty, seed: int, sample: int) -> float:
+def draw_number(uncertainty: Uncertainty, seed: int, sample: int) -> float:
     """The number of a sample; raises `DrawError`."""
-    ends = what.ends
+    ends = uncertainty.ends
     for draw in range(MOST_DRAWS):
-        value = quantile(ends, unit_number(seed, sample, what.row, draw))
+        value = quantile(ends, unit_number(seed, sample, uncertainty.random_row, draw))
         if ends.low <= value <= ends.high:
             return value
-    raise DrawError(f"{what.label}: {MOST_DRAWS} numbers, none within {ends.low:g} to {ends.high:g}")
+    raise DrawError(f"{uncertainty.label}: {MOST_DRAWS} numbers, none within {ends.low:g} to {ends.high:g}")
 
 
 def quantile(ends: NumberSpread, share: float) -> float:
     """Where a spread reaches a share, its limits left aside."""
     if ends.sigma is None:
         return ends.low + (ends.high - ends.low) * share
-    return ends.mean + ends.sigma * STANDARD.inv_cdf(share)
+    return ends.mean + ends.sigma * STANDARD_NORMAL.inv_cdf(share)
 
 
 def fifth_bounds(ends: NumberSpread) -> tuple[float, float]:
     """Below the first lies a fifth of all samples, above the second another one."""
     if ends.sigma is None:
         return quantile(ends, 0.2), quantile(ends, 0.8)
-    low = 0.0 if ends.low == -inf else STANDARD.cdf((ends.low - ends.mean) / ends.sigma)
-    high = 1.0 if ends.high == inf else STANDARD.cdf((ends.high - ends.mean) / ends.sigma)
+    low = 0.0 if ends.low == -inf else STANDARD_NORMAL.cdf((ends.low - ends.mean) / ends.sigma)
+    high = 1.0 if ends.high == inf else STANDARD_NORMAL.cdf((ends.high - ends.mean) / ends.sigma)
     span = high - low
     if not span > 0:  # limits so far out that no number comes there
         return ends.low, ends.high
@@ -189,81 +189,89 @@ class Batch:
     plc: bytes = b""
     """A new PLC as `pickle` keeps it, which is read many times as fast as words are decoded; empty: each is loaded."""
 
-    def numbers(self, sample: int) -> list[float]:
+    def draw_numbers(self, sample: int) -> list[float]:
         """The drawn numbers of a sample; raises `UnusableSampleError`."""
         try:
-            return [draw_number(what, self.seed, sample) for what in self.varies]
+            return [draw_number(uncertainty, self.seed, sample) for uncertainty in self.varies]
         except DrawError as error:
             raise UnusableSampleError(str(error)) from None
 
-    def new_plc(self, loaded: Loaded) -> Plc:
+    def new_plc(self, loaded: LoadedScenario) -> Plc:
         """A PLC at its program-to-run transition; the same for all samples, since no key of ``plc`` varies."""
-        return cast("Plc", pickle.loads(self.plc)) if self.plc else loaded.plc()  # noqa: S301 - our own bytes
+        return cast("Plc", pickle.loads(self.plc)) if self.plc else loaded.new_plc()  # noqa: S301 - our own bytes
 
-    def data(self, sample: int, numbers: Sequence[float]) -> dict[str, Any]:
+    def scenario_data(self, sample: int, numbers: Sequence[float]) -> dict[str, Any]:
         """The scenario of a sample as plain data."""
         data: dict[str, Any] = dict(rejoin_expressions(self.document.data))  # type: ignore[call-overload]  # a mapping, as it is loaded
-        texts = {what: Plain(what.written(number)) for what, number in zip(self.varies, numbers, strict=True)}
+        texts = {
+            uncertainty: Plain(uncertainty.number_text(number))
+            for uncertainty, number in zip(self.varies, numbers, strict=True)
+        }
         data["scenario"] = f"{data['scenario']} (sample {sample})"
         data["seed"] = Plain(seed_of(self.seed, sample))
         if "plants" in data:
-            data["plants"] = _plants(data["plants"], texts)
+            data["plants"] = _set_plants(data["plants"], texts)
         events = _first_events(texts)
         if events:
             data["events"] = [*events, *data.get("events", ())]
         if "expect" in data:
-            data["expect"] = [{key: v for key, v in one.items() if key != "share"} for one in data["expect"]]
+            data["expect"] = [
+                {key: v for key, v in expectation.items() if key != "share"} for expectation in data["expect"]
+            ]
         data.pop("vary", None)
         return data
 
-    def scenario(self, sample: int, numbers: Sequence[float]) -> Scenario:
+    def make_scenario(self, sample: int, numbers: Sequence[float]) -> Scenario:
         """A sample as it runs; raises `UnusableSampleError`."""
-        data = self.data(sample, numbers)
+        data = self.scenario_data(sample, numbers)
         scenario, findings = read_scenario(replace(self.document, data=data, problems=()))
         if scenario is None:
             raise UnusableSampleError("; ".join(finding.message for finding in findings))
         return scenario
 
-    def like(self, known: Scenario, sample: int, numbers: Sequence[float]) -> Scenario:
+    def repeat_scenario(self, known: Scenario, sample: int, numbers: Sequence[float]) -> Scenario:
         """The same, made of another sample's scenario, but for its title; raises `IrregularError`."""
-        texts = {what: Plain(what.written(number)) for what, number in zip(self.varies, numbers, strict=True)}
-        found = _plants(self.varied_plants, texts)
-        return with_numbers(known, seed_of(self.seed, sample), found, _first_events(texts))
+        texts = {
+            uncertainty: Plain(uncertainty.number_text(number))
+            for uncertainty, number in zip(self.varies, numbers, strict=True)
+        }
+        plants = _set_plants(self.varied_plants, texts)
+        return with_numbers(known, seed_of(self.seed, sample), plants, _first_events(texts))
 
     @cached_property
     def varied_plants(self) -> dict[str | int, Any]:
         """The plants that vary, by their keys in the model: names of loops, or places in the list."""
-        names = {what.name for what in self.varies if what.of == "plants"}
+        names = {uncertainty.name for uncertainty in self.varies if uncertainty.of == "plants"}
         plants: Any = dict(rejoin_expressions(self.document.data)).get("plants", {})  # type: ignore[call-overload]  # it has loaded
         entries = plants.items() if isinstance(plants, dict) else enumerate(plants)
         return {key: plant for key, plant in entries if str(plant.get("name", key)) in names}
 
-    def text(self, sample: int, numbers: Sequence[float]) -> str:
+    def scenario_text(self, sample: int, numbers: Sequence[float]) -> str:
         """A sample as the file that `pidcfg simulate` runs in the same way."""
         name = self.document.file.rpartition("/")[2]
         head = f"# Sample {sample} of pidcfg certify with seed {self.seed}, from {name}.\n"
-        return head + block_yaml(self.data(sample, numbers))
+        return head + block_yaml(self.scenario_data(sample, numbers))
 
 
 def _first_events(texts: Mapping[Uncertainty, Plain]) -> list[dict[str, Any]]:
     """The events that write the drawn numbers of loops."""
     loops: dict[str, dict[str, Plain]] = {}
-    for what, text in texts.items():
-        if what.of == "loops":
-            loops.setdefault(what.name, {})[what.key] = text
+    for uncertainty, text in texts.items():
+        if uncertainty.of == "loops":
+            loops.setdefault(uncertainty.name, {})[uncertainty.key] = text
     return [{"at": Plain(0), "loop": Plain(name), "set": keys} for name, keys in loops.items()]
 
 
-def _plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
+def _set_plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
     """The plants, by key or as a list, with the drawn numbers."""
     keyed = isinstance(plants, dict)
     copies = [(name, dict(plant)) for name, plant in (plants.items() if keyed else enumerate(plants))]
-    for what, text in texts.items():
+    for uncertainty, text in texts.items():
         for name, plant in copies:
-            if what.of == "plants" and what.name == str(plant.get("name", name)):
-                if isinstance(plant.get(what.key.partition(".")[0]), list):
-                    plant[what.key.partition(".")[0]] = list(plant[what.key.partition(".")[0]])
-                set_value(plant, parse_path(what.key), text)
+            if uncertainty.of == "plants" and uncertainty.name == str(plant.get("name", name)):
+                if isinstance(plant.get(uncertainty.key.partition(".")[0]), list):
+                    plant[uncertainty.key.partition(".")[0]] = list(plant[uncertainty.key.partition(".")[0]])
+                set_value(plant, parse_path(uncertainty.key), text)
     return dict(copies) if keyed else [plant for _, plant in copies]
 
 
@@ -292,67 +300,71 @@ class SampleResult:
     """Why it could not run, or had an error on its way."""
 
 
-def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) -> tuple[SampleResult, Report | None]:
+def run_sample(
+    loaded: LoadedScenario, batch: Batch, sample: int, settings: Settings
+) -> tuple[SampleResult, Report | None]:
     """Runs a sample exactly as `pidcfg simulate` runs its written-out scenario."""
     numbers: Sequence[float] = ()
     try:
-        numbers = batch.numbers(sample)
-        scenario = batch.scenario(sample, numbers)
+        numbers = batch.draw_numbers(sample)
+        scenario = batch.make_scenario(sample, numbers)
         report = simulate(scenario, partial(batch.new_plc, loaded), loaded.controller, settings)
     except (UnusableSampleError, UnusableError) as error:
         return SampleResult(sample, tuple(numbers), margin=-inf, reason=str(error)), None
     metrics = [loop.metrics for loop in report.loops.values()]
-    shown = Shown(report.expectations, report.standing, metrics, report.notes, report.problems)
-    return _result(sample, numbers, scenario, shown), report
+    verdicts = RunVerdicts(report.expectations, report.standing, metrics, report.notes, report.problems)
+    return _make_result(sample, numbers, scenario, verdicts), report
 
 
 class Sampler:
     """Runs the samples of a batch, of which one run is made: the others are that run with other numbers."""
 
-    def __init__(self, loaded: Loaded, batch: Batch, settings: Settings) -> None:
+    def __init__(self, loaded: LoadedScenario, batch: Batch, settings: Settings) -> None:
         self.loaded, self.batch, self.settings = loaded, batch, settings
-        self.repeated: Repeated | None = None
+        self.repeated_run: RepeatedRun | None = None
 
-    def run(self, sample: int) -> SampleResult:
+    def run_sample(self, sample: int) -> SampleResult:
         """What `run_sample` finds; what the run cannot be made with runs by itself."""
         try:
-            return self._repeat(sample)
+            return self._repeat_run(sample)
         except (UnusableSampleError, UnusableError, IrregularError):
             return run_sample(self.loaded, self.batch, sample, self.settings)[0]
 
-    def _repeat(self, sample: int) -> SampleResult:
-        numbers, run = self._begin(sample)
-        for _ in run.course():
+    def _repeat_run(self, sample: int) -> SampleResult:
+        numbers, run = self._begin_run(sample)
+        for _ in run.steps_to_end():
             pass
-        judged = run.judge()
-        shown = Shown(judged.evidence.verdicts, judged.standing, judged.metrics, judged.faults, run.problems)
-        return _result(sample, numbers, run.scenario, shown)
+        judged_run = run.judge()
+        verdicts = RunVerdicts(
+            judged_run.evidence.verdicts, judged_run.standing, judged_run.metrics, judged_run.faults, run.problems
+        )
+        return _make_result(sample, numbers, run.scenario, verdicts)
 
-    def record(self, sample: int, thinned: Thinned) -> bool:
+    def record_sample(self, sample: int, thinned: ThinnedRecording) -> bool:
         """Takes down the signals of a sample; whether it could run."""
         try:
-            _, run = self._begin(sample)
+            _, run = self._begin_run(sample)
             run.settings = replace(run.settings, recording=thinned)
-            for _ in run.course():
+            for _ in run.steps_to_end():
                 pass
         except (UnusableSampleError, UnusableError, IrregularError):
             settings = replace(self.settings, recording=thinned)
             return run_sample(self.loaded, self.batch, sample, settings)[1] is not None
         return True
 
-    def _begin(self, sample: int) -> tuple[Sequence[float], Run]:
+    def _begin_run(self, sample: int) -> tuple[Sequence[float], Run]:
         """The drawn numbers of a sample, and its run at time 0."""
-        batch, numbers = self.batch, self.batch.numbers(sample)
-        if self.repeated is None:
-            scenario = batch.scenario(sample, numbers)
-            new_plc, settings = partial(batch.new_plc, self.loaded), replace(self.settings, told=False)
-            self.repeated = Repeated(scenario, new_plc, self.loaded.controller, settings)
+        batch, numbers = self.batch, self.batch.draw_numbers(sample)
+        if self.repeated_run is None:
+            scenario = batch.make_scenario(sample, numbers)
+            new_plc, settings = partial(batch.new_plc, self.loaded), replace(self.settings, with_report=False)
+            self.repeated_run = RepeatedRun(scenario, new_plc, self.loaded.controller, settings)
         else:
-            scenario = batch.like(self.repeated.run.scenario, sample, numbers)
-        return numbers, self.repeated.begin(scenario)
+            scenario = batch.repeat_scenario(self.repeated_run.run.scenario, sample, numbers)
+        return numbers, self.repeated_run.begin(scenario)
 
 
-class Shown(NamedTuple):
+class RunVerdicts(NamedTuple):
     """What a run has shown, with or without a report."""
 
     expectations: Sequence[Verdict]
@@ -363,13 +375,13 @@ class Shown(NamedTuple):
     problems: Sequence[Problem]
 
 
-def _result(sample: int, numbers: Sequence[float], scenario: Scenario, shown: Shown) -> SampleResult:
+def _make_result(sample: int, numbers: Sequence[float], scenario: Scenario, verdicts: RunVerdicts) -> SampleResult:
     """What is kept of it."""
-    expectations, standing, metrics, notes, problems = shown
+    expectations, standing, metrics, notes, problems = verdicts
     errors = [note.text for note in sorted(notes, key=lambda note: note.at) if note.error]
     errors += [problem.message for problem in problems if problem.severity == "error"]
     fails = bool(errors) or any(v.fails for v in standing)
-    margins = [margin(wanted, v) for wanted, v in zip(scenario.expect, expectations, strict=True)]
+    margins = [margin(expectation, v) for expectation, v in zip(scenario.expect, expectations, strict=True)]
     if fails:
         margins.append(-inf)
     least = min(margins, default=inf)
@@ -381,36 +393,38 @@ def _result(sample: int, numbers: Sequence[float], scenario: Scenario, shown: Sh
         held=tuple(v.passed for v in expectations),
         margin=least,
         tightest=tightest if tightest < len(scenario.expect) else -1,
-        standing="".join(SIGNS[v.word] for v in standing),
+        standing="".join(VERDICT_SIGNS[v.word] for v in standing),
         metrics=tuple(tuple(loop.get(name) for name in METRICS) for loop in metrics),
         reason="; ".join(errors),
     )
 
 
-SIGNS = {"passed": "+", "FAILED": "-", "NOT PROVEN": "!", "allowed": "a", "not judged": "?"}
+VERDICT_SIGNS = {"passed": "+", "FAILED": "-", "NOT PROVEN": "!", "allowed": "a", "not judged": "?"}
 """What a batch keeps of a verdict, by its `Standing.word`."""
 
 
-def margin(wanted: Expectation, verdict: Verdict) -> float:
+def margin(expectation: Expectation, verdict: Verdict) -> float:
     """How far a value lies within its limits, as a share of the limit; of 0 in its unit.
 
     What has no number is at an end: infinite where it holds.
     """
-    value, bounds = verdict.value, (wanted.min, wanted.max)
-    if wanted.alarm is not None or wanted.flag is not None or wanted.mode is not None or value is None:
+    value, bounds = verdict.value, (expectation.min, expectation.max)
+    if expectation.alarm is not None or expectation.flag is not None or expectation.mode is not None or value is None:
         return inf if verdict.passed else -inf
     values = value if isinstance(value, list) else [value, value]
-    if not all(type(one) in {int, float} for one in values):
+    if not all(type(number) in {int, float} for number in values):
         return inf if verdict.passed else -inf
-    if wanted.final is not None and wanted.tolerance is not None and bounds == (None, None):
-        return _share(wanted.tolerance, abs(float(values[0]) - float(wanted.final)), 1)
-    if wanted.final is not None and not verdict.passed:
+    if expectation.final is not None and expectation.tolerance is not None and bounds == (None, None):
+        return _bound_share(expectation.tolerance, abs(float(values[0]) - float(expectation.final)), 1)
+    if expectation.final is not None and not verdict.passed:
         return -inf
-    shares = [_share(bound, one, sign) for bound, one, sign in zip(bounds, values, (-1, 1), strict=True) if bound]
+    shares = [
+        _bound_share(bound, number, sign) for bound, number, sign in zip(bounds, values, (-1, 1), strict=True) if bound
+    ]
     return min(shares, default=inf if verdict.passed else -inf)
 
 
-def _share(bound: Bound, value: float, sign: int) -> float:
+def _bound_share(bound: Bound, value: float, sign: int) -> float:
     """How far a value lies below (``sign`` −1: above) a bound, as a share of it."""
     limit = float(bound.value)
     return sign * (limit - value) / (abs(limit) or 1.0)
@@ -424,28 +438,28 @@ FAN_QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 @dataclass(slots=True)
-class Thinned(Recording):
+class ThinnedRecording(Recording):
     """Signals of one run at equal distances: at most `FAN_TIMES` values of each, the first and the last among them."""
 
-    wanted_steps: list[int] = field(default_factory=list)
-    taken: dict[str, array[float]] = field(default_factory=dict)
+    chosen_steps: list[int] = field(default_factory=list)
+    columns: dict[str, array[float]] = field(default_factory=dict)
     _next: int = 0
 
     def begin(self, names: Sequence[str], steps: int, dt: float) -> None:
         """A run of so many base steps begins."""
         self.dt, self._rows, self._width, self._next = dt, 0, len(names), 0
-        self._columns = [(i, name) for i, name in enumerate(names) if self.wanted is None or name in self.wanted]
+        self._columns = [(i, name) for i, name in enumerate(names) if self.chosen is None or name in self.chosen]
         self.names = [name for _, name in self._columns]
         count = min(steps, FAN_TIMES)
-        self.wanted_steps = [round(i * (steps - 1) / max(count - 1, 1)) for i in range(count)]
-        self.taken = {name: array("d") for name in self.names}
+        self.chosen_steps = [round(i * (steps - 1) / max(count - 1, 1)) for i in range(count)]
+        self.columns = {name: array("d") for name in self.names}
 
-    def take(self, rows_of_values: Sequence[float], rows: int) -> None:
+    def add_rows(self, rows_of_values: Sequence[float], rows: int) -> None:
         """Rows of values, one a base step."""
-        while self._next < len(self.wanted_steps) and self.wanted_steps[self._next] < self._rows + rows:
-            row = (self.wanted_steps[self._next] - self._rows) * self._width
+        while self._next < len(self.chosen_steps) and self.chosen_steps[self._next] < self._rows + rows:
+            row = (self.chosen_steps[self._next] - self._rows) * self._width
             for column, name in self._columns:
-                self.taken[name].append(rows_of_values[row + column])
+                self.columns[name].append(rows_of_values[row + column])
             self._next += 1
         self._rows += rows
 
@@ -467,11 +481,11 @@ class Fan:
 def fan_of(times: Sequence[float], runs: Sequence[Mapping[str, Sequence[float]]]) -> Fan:
     """The quantiles of some runs, each by its signals; a quantile is the value of the nearest rank."""
     ranks = [max(1, ceil(level * len(runs))) - 1 for level in FAN_QUANTILES]
-    found: dict[str, list[list[float]]] = {}
+    quantiles: dict[str, list[list[float]]] = {}
     for name in runs[0] if runs else ():
         columns = [sorted(values) for values in zip(*(run[name] for run in runs), strict=True)]
-        found[name] = [[column[rank] for column in columns] for rank in ranks]
-    return Fan(len(runs), list(times), found)
+        quantiles[name] = [[column[rank] for column in columns] for rank in ranks]
+    return Fan(len(runs), list(times), quantiles)
 
 
 # --- Who runs the samples: this process, or several, whose results come back in the order of the samples --------------
@@ -511,16 +525,18 @@ class Job:
         """How each sample runs."""
         return Settings(self.engine, max_loop_steps=self.limits.loop_steps)
 
-    def loaded(self) -> tuple[Loaded, Batch]:
+    def load_batch(self) -> tuple[LoadedScenario, Batch]:
         """The scenario with its configuration, and what varies."""
-        loaded = load(read_document(self.scenario.encode("utf-8", "surrogatepass"), self.name, self.limits), self)
-        plc = loaded.plc()
-        kept = pickle.dumps(plc, pickle.HIGHEST_PROTOCOL)
-        return loaded, Batch(loaded.document, loaded.uncertainties(plc)[0], self.seed, kept)
+        loaded = load_scenario(
+            read_document(self.scenario.encode("utf-8", "surrogatepass"), self.name, self.limits), self
+        )
+        plc = loaded.new_plc()
+        plc_bytes = pickle.dumps(plc, pickle.HIGHEST_PROTOCOL)
+        return loaded, Batch(loaded.document, loaded.uncertainties(plc)[0], self.seed, plc_bytes)
 
-    def sampler(self) -> Sampler:
+    def make_sampler(self) -> Sampler:
         """What runs its samples."""
-        return Sampler(*self.loaded(), self.settings)
+        return Sampler(*self.load_batch(), self.settings)
 
 
 def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[SampleResult]:
@@ -529,12 +545,12 @@ def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[S
     A process that is ended from outside costs what it had begun, unless they end one after the other.
     """
     if jobs == 1 or samples - first <= SAMPLES_AT_ONCE:
-        yield from map(job.sampler().run, range(first, samples))
+        yield from map(job.make_sampler().run_sample, range(first, samples))
         return
     while first < samples:
         before = first
         try:
-            for part in WorkerPool(jobs, _runner, (job,)).results(process_parts(first, samples)):
+            for part in WorkerPool(jobs, _make_runner, (job,)).results(process_parts(first, samples)):
                 yield from part
                 first += len(part)
         except ChildProcessError:
@@ -549,20 +565,24 @@ def process_parts(first: int, samples: int) -> Iterator[range]:
     return (range(begin, min(begin + SAMPLES_AT_ONCE, samples)) for begin in range(first, samples, SAMPLES_AT_ONCE))
 
 
-def _runner(job: Job) -> Callable[[range], list[SampleResult]]:
+def _make_runner(job: Job) -> Callable[[range], list[SampleResult]]:
     """What runs samples one after the other."""
-    sampler = job.sampler()
-    return lambda samples: list(map(sampler.run, samples))
+    sampler = job.make_sampler()
+    return lambda samples: list(map(sampler.run_sample, samples))
 
 
-def recordings(job: Job, samples: int, jobs: int) -> Fan:
+def record_fan(job: Job, samples: int, jobs: int) -> Fan:
     """How the signals that a picture needs spread over the first samples; those that cannot run are left out."""
     samples = min(samples, FAN_SAMPLES)
     if jobs == 1 or samples <= SAMPLES_AT_ONCE:
-        kept = _recorder(job)(range(samples))
+        recorded = _make_recorder(job)(range(samples))
     else:
-        kept = [one for part in WorkerPool(jobs, _recorder, (job,)).results(process_parts(0, samples)) for one in part]
-    ran = [one for one in kept if one is not None]
+        recorded = [
+            signals_of_run
+            for part in WorkerPool(jobs, _make_recorder, (job,)).results(process_parts(0, samples))
+            for signals_of_run in part
+        ]
+    ran = [signals_of_run for signals_of_run in recorded if signals_of_run is not None]
     return fan_of(ran[0][0] if ran else (), [signals for _, signals in ran])
 
 
@@ -570,16 +590,16 @@ Recorded = tuple[list[float], dict[str, "array[float]"]]
 """Times in s, and the values of each signal."""
 
 
-def _recorder(job: Job) -> Callable[[range], list[Recorded | None]]:
+def _make_recorder(job: Job) -> Callable[[range], list[Recorded | None]]:
     """What records samples one after the other."""
-    sampler = job.sampler()
-    wanted = signals_of(axes_of(sampler.loaded.plc(), sampler.loaded.image.settings))
+    sampler = job.make_sampler()
+    signals = signals_of(axes_of(sampler.loaded.new_plc(), sampler.loaded.image.settings))
 
     def record(sample: int) -> Recorded | None:
-        thinned = Thinned(wanted)
-        if not sampler.record(sample, thinned):
+        thinned = ThinnedRecording(signals)
+        if not sampler.record_sample(sample, thinned):
             return None
-        return [ten_digits(step * thinned.dt) for step in thinned.wanted_steps], thinned.taken
+        return [ten_digits(step * thinned.dt) for step in thinned.chosen_steps], thinned.columns
 
     return lambda samples: list(map(record, samples))
 
@@ -607,7 +627,7 @@ TRIAL_SAMPLES = 64
 """Of the beginning of a batch."""
 PACKAGES = ("numba", "NumPy", "llvmlite", "distributed")
 """What calculates, and what carries the results, besides Python and pidcfg."""
-NONE = "none"
+NO_VERSION = "none"
 HASH_CHARACTERS = 12
 """Characters of a hash that are shown."""
 
@@ -619,18 +639,18 @@ class Trial:
     samples: int = 0
     _hash: Any = field(default_factory=hashlib.sha256)
 
-    def take(self, seen: SampleResult) -> None:
+    def add_result(self, result: SampleResult) -> None:
         """The next sample of the batch; those that come later than the first ones do not count."""
-        if seen.sample == self.samples < TRIAL_SAMPLES:
-            self._hash.update(repr(seen).encode())
+        if result.sample == self.samples < TRIAL_SAMPLES:
+            self._hash.update(repr(result).encode())
             self.samples += 1
 
-    def run(self, job: Job, samples: int) -> None:
+    def run_samples(self, job: Job, samples: int) -> None:
         """Runs what is missing of so many first samples."""
-        wanted = min(samples, TRIAL_SAMPLES)
-        if self.samples < wanted:
-            for seen in map(job.sampler().run, range(self.samples, wanted)):
-                self.take(seen)
+        count = min(samples, TRIAL_SAMPLES)
+        if self.samples < count:
+            for result in map(job.make_sampler().run_sample, range(self.samples, count)):
+                self.add_result(result)
 
     @property
     def digest(self) -> str:
@@ -644,7 +664,7 @@ def describe_machine() -> dict[str, str]:
         "Python": sys.version,
         "machine": f"{platform.machine()} {platform.system()}",
         "pidcfg": hash_sources(),
-        **{package: _version(package) for package in PACKAGES},
+        **{package: _package_version(package) for package in PACKAGES},
     }
 
 
@@ -652,29 +672,29 @@ def trial_facts(job: Job, samples: int) -> dict[str, str]:
     """All that must be alike: what calculates, and the hash of the first samples, or why they cannot run."""
     trial = Trial()
     try:
-        trial.run(job, samples)
+        trial.run_samples(job, samples)
     except Exception as error:  # noqa: BLE001 - whatever goes wrong on another machine is what differs there
         return {**describe_machine(), "samples": f"{type(error).__name__}: {error}"}
     return {**describe_machine(), "samples": trial.digest}
 
 
-def _version(package: str) -> str:
+def _package_version(package: str) -> str:
     try:
         return version(package)
     except PackageNotFoundError:
-        return NONE
+        return NO_VERSION
 
 
 def name_differences(mine: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
     """What differs, in words; nothing: the two calculate alike."""
     return [
-        f"{name} {_short(other.get(name, NONE))} and not {_short(text)}"
+        f"{name} {_short_text(other.get(name, NO_VERSION))} and not {_short_text(text)}"
         for name, text in mine.items()
         if text != other.get(name)
     ]
 
 
-def _short(text: str) -> str:
+def _short_text(text: str) -> str:
     """A hash by its beginning, a text in one line."""
-    one = " ".join(text.split())
-    return f"{one[:HASH_CHARACTERS]}…" if len(one) == len(hashlib.sha256().hexdigest()) and " " not in one else one
+    line = " ".join(text.split())
+    return f"{line[:HASH_CHARACTERS]}…" if len(line) == len(hashlib.sha256().hexdigest()) and " " not in line else line

@@ -67,23 +67,23 @@ class Distribution:
     high: float = 0.0
     total: float = 0.0
     """Of whole blocks."""
-    part: float = 0.0
+    block_total: float = 0.0
     """Of the block that is not complete."""
 
-    def add(self, value: float) -> None:
+    def add_number(self, value: float) -> None:
         """The next sample's number."""
         place = bin_of(value)
         self.bins[place] = self.bins.get(place, 0) + 1
         self.low = min(self.low, value) if self.count else value
         self.high = max(self.high, value) if self.count else value
         self.count += 1
-        self.part += value
+        self.block_total += value
 
     def end_block(self) -> None:
         """The block is complete."""
-        self.total, self.part = self.total + self.part, 0.0
+        self.total, self.block_total = self.total + self.block_total, 0.0
 
-    def append(self, other: Distribution) -> None:
+    def append_block(self, other: Distribution) -> None:
         """The numbers of the next block; this one has whole blocks alone."""
         for place, number in other.bins.items():
             self.bins[place] = self.bins.get(place, 0) + number
@@ -92,32 +92,32 @@ class Distribution:
             self.high = max(self.high, other.high) if self.count else other.high
         self.count += other.count
         self.total += other.total
-        self.part = other.part
+        self.block_total = other.block_total
 
     @property
     def mean(self) -> float:
         """Of what was measured; there must be something."""
-        return (self.total + self.part) / self.count
+        return (self.total + self.block_total) / self.count
 
     def quantile(self, share: float) -> float:
         """What so large a share does not exceed, as the upper edge of its bin."""
-        wanted, seen = max(1, ceil(share * self.count)), 0
+        rank, count = max(1, ceil(share * self.count)), 0
         for edge, number in sorted((upper_edge(place), number) for place, number in self.bins.items()):
-            seen += number
-            if seen >= wanted:
+            count += number
+            if count >= rank:
                 return edge
         raise ValueError("nothing was measured")
 
-    def state(self) -> dict[str, Any]:
-        """As JSON, from which `of_state` makes the same again."""
+    def to_json(self) -> dict[str, Any]:
+        """As JSON, from which `of_json` makes the same again."""
         return {
             "bins": {str(place): number for place, number in sorted(self.bins.items())},
-            "numbers": [self.count, self.low, self.high, self.total, self.part],
+            "numbers": [self.count, self.low, self.high, self.total, self.block_total],
         }
 
     @classmethod
-    def of_state(cls, state: dict[str, Any]) -> Distribution:
-        """What `state` has given."""
+    def of_json(cls, state: dict[str, Any]) -> Distribution:
+        """What `to_json` has given."""
         return cls({int(place): int(number) for place, number in state["bins"].items()}, *state["numbers"])
 
 
@@ -133,7 +133,7 @@ MOST_REASONS = 5
 
 
 @dataclass(slots=True)
-class Worst:
+class NearLimit:
     """A sample that came near a limit, or beyond it."""
 
     sample: int
@@ -165,7 +165,7 @@ class Tally:
     lowest: list[list[int]] = field(default_factory=list)
     """Of each uncertainty: samples in its lowest fifth, and how many of these passed; likewise ``highest``."""
     highest: list[list[int]] = field(default_factory=list)
-    worst: list[Worst] = field(default_factory=list)
+    worst: list[NearLimit] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
 
     @classmethod
@@ -183,20 +183,20 @@ class Tally:
             highest=[[0, 0] for _ in range(varies)],
         )
 
-    def add(self, seen: SampleResult, varies: Sequence[Uncertainty]) -> None:
+    def add_result(self, result: SampleResult, varies: Sequence[Uncertainty]) -> None:
         """The next sample."""
-        if seen.sample != self.end:
-            raise ValueError(f"sample {seen.sample} comes after {self.end} samples")
+        if result.sample != self.end:
+            raise ValueError(f"sample {result.sample} comes after {self.end} samples")
         self.samples += 1
-        self.passed += seen.passed
-        if seen.reason:
+        self.passed += result.passed
+        if result.reason:
             self.failed_to_run += 1
             if len(self.reasons) < MOST_REASONS:
-                self.reasons.append(f"sample {seen.sample}: {seen.reason}")
+                self.reasons.append(f"sample {result.sample}: {result.reason}")
         else:
-            self._count(seen)
-        self._compare(seen, varies)
-        self._keep_worst(seen)
+            self._count_verdicts(result)
+        self._compare_numbers(result, varies)
+        self._keep_worst(result)
         if self.end % BLOCK_SAMPLES == 0:
             for distributions in self.metrics:
                 for distribution in distributions:
@@ -207,7 +207,7 @@ class Tally:
         """The number of the next sample."""
         return self.first + self.samples
 
-    def append(self, block: Tally) -> None:
+    def append_block(self, block: Tally) -> None:
         """The next samples as others have counted them, from the beginning of a block to its end at most."""
         if block.first != self.end or block.first % BLOCK_SAMPLES or block.samples > BLOCK_SAMPLES:
             raise ValueError(f"{block.samples} samples from {block.first} come after {self.end} samples")
@@ -222,63 +222,63 @@ class Tally:
         self.highest = [_add_counts(*pair) for pair in zip(self.highest, block.highest, strict=True)]
         for row, of_block in zip(self.metrics, block.metrics, strict=True):
             for distribution, other in zip(row, of_block, strict=True):
-                distribution.append(other)
+                distribution.append_block(other)
         self.reasons = [*self.reasons, *block.reasons][:MOST_REASONS]
-        self.worst = sorted([*self.worst, *block.worst], key=_order_of)[:MOST_WORST]
+        self.worst = sorted([*self.worst, *block.worst], key=_worst_first)[:MOST_WORST]
 
-    def _count(self, seen: SampleResult) -> None:
+    def _count_verdicts(self, result: SampleResult) -> None:
         """Verdicts and metrics of a sample that ran."""
-        for i, held in enumerate(seen.held):
+        for i, held in enumerate(result.held):
             self.held[i] += held
-        for i, sign in enumerate(seen.standing):
+        for i, sign in enumerate(result.standing):
             self.standing_failed[i] += sign in "-!"
             self.standing_unproven[i] += sign == "!"
             self.standing_judged[i] += sign != "?"
-        for loop, values in zip(self.metrics, seen.metrics, strict=True):
+        for loop, values in zip(self.metrics, result.metrics, strict=True):
             for distribution, value in zip(loop, values, strict=True):
                 if value is not None and isfinite(value):
-                    distribution.add(value)
+                    distribution.add_number(value)
 
-    def _compare(self, seen: SampleResult, varies: Sequence[Uncertainty]) -> None:
+    def _compare_numbers(self, result: SampleResult, varies: Sequence[Uncertainty]) -> None:
         """In which fifth each number lies, and whether the sample passed."""
-        for i, (what, number) in enumerate(zip(varies, seen.numbers, strict=False)):
-            low, high = fifth_bounds(what.ends)
+        for i, (uncertainty, number) in enumerate(zip(varies, result.numbers, strict=False)):
+            low, high = fifth_bounds(uncertainty.ends)
             for counts in [self.lowest[i]] * (number < low) + [self.highest[i]] * (number >= high):
                 counts[0] += 1
-                counts[1] += seen.passed
+                counts[1] += result.passed
 
-    def _keep_worst(self, seen: SampleResult) -> None:
+    def _keep_worst(self, result: SampleResult) -> None:
         """The worst so far; of two alike the earlier one is worse."""
-        self.worst.append(Worst(seen.sample, seen.margin, seen.tightest, list(seen.numbers)))
-        self.worst.sort(key=_order_of)
+        self.worst.append(NearLimit(result.sample, result.margin, result.tightest, list(result.numbers)))
+        self.worst.sort(key=_worst_first)
         del self.worst[MOST_WORST:]
 
-    def state(self) -> dict[str, Any]:
-        """As JSON, from which `of_state` makes the same again."""
+    def to_json(self) -> dict[str, Any]:
+        """As JSON, from which `of_json` makes the same again."""
         state = asdict(self)
-        state["metrics"] = [[d.state() for d in loop] for loop in self.metrics]
-        state["worst"] = [[w.sample, _text(w.margin), w.expectation, w.numbers] for w in self.worst]
+        state["metrics"] = [[d.to_json() for d in loop] for loop in self.metrics]
+        state["worst"] = [[w.sample, _margin_text(w.margin), w.expectation, w.numbers] for w in self.worst]
         return state
 
     @classmethod
-    def of_state(cls, state: dict[str, Any]) -> Tally:
-        """What `state` has given."""
+    def of_json(cls, state: dict[str, Any]) -> Tally:
+        """What `to_json` has given."""
         tally = cls(**state)
-        tally.metrics = [[Distribution.of_state(d) for d in loop] for loop in state["metrics"]]
-        tally.worst = [Worst(sample, float(margin), i, numbers) for sample, margin, i, numbers in state["worst"]]
+        tally.metrics = [[Distribution.of_json(d) for d in loop] for loop in state["metrics"]]
+        tally.worst = [NearLimit(sample, float(margin), i, numbers) for sample, margin, i, numbers in state["worst"]]
         return tally
 
 
-def _order_of(one: Worst) -> tuple[float, int]:
+def _worst_first(sample: NearLimit) -> tuple[float, int]:
     """The least is the worst."""
-    return one.margin, one.sample
+    return sample.margin, sample.sample
 
 
 def _add_counts(ours: Sequence[int], others: Sequence[int]) -> list[int]:
     return [a + b for a, b in zip(ours, others, strict=True)]
 
 
-def _text(margin: float) -> str:
+def _margin_text(margin: float) -> str:
     """A margin as JSON can hold it."""
     return repr(margin) if isfinite(margin) else "inf" if margin == inf else "-inf"
 
@@ -333,9 +333,9 @@ def state_text(progress: Progress, key: str) -> bytes:
     body = json_of(
         {
             "key": key,
-            "tally": progress.tally.state(),
+            "tally": progress.tally.to_json(),
             "trial": [progress.trial.samples, progress.trial.digest],
-            "ahead": [block.state() for _, block in sorted(progress.ahead.items())],
+            "ahead": [block.to_json() for _, block in sorted(progress.ahead.items())],
         }
     )
     return f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}\n".encode()
@@ -344,9 +344,9 @@ def state_text(progress: Progress, key: str) -> bytes:
 def read_state(data: bytes, key: str, job: Job, samples: int) -> Progress:
     """What a state holds; raises `StateError`."""
     try:
-        state = _body(data, key)
-        tally = Tally.of_state(state["tally"])
-        ahead = {block.first: block for block in map(Tally.of_state, state["ahead"]) if block.samples == BLOCK_SAMPLES}
+        state = _read_document(data, key)
+        tally = Tally.of_json(state["tally"])
+        ahead = {block.first: block for block in map(Tally.of_json, state["ahead"]) if block.samples == BLOCK_SAMPLES}
         count, digest = int(state["trial"][0]), state["trial"][1]
         too_many = tally.samples > samples
     except StateError:
@@ -356,13 +356,13 @@ def read_state(data: bytes, key: str, job: Job, samples: int) -> Progress:
     if too_many:
         raise StateError(f"it has {tally.samples} samples already, more than {samples}")
     trial = Trial()
-    trial.run(job, count)
+    trial.run_samples(job, count)
     if trial.digest != digest:
         raise StateError("its first samples come out otherwise here: this machine does not calculate alike")
     return Progress(tally, trial, ahead)
 
 
-def _body(data: bytes, key: str) -> Any:
+def _read_document(data: bytes, key: str) -> Any:
     """The document of a state whose checksum and key are right."""
     try:
         checksum, _, rest = data.decode().partition("\n")

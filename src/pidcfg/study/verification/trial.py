@@ -324,16 +324,16 @@ class EverySample(Recording):
     def begin(self, names: Sequence[str], steps: int, dt: float) -> None:  # noqa: ARG002 - nothing is thinned
         """A run begins; what was recorded before is forgotten."""
         self.dt, self.names = dt, list(names)
-        self.columns = {name: array("d") for name in names if self.wanted is None or name in self.wanted}
+        self.columns = {name: array("d") for name in names if self.chosen is None or name in self.chosen}
 
-    def take(self, rows_of_values: Sequence[float], rows: int) -> None:
+    def add_rows(self, rows_of_values: Sequence[float], rows: int) -> None:
         """Rows of values, one a base step, one after the other."""
         width = len(self.names)
         for column, name in enumerate(self.names):
             if name in self.columns:
                 self.columns[name].extend(rows_of_values[column : rows * width : width])
 
-    def look(self, plc: Plc, signals: Sequence[float], time: float) -> None:
+    def note_levels(self, plc: Plc, signals: Sequence[float], time: float) -> None:
         """Nobody draws the levels of alarms."""
 
     def end(self) -> None:
@@ -391,7 +391,7 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     scenario = Scenario.model_validate(scenario_data(stage, bench, names))
     signals = [plc.signals[slot] for slot in (c.pv_slot, c.sp_slot, c.out_slot)]
     recording = EverySample(frozenset(signals))
-    settings = Settings("python", recording=recording, max_loop_steps=limit, judged=False)
+    settings = Settings("python", recording=recording, max_loop_steps=limit, with_verdicts=False)
     unused = [plc]
 
     def fresh() -> Plc:
