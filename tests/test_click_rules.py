@@ -16,7 +16,7 @@ from pyclickplc.validation import FORBIDDEN_CHARS, NICKNAME_MAX_LENGTH, validate
 
 from click_cases import changed, checked, codes, findings
 from pidcfg.encoders.codecs import single_bits
-from pidcfg.encoders.maps.click import ERRORS, SPACE, SUFFIXES, TABLES
+from pidcfg.encoders.maps.click import ERRORS, SPACE, SUFFIXES, TABLES, error_text
 from pidcfg.sim.controllers.click.equation import lowest_error
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.source import read_document
@@ -69,6 +69,32 @@ def test_the_limits_of_every_error_that_a_file_can_cause_are_tested():
     not_a_number = {20, 21, 22, 25}
 
     assert {number for *_, number in LIMITS} == {error.number for error in ERRORS} - not_a_number
+
+
+HELD = {
+    10: "sample rate (DSn+05) is not within 100 to 30000 ms (0.1 to 30 s)",
+    11: "derivative gain limit (DSn+06) is not within 0 to 100",
+    12: "PWM period (DSn+07) is not within 1 to 600 s",
+    13: "PV filter constant (DSn+08) is not within 1 to 100 %",
+    20: "set point is not a number (DFn+00)",
+    21: "SP lower limit is not a number (DFn+01)",
+    22: "SP upper limit is not a number (DFn+02)",
+    23: "SP lower limit above the upper limit (DFn+01)",
+    24: "error deadband (DFn+03) is below 0 or not a number",
+    25: "bias is not a number (DFn+04)",
+    26: "proportional gain (DFn+05) is not within 0.01 to 10000",
+    27: "reset time (DFn+06) is not within 0.01 to 6000 s",
+    28: "derivative gain (DFn+07) is not within 0 to 6000 s",
+    30: "CO lower limit (DFn+09) is below 0 % or not a number",
+    200: "autotune output hysteresis (DFn+21) is not within 1 to 10 %",
+}
+"""What a register may hold: CLICK's help on its errors."""
+
+
+def test_an_error_is_told_with_its_register_and_what_that_may_hold():
+    assert {error.number: error_text(error) for error in ERRORS} == {
+        number: f"PID error {number}: {text}" for number, text in HELD.items()
+    }
 
 
 def test_what_the_plc_reports_is_a_number_and_nothing_else():

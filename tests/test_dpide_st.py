@@ -294,11 +294,25 @@ TMRH(SM400, T9, 5);"""
 
 
 def test_a_number_that_is_assigned_is_what_the_operand_holds():
-    call = by_name(SV="target", BIAS="D106")
-    text = f"VAR_GLOBAL Target AT D100 : REAL := 70; END_VAR Target := 85.0; D106 := -3.0; {call}"
-    loop = again(text).loops[0]
-    assert (loop.SV, loop.BIAS, loop.devices.SV) == (85, -3, "D100")
-    assert again(text.replace("Target := 85.0", "D100 := 0.0")).loops[0].SV == 0
+    for operand in ("target", "D100", "d100"):
+        text = f"VAR_GLOBAL Target AT D100 : REAL := 70; END_VAR {by_name(SV=operand, BIAS='D106')} D106 := -3.0;"
+        for statement, value in (("", 70), ("Target := 85.0;", 85), ("D100 := 0.0;", 0)):
+            loop = again(text + statement).loops[0]
+            found_there = loop.SV, loop.BIAS, loop.devices.SV
+            assert found_there == (value, -3, "D100")
+
+
+@pytest.mark.parametrize("device", ["", " AT D500"])
+@pytest.mark.parametrize(
+    ("kind", "taken"),
+    [("[0..14] OF REAL", 30), ("[1..30] OF INT", 30), ("[0..13] OF REAL", 28), ("[1..29] OF WORD", 29)],
+)
+def test_the_block_of_an_instruction_is_an_array_of_30_registers(device, kind, taken):
+    text = f"VAR Box{device} : ARRAY {kind}; END_VAR {by_name(I_MV='Box')}"
+    if taken < 30:
+        assert f"I_MV takes 30 registers; Box has {taken} (line 1)" in str(refused(text))
+    else:
+        assert "LOOP-1.BIAS" in read_st(text).words
 
 
 @pytest.mark.parametrize(

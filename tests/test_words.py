@@ -79,6 +79,23 @@ def test_every_transfer_word_comes_back():
     assert all(codec.encode(codec.decode(word)) == word for word in WORDS if word)
 
 
+@pytest.mark.parametrize("digit", range(3))
+def test_a_place_with_a_digit_too_many_is_refused(digit):
+    most = (7, 15, 255)
+    assert Source().encode(most) == 0x7FFF
+    for value in (-1, most[digit] + 1):
+        place = tuple(value if number == digit else 1 for number in range(3))
+        with pytest.raises(EncodeError, match="does not fit its digits"):
+            Source().encode(place)
+
+
+def test_an_address_of_a_transfer_has_15_bits():
+    assert [Source().encode(address) for address in (0, 0x7FFF)] == [0x8000, 0xFFFF]
+    for address in (-1, 0x8000):
+        with pytest.raises(EncodeError, match="does not fit the lower 15 bits"):
+            Source().encode(address)
+
+
 def test_auto_transfer_example_of_the_manual():
     assert Source().encode((0, 1, 2)) == 0x0102
     assert Source().encode((0, 1, 16)) == 0x0110

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+import string
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -302,18 +303,14 @@ class Table:
 def write_nicknames(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """The nicknames of all loops; raises `UnwritableError` for one that CLICK would refuse."""
     del checklist
-    return "".join((",".join(HEADER), "\n", *map(_csv_row, sorted(nicknames(image), key=_address_number))))
-
-
-def _address_number(row: Nickname) -> int:
-    return SPACE.parse(row.address) or 0
+    return "".join((",".join(HEADER), "\n", *map(_csv_row, nicknames(image))))
 
 
 def _csv_row(row: Nickname) -> str:
-    bank, _ = SPACE.bank_and_number(_address_number(row))
+    bank = row.address.rstrip(string.digits)
     comment = row.comment.replace('"', '""')
-    cells = (f'"{row.nickname}"', row.value or "0", "Yes" if bank.prefix in RETENTIVE else "No", f'"{comment}"')
-    return ",".join((row.address, ALL_BANKS[bank.prefix][1], *cells)) + "\n"
+    cells = (f'"{row.nickname}"', row.value or "0", "Yes" if bank in RETENTIVE else "No", f'"{comment}"')
+    return ",".join((row.address, ALL_BANKS[bank][1], *cells)) + "\n"
 
 
 def parse_nicknames(text: str) -> Table:

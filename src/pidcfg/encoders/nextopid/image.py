@@ -324,9 +324,9 @@ def _read_copies(
         except MoveError as error:
             copies.append(None)
             move_value = getattr(move, error.key)
-            row = Parameter(error.key, BOOL if error.key == "when" else REAL)
             text = move_value.text if isinstance(move_value, Wire) else str(move_value)
-            misfits.append((("moves", i, error.key), Misfit(error.key, row, text, WireError(error.error))))
+            place = Parameter(error.key, REAL)
+            misfits.append((("moves", i, error.key), Misfit(error.key, place, text, WireError(error.error))))
     return tuple(copies), misfits
 
 
