@@ -344,8 +344,8 @@ def test_a_block_that_has_an_input_where_the_manual_wants_in_out_is_named():
 
 WRONG = {
     BOOL: ("1", "0.0", "D100", "K1", "-TRUE", "M8192", "T#1s", "M1 OR M2"),
-    DINT: ("1000.0", "TRUE", "M1", "2147483648", "T#1s", "F1.0", "D100 + 1", "D30000"),
-    REAL: ("80", "TRUE", "M1", "K80", "T#1s", "1E39", "D1.5", "E0", "D100 * 2.0", "'x'"),
+    DINT: ("1000.0", "TRUE", "M1", "2147483648", "T#1s", "F1.0", "D100 + 1", "D30000", "--5", "K--5"),
+    REAL: ("80", "TRUE", "M1", "K80", "T#1s", "1E39", "D1.5", "E0", "D100 * 2.0", "'x'", "--5.0", "+-1.0E5", "-+1.0E-5", "F--1.0"),
 }
 
 
@@ -453,6 +453,8 @@ def test_a_member_of_the_instructions_name_is_no_call_of_it(statement):
         ("X := 1;", "no call of DPIDE", (1, 1)),
         (by_name() + "\n" + by_name(), "LOOP-2", None),
         (by_name()[:-2] + ", ENO => M1, Q := 1);", "DPIDE has no operand Q", (1, 333)),
+        (f"IF THEN {by_name()} END_IF;", "a condition is missing before THEN", (1, 4)),
+        (f"IF M1 THEN ; ELSIF\nTHEN {by_name()} END_IF;", "a condition is missing before THEN", (2, 1)),
         (f"FOR i := 1 TO 2 DO\n{by_name()} END_FOR;", "DPIDE stands inside FOR", (2, 1)),
         (f"X := 1 +\nDPIDE({by_name()[6:]}", "DPIDE stands inside another statement", (2, 1)),
         (by_name()[:-2], "has no end", (1, 1)),

@@ -258,6 +258,7 @@ CONSTANT = re.compile(r"([KF])([-+]?[0-9.]+(?:E[-+]?[0-9]+)?)", re.IGNORECASE)
 COMPATIBLE_TYPES = {"DINT": frozenset(("DINT", "DWORD"))}
 """Types of a variable that an operand takes; the manual's table has both of these."""
 WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
+SIGNS = {"+", "-"}
 
 
 class Symbol(NamedTuple):
@@ -391,7 +392,7 @@ def device_of(row: Parameter, device: str, token: Token) -> str:
 
 def is_constant(tokens: Sequence[Token]) -> bool:
     """Whether a number or a truth stands here, perhaps with a sign."""
-    unsigned = [token for token in tokens if token.text not in {"+", "-"}]
+    unsigned = [token for token in tokens if token.text not in SIGNS]
     if CONSTANT.fullmatch(join_tokens(tokens)):
         return True
     return len(unsigned) == 1 and (
@@ -402,7 +403,7 @@ def is_constant(tokens: Sequence[Token]) -> bool:
 def constant_content(row: Parameter, tokens: Sequence[Token], *, initial: bool = False) -> Content:
     """The number at an operand, of exactly its type (D607); ``initial``: as an initial value of one."""
     text = join_tokens(tokens)
-    if text.count("+") + text.count("-") > 1 + ("E" in text.upper()):
+    if sum(token.text in SIGNS for token in tokens) > 1:
         raise tokens[0].error(f"{row.name}: {text[:40]} has several signs")
     value, form = _literal_value(tokens)
     content = None
@@ -422,7 +423,7 @@ def constant_content(row: Parameter, tokens: Sequence[Token], *, initial: bool =
 
 def _literal_value(tokens: Sequence[Token]) -> tuple[bool | int | float, str]:
     """The value of a literal and what it is: bool, whole, real or time."""
-    has_sign = tokens[0].text in {"+", "-"}
+    has_sign = tokens[0].text in SIGNS
     match = CONSTANT.fullmatch(join_tokens(tokens))
     if match is not None:
         text = match.group(2)
