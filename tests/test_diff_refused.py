@@ -102,6 +102,18 @@ def test_a_listing_that_gives_no_configuration_differs_and_what_nothing_places_i
     assert result.notes[0].startswith("upload.txt: compared word by word at the places of the other side: ")
 
 
+@pytest.mark.parametrize("new", ["KILN", "OVEN"])
+def test_a_loop_that_is_added_or_renamed_is_told_whatever_is_refused_of_it(new):
+    document, bad = checked_file("dpide").document, listing_of("dpide", REFUSALS["dpide"]["a range that descends"])
+    renamed = pidcfg.diff(document, bad.replace("OVEN", new), names=(None, "upload.txt"))
+    assert [(loop.loop, [d.key for d in loop.differences]) for loop in renamed.loops] == [
+        (new, ["pv.range.0", "pv.range.1"])
+    ]
+    more = "\n".join(line for line in bad.splitlines() if "OVEN" in line)
+    added = pidcfg.diff(document, f"{listing_of('dpide')}{more.replace('OVEN', 'KILN')}", names=(None, "upload.txt"))
+    assert [(loop.loop, loop.status) for loop in added.loops] == [("OVEN", "same"), ("KILN", "added")]
+
+
 def test_a_parameter_of_no_loop_is_a_difference():
     text = listing_of("generic") + "TIC-9.tuning.gain LREAL 2.0\n"
     result = pidcfg.diff(checked_file("generic").document, text, names=(None, "upload.txt"))

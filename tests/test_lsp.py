@@ -698,12 +698,6 @@ def test_an_overlay_stands_before_the_disk(folder):
     assert reader.read(other, 99) == DISK.read(other, 99)
 
 
-def test_a_cell_knows_the_key_that_it_comes_from():
-    image = pidcfg.encode(REACTOR).image
-    assert {cell.path for cell in image.cells if cell.address == "V2050"} == {("loops", 1, "tuning", "gain")}
-    assert {cell.path for cell in image.cells if cell.address == "V2040"} == {None}, "many choices of bits"
-
-
 def test_what_holds_a_key_is_what_is_encoded():
     for path in (ROOT / "examples").glob("*/*.yaml"):
         if ".scenario." in path.name:

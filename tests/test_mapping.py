@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pidcfg.encoders.codecs import FLAG, Choice, Implied
+from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.image import (
     default_of,
     defaults_of,
@@ -22,7 +23,7 @@ from pidcfg.encoders.image import (
 )
 from pidcfg.encoders.parameters import raw_of, types_of
 from pidcfg.encoders.parameters import register_content as content_of
-from pidcfg.encoders.regmap import Bits, RegisterMap, Word
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word, writer_of
 from pidcfg.schemas.base import Flag, Integer, Model, Name, Number, Range, Text
 from pidcfg.schemas.iec import IecType, Wire
 from pidcfg.text.references import CLICK
@@ -324,6 +325,79 @@ def test_every_register_has_its_loop_and_its_content(example, shared):
     assert wrong == MODE_WORDS.get(vendor.key, set())
     if vendor.key == "dpide":
         assert next(iter(places)) == "VAT.MV", "of several operands in one device MV says what it holds"
+
+
+# --- Who writes a register or parameter beside the engineer, by the manuals -------------------------------------------
+
+DL06 = {"tuning.reset": 20, "ramp_soak.enabled": False, "remote_setpoint": None}
+DPIDE = {"PID_MODE": 0, "MOUT_AUTO": False}
+TUNED_BY_DL06 = "sample_rate gain reset rate"
+TUNED_BY_DPIDE = "Kc_Kp Ti_Ki Td_Kd Tf"
+
+
+@pytest.mark.parametrize(
+    ("vendor", "values", "live", "operated", "compared"),
+    [
+        ("dl06", DL06, "pv output bias mode", "setpoint", TUNED_BY_DL06),
+        ("dl06", {**DL06, "tuning.reset": 0}, "pv output mode", "setpoint", f"bias {TUNED_BY_DL06}"),
+        (
+            "dl06",
+            {**DL06, "ramp_soak.enabled": True},
+            "pv output bias mode setpoint",
+            "",
+            TUNED_BY_DL06,
+        ),
+        ("dl06", {**DL06, "remote_setpoint": 1024}, "pv output bias mode setpoint", "", TUNED_BY_DL06),
+        (
+            "click",
+            {},
+            "raw_pv output bias mode",
+            "setpoint",
+            "sample_rate proportional_gain reset_time derivative_gain",
+        ),
+        (
+            "ezlogix",
+            {},
+            "mode",
+            "setpoint",
+            "autotune_timeout proportional_gain integral_time derivative_time",
+        ),
+        ("nextopid", {}, "PV InVar SP_CASC Manual CASC signals", "SP ManualMV", ""),
+        ("generic", {}, "mode", "setpoint.value output.manual", ""),
+        ("dpide", DPIDE, "PV MV I_MV PID_MAN", "SV PID_RUN MOUT", f"PID_MODE {TUNED_BY_DPIDE}"),
+        ("dpide", {**DPIDE, "PID_MODE": 1}, "PV MV I_MV PID_MAN PID_MODE", "SV PID_RUN MOUT", TUNED_BY_DPIDE),
+        ("dpide", {**DPIDE, "PID_MODE": 2}, "PV MV I_MV PID_MAN", "SV PID_RUN MOUT", f"PID_MODE {TUNED_BY_DPIDE}"),
+        (
+            "dpide",
+            {**DPIDE, "MOUT_AUTO": True},
+            "PV MV I_MV PID_MAN MOUT",
+            "SV PID_RUN",
+            f"PID_MODE {TUNED_BY_DPIDE}",
+        ),
+    ],
+)
+def test_who_writes_a_register(vendor, values, live, operated, compared):
+    table = tables_of(VENDORS[vendor]).WRITTEN
+    writers = {row.name: writer_of(table, row.name, values) for row in table}
+    kinds = {name: writer.kind for name, writer in writers.items() if writer is not None}
+    wanted = {"live": live, "operated": operated, "compared": compared}
+    assert kinds == {name: kind for kind, names in wanted.items() for name in names.split()}
+
+
+@pytest.mark.parametrize(
+    ("example", "address", "key"),
+    [
+        ("dl06/reactor", "V2050", ("loops", 1, "tuning", "gain")),
+        ("dl06/reactor", "V2040", None),  # many choices of bits
+        ("click/brewery", "DF206", ("loops", 1, "tuning", "proportional_gain")),
+        ("click/brewery", "C116", None),  # a request
+        ("ezlogix/greenhouse", "R103", ("loops", 0, "tuning", "proportional_gain")),
+        ("ezlogix/greenhouse", "R113", None),  # the status of an autotune
+    ],
+)
+def test_a_cell_knows_the_key_that_it_comes_from(example, address, key):
+    image = check_document(read_document((EXAMPLES / f"{example}.yaml").read_bytes(), "x.yaml")).encoding.image
+    assert [cell.path for cell in image.cells if cell.address == address] == [key]
 
 
 def test_the_request_bit_of_the_auto_tune_starts_it():

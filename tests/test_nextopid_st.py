@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import re
+from contextlib import nullcontext
 from decimal import Decimal
 
 import pytest
@@ -363,6 +364,14 @@ def test_names_that_read_like_truths_stay_names():
         ("A(PV := X + Z);", (4, 11), "+ takes two numbers"),
         ("A(PV := -Z);", (4, 10), "a sign wants a number"),
         ("A(PV := ABS(Z));", (4, 9), "ABS takes numbers"),
+        *(
+            (f"A(PV := {word}({', '.join('X' * count)}));", (4, 9), f"{word} does not take {count} argument{s}")
+            for words, count, s in (
+                (("MIN", "MAX"), 1, ""),
+                (("ABS", "SQRT", "INT_TO_REAL", "TO_REAL", "TIME_TO_REAL"), 2, "s"),
+            )
+            for word in words
+        ),
         ("A(PV := TIME_TO_REAL(T#5s));", (4, 9), "write TIME_TO_REAL(…) / 1000.0, since a configuration has s"),
         ("A(PV := TIME_TO_REAL(T));", (4, 9), "TIME_TO_REAL gives ms; write TIME_TO_REAL(…) / 1000.0"),
         ("A(PV := S);", (2, 1), "S is read by a block, and is neither a number nor a TIME nor a BOOL"),
@@ -672,3 +681,65 @@ def test_functions_without_a_name_are_numbered_from_1():
     plain, scope = kind.name.removeprefix("Control"), Scope()
     names = [scope.new_function(kind, wanted, token("x")).name for wanted in (None, None, "Mine", "MINE", None)]
     assert names == [f"{plain}_1", f"{plain}_2", "Mine", f"{plain}_3", f"{plain}_4"]
+
+
+# --- Operators: which kinds of operands each takes (IEC 61131-3), and what it gives; how long a text may be ----------
+
+KINDS = {"X": "REAL", "Y": "INT", "Z": "BOOL", "T": "TIME"}
+"""Variables of the programs here, by name."""
+OPERATORS = ("OR", "XOR", "AND", "&", "=", "<>", "<", "<=", ">", ">=", "+", "-", "*", "/")
+
+
+def kind_given(left: str, operator: str, right: str) -> str | None:
+    """The kind of an operator's value; None: it does not take these operands."""
+    both = {left, right}
+    alike = both <= {"REAL", "INT"} or both == {"TIME"}
+    if operator in {"OR", "XOR", "AND", "&"}:
+        return "BOOL" if both == {"BOOL"} else None
+    if operator in {"=", "<>"}:
+        return "BOOL" if alike or both == {"BOOL"} else None
+    if operator in {"<", "<=", ">", ">="}:
+        return "BOOL" if alike else None
+    if both == {"TIME"} and operator in {"+", "-"}:
+        return "TIME"
+    if not both <= {"REAL", "INT"} or (operator == "/" and both == {"INT"}):
+        return None
+    return "INT" if both == {"INT"} else "REAL"
+
+
+@pytest.mark.parametrize("operator", OPERATORS)
+@pytest.mark.parametrize("right", KINDS)
+@pytest.mark.parametrize("left", KINDS)
+def test_an_operator_takes_what_it_is_for_and_nothing_else(left, operator, right):
+    given = kind_given(KINDS[left], operator, KINDS[right])
+    told = {"= Z": {"BOOL"}, "= T": {"TIME"}, "= X": {"REAL", "INT"}, "/ 2 > 1.0": {"REAL"}}
+    for rest, kinds in told.items():
+        text = body(f"A(TRK_IN := ({left} {operator} {right}) {rest});", "T : TIME;")
+        with nullcontext() if given in kinds else pytest.raises(ListingError):
+            read_st(text)
+
+
+LONG = {
+    # what is long: the statements, and where their expression is found
+    "wire": ("A(PV := {});", lambda found: found.words["A.PV"].text),
+    "wired BOOL": ("A(TRK_IN := {});", lambda found: found.words["A.TRK_IN"].text),
+    "move": ("IF Z THEN A.SP := {}; END_IF A();", lambda found: found.plc["moves"][0]["move"]),
+    "condition": ("IF {} THEN A.SP := 1.0; END_IF A();", lambda found: found.plc["moves"][0]["when"]),
+}
+
+
+@pytest.mark.parametrize("what", LONG)
+def test_a_text_of_1000_characters_is_the_longest(what):
+    statements, text_in = LONG[what]
+    kind, join, count = ("REAL", " + ", 30) if what in {"wire", "move"} else ("BOOL", " OR ", 27)
+
+    def text(length: int) -> str:
+        """Of names with 32 characters and one with so many."""
+        first, other = "L" * length, "V" * 32
+        together = join.join([first, *[other] * count])
+        return text_in(read_st(body(statements.format(together), f"{first}, {other} : {kind};")))
+
+    longest = 1 + 1000 - len(text(1))
+    assert len(text(longest)) == 1000
+    with pytest.raises(ListingError, match="longer than 1000 characters"):
+        text(longest + 1)
