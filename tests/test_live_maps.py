@@ -360,7 +360,7 @@ def test_how_a_map_may_be_written():
     spread = ("\ufeff# map", '"# a, comment",,', "Type;Symbol;Order;Register;Table;Comment", ";;;", "")
     (other,) = read_map_rows("\r\n".join((*spread[:3], 'Float32;DF1;;0x9c41;Holding;"a;b"', *spread[3:])))
     assert other._replace(line=1, columns={}) == row._replace(columns={})
-    (quoted,) = read_rows('"DF1","holding","0x9C41","float32","",""')
+    (quoted,) = read_map_rows('"DF1","holding","0x9C41","float32","",""')
     assert quoted._replace(columns={}) == row._replace(columns={})
 
 
