@@ -20,7 +20,7 @@ from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.output.explanation.lookup import all_decisions
 from pidcfg.schemas.document import models_in
 from pidcfg.text import references as refs
-from pidcfg.validate.catalog import anchor, group_of, rules
+from pidcfg.validate.catalog import find_rules, group_of, rule_anchor
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def coverage(key: str) -> Coverage:
     data = YAML(typ="safe").load((FOLDER / f"{key}.yaml").read_text("utf-8"))
     rows = [row(**entry) for entry in data["sections"]]
     resting: dict[str, list[str]] = {}
-    for code, rule in rules(VENDORS[key].prefix).items():
+    for code, rule in find_rules(VENDORS[key].prefix).items():
         if isinstance(rule.basis, refs.Ref):
             resting.setdefault(rule.basis.place, []).append(code)
     return Coverage(getattr(refs, data["manual"]), tuple(with_rules(r, resting) for r in rows))
@@ -114,7 +114,7 @@ def with_rules(r: Row, resting: dict[str, list[str]]) -> Row:
 
 def unplaced(vendor: Vendor) -> list[str]:
     """The vendor's rules that stand at no section: they rest on decisions alone."""
-    return sorted({*rules(vendor.prefix)} - {code for r in coverage(vendor.key).rows for code in r.rules})
+    return sorted({*find_rules(vendor.prefix)} - {code for r in coverage(vendor.key).rows for code in r.rules})
 
 
 def row(section: str = "", sections: Sequence[str] = (), block: str | None = None, runs: str = "", **lists: Any) -> Row:
@@ -179,7 +179,7 @@ def line(vendor: Vendor, r: Row) -> str:
 
 def rule_link(code: str) -> str:
     """A rule's code with its place."""
-    return f"[{code}](rules-{group_of(code)}.md#{anchor(rules(code)[code])})"
+    return f"[{code}](rules-{group_of(code)}.md#{rule_anchor(find_rules(code)[code])})"
 
 
 def linked(text: str) -> str:

@@ -35,7 +35,7 @@ from pidcfg.text.references import Ref
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_text
 from pidcfg.validate import TABLE, table_of
-from pidcfg.validate.catalog import rules, text_of
+from pidcfg.validate.catalog import find_rules, text_of
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def pages_of_rules() -> dict[str, str]:
     found |= {name: NOTE + text for name, text in coverage_pages().items()}
     found["decisions.md"] = NOTE + decisions()
     found["../src/pidcfg/cli/completions/codes.txt"] = codes()
-    found[f"../src/pidcfg/validate/{TABLE.name}"] = table_of(list(map(text_of, rules().values())))
+    found[f"../src/pidcfg/validate/{TABLE.name}"] = table_of(list(map(text_of, find_rules().values())))
     return found
 
 
@@ -155,7 +155,7 @@ def _default(value: object) -> str:
 
 def codes() -> str:
     """Codes and titles of the rules for shells, which wait for no rule to be loaded."""
-    return "".join(f"{rule.code}\t{rule.title}\n" for rule in rules().values())
+    return "".join(f"{rule.code}\t{rule.title}\n" for rule in find_rules().values())
 
 
 def commands() -> str:

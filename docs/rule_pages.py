@@ -6,8 +6,8 @@ import re
 from typing import TYPE_CHECKING
 
 from pidcfg.output.explanation.lookup import placed_decisions
-from pidcfg.validate import page
-from pidcfg.validate.catalog import GROUPS, anchor, rules, text_of
+from pidcfg.validate import rule_page
+from pidcfg.validate.catalog import GROUPS, find_rules, rule_anchor, text_of
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def rule_pages() -> dict[str, str]:
     """The index of all rules, and a page a group."""
     pages = {"rules.md": index()}
     for group in GROUPS:
-        sections = "\n".join(f"#{page(text_of(rule))}" for rule in rules_of(group))
+        sections = "\n".join(f"#{rule_page(text_of(rule))}" for rule in rules_of(group))
         pages[f"rules-{group}.md"] = (
             f"# {title(group)}\n\n{ABOUT.get(group, '')} [All rules](rules.md) stand in one list.\n\n{sections}"
         )
@@ -80,16 +80,18 @@ def title(group: str) -> str:
 
 def rules_of(group: str) -> list[Rule]:
     """The rules of one group, in order."""
-    return list(rules(GROUPS[group]).values())
+    return list(find_rules(GROUPS[group]).values())
 
 
 def index() -> str:
     """Every rule in a line, under the group that explains it."""
-    text = RULES.format(count=len(rules()), prefixes=", ".join(f"`{v.prefix}` {v.title}" for v in VENDORS.values()))
+    text = RULES.format(
+        count=len(find_rules()), prefixes=", ".join(f"`{v.prefix}` {v.title}" for v in VENDORS.values())
+    )
     for group in GROUPS:
         text += f"\n## {title(group)}\n\n| code | severity | what is wrong |\n|---|---|---|\n"
         for rule in rules_of(group):
-            link = f'<a id="{rule.code.lower()}"></a>[{rule.code}](rules-{group}.md#{anchor(rule)})'
+            link = f'<a id="{rule.code.lower()}"></a>[{rule.code}](rules-{group}.md#{rule_anchor(rule)})'
             text += f"| {link} | {rule.kind} | {rule.title} |\n"
     return text
 

@@ -22,7 +22,7 @@ import dpide_strategies
 import ezlogix_strategies
 import nextopid_strategies
 from neutral_strategies import neutral_files
-from pidcfg.conversion import ConvertError, overlap
+from pidcfg.conversion import ConvertError, do_overlap
 from pidcfg.conversion.builder import correct_lines, has_alarms, is_harmless, make_comparable
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.encoders.codecs import DecodeError, EncodeError
@@ -79,7 +79,7 @@ def unspoken(config, i, rows):
     given = [*given_fields(config.loops[i]), *(given_fields(plc, ("plc",)) if i == 0 and plc is not None else ())]
     paths = [dotted_text(path) for path, _ in given]
     lines = {row.field for row in rows}
-    return [path for path in paths if not any(overlap(path, line) for line in lines)]
+    return [path for path in paths if not any(do_overlap(path, line) for line in lines)]
 
 
 POSITIONS = ("output.limits", "output.manual", "output.bias", "setpoint.limits", "setpoint.value")
@@ -139,8 +139,10 @@ def measured(config, one, two):
         count["lines"] += len(rows)
         for row in rows:
             count["exact"] += row.kind == "exact"
-            wanted = [name for name in names.get(row.field, ()) if any(overlap(name, other) for other in row.neutral)]
-            ends = [max(name, other, key=len) for name in wanted for other in row.neutral if overlap(name, other)]
+            wanted = [
+                name for name in names.get(row.field, ()) if any(do_overlap(name, other) for other in row.neutral)
+            ]
+            ends = [max(name, other, key=len) for name in wanted for other in row.neutral if do_overlap(name, other)]
             wrong = untrue(row, ends, before, after)
             count["untrue"] += bool(wrong)
             for key in wrong:
@@ -210,7 +212,7 @@ def spoils(config, one, two):
                 continue
             now = make_comparable(before, held)[1]
             about = {name for row in rows for name in row.neutral}
-            if not any(whole.get(key) != now.get(key) and any(overlap(key, name) for name in about) for key in now):
+            if not any(whole.get(key) != now.get(key) and any(do_overlap(key, name) for name in about) for key in now):
                 count["of no exact line"] += 1
                 continue
             count["spoiled"] += 1

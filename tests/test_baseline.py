@@ -15,16 +15,16 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, Span, number_of
 from pidcfg.text.source import comments_in, read_document
 from pidcfg.validate.baseline import (
     Entry,
+    baseline_text,
     compare,
-    entry,
-    from_text,
+    entry_of,
     may_be_in_baseline,
+    parse_baseline,
     remove_entries,
     stale_finding,
     suppress,
-    to_text,
 )
-from pidcfg.validate.catalog import rules
+from pidcfg.validate.catalog import find_rules
 from pidcfg.validate.engine import QuotedNumbers, check_document
 from pidcfg.validate.rule import SUPPRESSION, value_of
 
@@ -244,11 +244,13 @@ def test_a_baseline_only_shrinks_and_loses_no_finding(found, entries, checked, a
     assert Counter([*left, *outcome.stale]) == Counter(entries)
     chosen = [d for d in found if all_chosen or number_of(d.code) > "100"]
     assert sorted(map(id, [*outcome.new, *outcome.known])) == sorted(map(id, chosen)), "new or known, each once"
-    assert all(may_be_in_baseline(d) and entry(d, str) in entries for d in outcome.known)
-    there = Counter(entry(d, str) for d in chosen if may_be_in_baseline(d))
-    assert Counter(entry(d, str) for d in outcome.known) <= there & Counter(entries)
+    assert all(may_be_in_baseline(d) and entry_of(d, str) in entries for d in outcome.known)
+    there = Counter(entry_of(d, str) for d in chosen if may_be_in_baseline(d))
+    assert Counter(entry_of(d, str) for d in outcome.known) <= there & Counter(entries)
     if all_chosen:
-        assert Counter(entry(d, str) for d in outcome.known) == there & Counter(entries), "each entry knows one finding"
+        assert Counter(entry_of(d, str) for d in outcome.known) == there & Counter(entries), (
+            "each entry knows one finding"
+        )
         assert Counter(outcome.stale) <= Counter(entries) - there
     again = compare(found, lambda _: True, left, checked, str)
     assert again.stale == []
@@ -257,15 +259,15 @@ def test_a_baseline_only_shrinks_and_loses_no_finding(found, entries, checked, a
 @pytest.mark.parametrize(("found", "outcome"), [(1, (0, 1, 2)), (2, (0, 2, 1)), (3, (0, 3, 0)), (4, (1, 3, 0))])
 def test_each_of_three_equal_entries_knows_one_finding(found, outcome):
     finding = Diagnostic("DL242", Severity.ERROR, "says something", "a", Span(1, 1, 1, 2), ("loops", 0), "A")
-    compared = compare([finding] * found, lambda _: True, [entry(finding, str)] * 3, {"a"}, str)
+    compared = compare([finding] * found, lambda _: True, [entry_of(finding, str)] * 3, {"a"}, str)
     assert (len(compared.new), len(compared.known), len(compared.stale)) == outcome
 
 
 @given(ENTRIES)
 def test_a_baseline_reads_back_as_it_was_written(entries):
-    text = to_text(entries)
-    assert Counter(from_text(text)) == Counter(entries)
-    assert to_text(entries[::-1]) == text
+    text = baseline_text(entries)
+    assert Counter(parse_baseline(text)) == Counter(entries)
+    assert baseline_text(entries[::-1]) == text
     rows = len(set(entries))
     assert text.count("\n") == (rows + 5 if rows else 4), "an entry is a line"
 
@@ -479,7 +481,7 @@ def test_a_text_that_can_be_read_in_two_ways_is_reported_whole():
 
 
 def test_each_remark_about_an_ignore_has_a_page_and_is_a_warning():
-    assert {rule.code for rule in SUPPRESSION} <= set(rules())
+    assert {rule.code for rule in SUPPRESSION} <= set(find_rules())
     assert {rule.severity for rule in SUPPRESSION} == {Severity.WARNING}
 
 

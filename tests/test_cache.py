@@ -23,7 +23,7 @@ from pidcfg.cli.main import cli
 from pidcfg.text import store
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.store import Store, cache_folder
-from pidcfg.validate.catalog import FILE_RULES, rules
+from pidcfg.validate.catalog import FILE_RULES, find_rules
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 REACTOR = "dl06/reactor.yaml"
@@ -145,7 +145,7 @@ def test_what_cannot_be_read_is_not_kept(place):
 
 
 def test_only_rules_of_files_say_that_one_cannot_be_read():
-    assert {code for code, rule in rules().items() if rule.unusable} <= set(FILE_RULES)
+    assert {code for code, rule in find_rules().items() if rule.unusable} <= set(FILE_RULES)
 
 
 @pytest.mark.parametrize("changed", ["FORMAT", "LIBRARIES"])

@@ -17,7 +17,7 @@ from pidcfg.cli import completion as candidates
 from pidcfg.cli import completion as shells
 from pidcfg.cli.commands import completion
 from pidcfg.cli.main import COMMANDS, COMPLETE, cli
-from pidcfg.validate.catalog import rules
+from pidcfg.validate.catalog import find_rules
 from pidcfg.vendors import VENDORS, format_names
 
 ROOT = Path(__file__).parents[1]
@@ -92,7 +92,7 @@ def test_options_and_choices(offered):
 
 
 def test_rule_codes_with_their_titles(complete, offered):
-    table = rules()
+    table = find_rules()
     assert offered("pidcfg rule ") == list(table)
     assert complete("pidcfg rule pid101") == f"plain,PID101\t{table['PID101'].title}\n"
     assert offered("pidcfg validate --ignore PID101,PID10")[0] == "PID101,PID102"
@@ -177,7 +177,7 @@ def test_the_command_prints_what_click_would(shell, monkeypatch):
 
 
 def test_how_each_shell_gets_its_answer(folder, complete):
-    title = rules()["DL242"].title
+    title = find_rules()["DL242"].title
     assert complete("pidcfg rule DL242", "zsh") == f"plain\nDL242\n{title}\n"
     assert complete("pidcfg rule DL242", "powershell") == f"plain\nDL242\n{title}\n"
     assert complete("pidcfg validate my", "zsh") == "path\nmy loops.yaml\n_\n"
@@ -228,7 +228,7 @@ def test_bash(folder, environment):
         "complete -o nosort -F _pidcfg pidcfg",
         "reactor.scenario.yaml",
         "json",
-        " ".join(rules("DL24")),
+        " ".join(find_rules("DL24")),
     ]
 
 
@@ -339,7 +339,7 @@ def test_fish(folder, environment):
     assert run.stdout.splitlines() == [
         "reactor.scenario.yaml",
         "--format=json",
-        f"DL242\t{rules()['DL242'].title}",
+        f"DL242\t{find_rules()['DL242'].title}",
     ]
 
 

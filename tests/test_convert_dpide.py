@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from dpide_strategies import configurations
 from pidcfg.conversion import ConvertError, json_value
-from pidcfg.conversion.builder import dependent, independent
+from pidcfg.conversion.builder import to_dependent, to_independent
 from pidcfg.conversion.dpide import CALL_KEYS, DEAD_BAND, NOTHING_LOST, from_neutral, operations, to_neutral
 from pidcfg.conversion.operation import Manual
 from pidcfg.conversion.pipeline import convert, neutral_loops
@@ -144,7 +144,7 @@ def test_without_a_proportional_action_the_gain_stands_before_the_others():
 
 def test_a_dead_controller_stays_dead():
     assert neutral({"PID_EQ": False, "Kc_Kp": 0, "Ti_Ki": 0, "Td_Kd": 0}).tuning.gain == 0
-    assert dependent(Decimal(0), Decimal(0), Decimal(0)) == (0, 0, 0, True)
+    assert to_dependent(Decimal(0), Decimal(0), Decimal(0)) == (0, 0, 0, True)
 
 
 def test_zero_is_off():
@@ -513,8 +513,8 @@ def test_a_conversion_to_itself_keeps_the_loop(loop):
 
 @given(VALUES, VALUES | st.just(Decimal(0)), VALUES | st.just(Decimal(0)))
 def test_the_two_forms_are_each_other_s_way_back(kp, ki, kd):
-    gain, integral, derivative, acts = dependent(kp, ki, kd)
-    back = independent(gain, integral, derivative)
+    gain, integral, derivative, acts = to_dependent(kp, ki, kd)
+    back = to_independent(gain, integral, derivative)
     assert acts
     assert near((kp, ki, kd), (gain, *back))
 

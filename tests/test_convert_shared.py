@@ -24,10 +24,10 @@ from pidcfg.conversion import (
     MaxLossError,
     SourceField,
     TargetField,
-    changes,
+    list_changes,
     parse_max_loss,
 )
-from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, _within, apply_table
+from pidcfg.conversion.builder import NeutralBuilder, SameField, TargetBuilder, _is_within, apply_table
 from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
 from pidcfg.conversion.pipeline import convert, neutral_loops, read_back
@@ -60,10 +60,10 @@ def neutral(**changed):
 # --- rows ------------------------------------------------------------------------------------------------------------
 
 TABLE = (
-    Same("name"),
-    Same("text"),
-    Same("side.way", "raises", {"up": True, "down": False}),
-    Same("band", "deadband", skip_falsy=True, note="why"),
+    SameField("name"),
+    SameField("text"),
+    SameField("side.way", "raises", {"up": True, "down": False}),
+    SameField("band", "deadband", skip_falsy=True, note="why"),
     lambda b, context: b.put("twice", context, "double", 2 * context),
 )
 
@@ -84,9 +84,9 @@ def test_rows_and_steps_go_over_in_the_order_of_the_table():
 @pytest.mark.parametrize("band", [0, None, False])
 def test_what_is_off_says_nothing_where_the_row_says_so(band):
     b = TargetBuilder()
-    apply_table(b, SimpleNamespace(band=band), None, (Same("band", skip_falsy=True),))
+    apply_table(b, SimpleNamespace(band=band), None, (SameField("band", skip_falsy=True),))
     assert (b.data, b.fields) == ({}, [])
-    apply_table(b, SimpleNamespace(band=0), None, (Same("band"),))
+    apply_table(b, SimpleNamespace(band=0), None, (SameField("band"),))
     assert b.data == {"band": 0}
 
 
@@ -96,7 +96,7 @@ def test_what_is_off_says_nothing_where_the_row_says_so(band):
 def test_a_target_gets_plain_numbers_in_sections():
     b = TargetBuilder(3)
     b.put("pv.range", (Decimal(0), Decimal("0.1234567890123456")), "pv.range", "why", assumed=True)
-    b.same(Same("output.limits", is_pair=True), (Decimal(1), Decimal("2.50")))
+    b.same(SameField("output.limits", is_pair=True), (Decimal(1), Decimal("2.50")))
     b.drop("output.max_rate", "by program")
     assert b.data == {"pv": {"range": [0, 0.123456789012]}, "output": {"limits": [1, 2.5]}}
     assert b.fields == [
@@ -120,7 +120,7 @@ def test_what_the_source_must_say_has_its_place():
 def test_a_field_that_goes_nowhere_is_dropped_and_one_that_comes_from_nowhere_assumed():
     source = [SourceField("a", 1, ("x",)), SourceField("b", 2, ("y",)), SourceField("c", 3, note="by program")]
     target = [TargetField("p", "x"), TargetField("q", None, "chosen")]
-    assert list(changes(source, target, {})) == [
+    assert list(list_changes(source, target, {})) == [
         Change("a", "exact", 1, None, neutral=("x",), target_field="p"),
         Change("b", "dropped", 2, None, note="the target has no such field", loss=True, neutral=("y",)),
         Change("c", "dropped", 3, None, note="by program", loss=True),
@@ -130,7 +130,7 @@ def test_a_field_that_goes_nowhere_is_dropped_and_one_that_comes_from_nowhere_as
 
 def test_what_the_target_has_besides_is_told_unless_every_loop_is_like_that():
     target = [TargetField("p", "x"), TargetField("q", "y"), TargetField("r", None)]
-    assert list(changes([], target, {}, lambda name: name == "x")) == [
+    assert list(list_changes([], target, {}, lambda name: name == "x")) == [
         Change("q", "assumed", None, None, neutral=("y",), target_field="q"),
         Change("r", "assumed", None, None, target_field="r"),
     ]
@@ -233,7 +233,7 @@ def test_a_filter_of_td_through_1_to_20_is_exact_or_the_nearest(rate, n, clamped
     ],
 )
 def test_a_key_is_within_its_name(key, name, inside):
-    assert _within(key, name) == inside
+    assert _is_within(key, name) == inside
 
 
 # --- What a conversion takes along and leaves behind, at the limits of its conditions ---------------------------------

@@ -12,7 +12,7 @@ from pidcfg.cli.main import COMMANDS
 from pidcfg.text import references
 from pidcfg.text.references import Decision, Manual
 from pidcfg.text.source import read_document
-from pidcfg.validate.catalog import rules
+from pidcfg.validate.catalog import find_rules
 from pidcfg.vendors import VENDORS
 
 ROOT = generated.ROOT
@@ -57,7 +57,7 @@ def known_keys(key, block):
 
 def missing_names(key):
     """What the rows of a vendor name that does not exist."""
-    codes, decisions = {*rules()}, {d.number for d in pages.all_decisions()}
+    codes, decisions = {*find_rules()}, {d.number for d in pages.all_decisions()}
     for row in rows(key):
         known = known_keys(key, row.block)
         yield from (name for name in row.keys if not any(k == name or k.startswith(f"{name}.") for k in known))
@@ -121,7 +121,7 @@ def test_every_key_stands_at_a_section(key):
 @each
 def test_every_rule_is_on_the_page(key):
     text = pages.coverage_page(VENDORS[key])
-    assert [code for code in rules(VENDORS[key].prefix) if f"[{code}](" not in text] == []
+    assert [code for code in find_rules(VENDORS[key].prefix) if f"[{code}](" not in text] == []
 
 
 def test_a_rule_stands_at_the_first_section_that_it_rests_on_and_at_the_end_without_one(monkeypatch):
@@ -130,7 +130,7 @@ def test_a_rule_stands_at_the_first_section_that_it_rests_on_and_at_the_end_with
     again = pages.with_rules(pages.row(section="Bias Freeze"), resting)
     assert (row.rules, again.rules, resting) == (("DL222", "PID101"), (), {"Elsewhere": ["DL201"]})
     monkeypatch.setattr(pages, "coverage", lambda _: pages.Coverage(pages.refs.DL06, (row,)))
-    assert pages.unplaced(VENDORS["dl06"]) == sorted({*rules("DL")} - {"DL222"})
+    assert pages.unplaced(VENDORS["dl06"]) == sorted({*find_rules("DL")} - {"DL222"})
 
 
 @pytest.mark.parametrize("key", REGISTERED)

@@ -17,7 +17,7 @@ from pidcfg.study.draft import NoDraftError, draft_scenario, scalar_text
 from pidcfg.study.draft_plan import round_to_digits, round_up_time, rounded_value, time_text
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
-from pidcfg.validate.engine import checked_of
+from pidcfg.validate.engine import check_source
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CONFIGURATIONS = sorted(
@@ -27,7 +27,7 @@ CONFIGURATIONS = sorted(
 
 def draft(source, name="plant.yaml"):
     """The drafted scenario of a text, as text and as data."""
-    made = draft_scenario(checked_of(source, name, None, DEFAULT), name)
+    made = draft_scenario(check_source(source, name, None, DEFAULT), name)
     return made, read_document(made.text.encode(), "plant.scenario.yaml").data
 
 
@@ -337,7 +337,7 @@ def test_the_remark_on_a_draft_keeps_out_of_results(folder):
 
 def test_the_runs_that_try_a_scenario_keep_to_the_limit_of_loop_steps():
     path = EXAMPLES / "dl06" / "oven.yaml"
-    checked = checked_of(path, None, None, DEFAULT)
+    checked = check_source(path, None, None, DEFAULT)
     with pytest.raises(NoDraftError, match=r"no scenario runs with it \(2001 loop-steps; the limit is 1000\)"):
         draft_scenario(checked, path.name, most=1000)
     found = pidcfg.simulate(path, limits=replace(DEFAULT, loop_steps=1000)).findings

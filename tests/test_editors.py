@@ -26,7 +26,7 @@ from pidcfg.schemas.base import Parser
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.text.source import read_document
-from pidcfg.validate.catalog import CODE, rules
+from pidcfg.validate.catalog import CODE, find_rules
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
 
@@ -69,8 +69,10 @@ def texts():
     found |= {a + b + c for a, b, c in product(("±", "+-", "+/- ", "-+"), NUMBERS, ("%", " %"))}
     found |= {a + b for a, b in product(BANKS, ADDRESSES)}
     found |= {f"{a}#{b}" for a, b in product(TYPES, VALUES)}
-    begins = {code[:length] for code in rules() for length in (1, 2, 3)}
-    return sorted({*found, *rules(), *begins, *map(str.lower, begins)}.union(*map(examples_in, schemas().values())))
+    begins = {code[:length] for code in find_rules() for length in (1, 2, 3)}
+    return sorted(
+        {*found, *find_rules(), *begins, *map(str.lower, begins)}.union(*map(examples_in, schemas().values()))
+    )
 
 
 def texts_in(value):
@@ -112,7 +114,7 @@ def kinds_in(annotation, metadata=()):
 
 def begin_of_rules(text):
     """A code in settings, as far as it is written."""
-    if not (text and rules(text.upper())):
+    if not (text and find_rules(text.upper())):
         raise ValueError("no such rule")
 
 

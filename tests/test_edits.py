@@ -18,9 +18,9 @@ from pidcfg.schemas.generic import Loop
 from pidcfg.text.paths import dotted_text, given_fields, has_key, is_given, leaves, parse_path, set_value, value_at
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
-from pidcfg.validate.baseline import compare, entry, may_be_in_baseline, suppress
+from pidcfg.validate.baseline import compare, entry_of, may_be_in_baseline, suppress
 from pidcfg.validate.fixes import with_values
-from pidcfg.validate.schema import _rename, key_edit, value_edit
+from pidcfg.validate.schema import _rename_key, key_edit, value_edit
 
 # --- What covers a finding covers it after every edit that does not touch its loop, and no other one instead ----------
 
@@ -38,7 +38,7 @@ NUMBERS = re.compile(r"(?<![\w.\-/])\d+(?:\.\d+)?(?![\w/])").findall
 
 
 def identity(d):
-    return entry(d, str)
+    return entry_of(d, str)
 
 
 def findings(text):
@@ -196,15 +196,15 @@ def test_the_same_faults_in_a_new_loop_are_new(vendor, data):
 def test_a_mapping_that_an_alias_shares_is_renamed_by_either_path():
     shared = {"gian": 1}
     data = {"a": shared, "b": shared}
-    assert _rename(data, ("a", "gian"), "gain") is True
-    assert _rename(data, ("b", "gian"), "gain") is True
+    assert _rename_key(data, ("a", "gian"), "gain") is True
+    assert _rename_key(data, ("b", "gian"), "gain") is True
     assert data == {"a": {"gain": 1}, "b": {"gain": 1}}
 
 
 @pytest.mark.parametrize("mapping", [{"gian": 1, "gain": 2}, {"gian": None}, {"other": 1}])
 def test_a_key_that_is_taken_or_has_no_value_or_is_not_there_is_not_renamed(mapping):
     data = {"a": {**mapping}}
-    assert _rename(data, ("a", "gian"), "gain") is False
+    assert _rename_key(data, ("a", "gian"), "gain") is False
     assert data == {"a": mapping}
 
 

@@ -33,8 +33,8 @@ from pidcfg.schemas.base import unit_text, units_of
 from pidcfg.schemas.document import models_in
 from pidcfg.sim.controllers.ezlogix import equation as ezlogix_autotune
 from pidcfg.text.source import read_document
-from pidcfg.validate import page as page_text
-from pidcfg.validate.catalog import rules, text_of
+from pidcfg.validate import rule_page as page_text
+from pidcfg.validate.catalog import find_rules, text_of
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -353,7 +353,7 @@ def every_meaning():
 
 
 def test_every_rule_that_a_meaning_names_exists():
-    assert {rule for meaning in every_meaning() for rule in meaning.rules} <= set(rules())
+    assert {rule for meaning in every_meaning() for rule in meaning.rules} <= set(find_rules())
 
 
 @pytest.mark.parametrize(
@@ -581,7 +581,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 
 
 def test_rules_and_decisions():
-    assert run("dl242").output == page_text(text_of(rules()["DL242"]))
+    assert run("dl242").output == page_text(text_of(find_rules()["DL242"]))
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
     assert run("D1000").output.startswith("# D1000 Ms of a loop of a scenario\n")
     assert run("d9999").exit_code == 2
@@ -1045,5 +1045,5 @@ def test_a_key_may_be_asked_for_with_blanks():
 
 @pytest.mark.parametrize("vendor", [None, "click"])
 def test_a_code_alone_is_answered_as_by_all_who_are_asked(vendor):
-    for code in rules():
+    for code in find_rules():
         assert pidcfg.explain(code, vendor=vendor).pages == explain_things([code], vendor, (), None, loop=False).pages

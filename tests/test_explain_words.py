@@ -18,7 +18,7 @@ from pidcfg.encoders.listing import reference
 from pidcfg.output.explanation import QuestionError, wording
 from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.page import Question
-from pidcfg.validate.catalog import rules
+from pidcfg.validate.catalog import find_rules
 from pidcfg.vendors import VENDORS
 
 TESTS = Path(__file__).parent
@@ -307,7 +307,7 @@ def test_every_symptom_says_what_to_look_at_with_every_plc():
 
 
 def test_every_register_and_rule_that_a_row_names_is_there():
-    known = rules()
+    known = find_rules()
     for row in ROWS:
         for vendor, causes in row.causes.items():
             for cause in causes:
@@ -413,7 +413,7 @@ def test_every_message_with_its_code_and_place_leads_to_its_rule():
 
 
 def test_the_message_of_every_rule_leads_to_it():
-    for code, rule in rules().items():
+    for code, rule in find_rules().items():
         if len(wording.HOLE.sub("", rule.message)) >= wording.LEAST_LETTERS:
             assert code in wording.message_subjects(rule.message, list(VENDORS)), rule.message
 

@@ -25,9 +25,9 @@ from pidcfg.text.source import read_document
 from pidcfg.validate import engine, rule
 from pidcfg.validate.baseline import suppress
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.fixes import Fixer, same_but_quotes, separate_findings, splice
+from pidcfg.validate.fixes import Fixer, apply_edits, same_but_quotes, separate_findings
 from pidcfg.validate.rules.dl06 import RULES
-from pidcfg.validate.schema import all_keys, clear_match, is_slip, keys_of, slips
+from pidcfg.validate.schema import all_keys, clear_match, edit_distance, is_slip, keys_of
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg
 
@@ -69,8 +69,8 @@ def test_every_character_outside_of_the_edits_stays(pieces):
         return len(rows), len(rows[-1]) + 1
 
     made = [Edit(Span(*place(start), *place(end)), new) for start, end, new in edits]
-    assert splice(text, made) == expected
-    assert splice(text, [*reversed(made), *made]) == expected, "in any order, each once"
+    assert apply_edits(text, made) == expected
+    assert apply_edits(text, [*reversed(made), *made]) == expected, "in any order, each once"
 
 
 @given(st.lists(st.tuples(st.integers(1, 30), st.integers(0, 6)), max_size=20))
@@ -86,7 +86,7 @@ def test_findings_whose_edits_touch_those_of_one_before_wait(places):
 
 
 def test_of_two_edits_that_overlap_one_is_made():
-    assert splice("abcd", [Edit(Span(1, 2, 1, 4), "X"), Edit(Span(1, 3, 1, 5), "Y")]) == "aXd"
+    assert apply_edits("abcd", [Edit(Span(1, 2, 1, 4), "X"), Edit(Span(1, 3, 1, 5), "Y")]) == "aXd"
 
 
 SLIPS = (
@@ -403,7 +403,7 @@ def test_a_word_that_may_be_a_signal_is_never_made_a_constant():
     ],
 )
 def test_slips_are_counted(one, other, number):
-    assert slips(one, other) == number
+    assert edit_distance(one, other) == number
 
 
 def test_a_value_that_an_alias_shares_is_left_alone_and_a_shared_mapping_is_mended_once():
@@ -438,10 +438,10 @@ def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):
     from pidcfg.validate import schema as edits
 
     tries = []
-    monkeypatch.setattr(edits, "_fits", lambda *args: bool(tries.append(args)))
+    monkeypatch.setattr(edits, "_has_fewer_faults", lambda *args: bool(tries.append(args)))
     text = GOOD + "".join(f"  - {{name: L{i}, smaple_rate: 1, action: direct, tunign: 3}}\n" for i in range(300))
     fix(text)
-    assert 0 < len(tries) <= edits.MOST_TRIES
+    assert 0 < len(tries) <= edits.MAX_TRIES
 
 
 @pytest.mark.parametrize(
@@ -545,7 +545,7 @@ def test_a_name_that_two_loops_have_in_other_capitals_is_left():
 
 def test_a_warning_is_never_corrected():
     doc = read_document(CASCADE.encode(), "case.yaml")
-    found = rule.finding("loops", 1, "cascade_from", name="TIC-11").correct_to("TIC-101")
+    found = rule.make_finding("loops", 1, "cascade_from", name="TIC-11").correct_to("TIC-101")
 
     def edits(label, *findings):
         return engine.make_diagnostic(label, findings, doc, engine.QuotedNumbers(doc)).edits

@@ -30,7 +30,7 @@ from pidcfg.study.outcome import Outcome
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, without_word
 from pidcfg.text.document import Document, Node
 from pidcfg.validate import catalog
-from pidcfg.validate.catalog import GROUPS, rules
+from pidcfg.validate.catalog import GROUPS, find_rules
 from verdict_formats import disagreements, shortened
 
 ROOT = Path(__file__).parents[1]
@@ -359,7 +359,7 @@ def test_reviewdog_gets_what_a_finding_says():
     assert "suggestions" not in rdjson(diagnostic(edits=both))[0], "each suggestion is applied by itself"
 
 
-@pytest.mark.parametrize("code", [next(iter(rules(begin))) for begin in GROUPS.values()])
+@pytest.mark.parametrize("code", [next(iter(find_rules(begin))) for begin in GROUPS.values()])
 def test_a_finding_names_the_page_of_its_rule(code, monkeypatch):
     page, _, heading = finding_data(diagnostic(code=code))["url"].partition("#")
     text = (ROOT / "docs" / page.replace(".html", ".md")).read_text("utf-8")

@@ -17,7 +17,7 @@ from pidcfg.sim.controllers.nextopid import scan as controller
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.source import read_document
 from pidcfg.validate.rules.nextopid.context import NextopidContext
-from pidcfg.validate.rules.nextopid.first_scan import as_int, single
+from pidcfg.validate.rules.nextopid.first_scan import as_int, round_to_single
 
 SIGNALS = "signals: {G: 2.0, HALF: 0.5, T: 500 ms, WHOLE: INT#3, UP: true, SENSOR: 0.0, Z: 0.0, LATER: 2.0}\n"
 LOOP = {
@@ -205,7 +205,7 @@ def compared(text):
         if found is None or (owner is not None and number in moved):
             continue
         value = as_int(Decimal(found.value)) if kind.name == "INT" else found.value
-        assert single(float(value)) == values[name], name
+        assert round_to_single(float(value)) == values[name], name
         known += owner is None or owner[1].access == "output" or owner[0].is_wired(owner[1].name)
     return known
 

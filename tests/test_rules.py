@@ -15,23 +15,23 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.reader import Limits
 from pidcfg.text.references import Decision, Manual
 from pidcfg.text.source import read_document
-from pidcfg.validate import TABLE, listed, table_of, text_by_code, texts
+from pidcfg.validate import TABLE, list_texts, table_of, text_by_code, texts
 from pidcfg.validate.catalog import (
     CODE,
-    COMMON,
-    FILES,
+    COMMON_GROUP,
+    FILE_GROUP,
     GROUPS,
+    find_rules,
     group_of,
-    ignorable,
+    is_ignorable,
+    is_unusable,
     rule_of,
-    rules,
-    suggestion,
+    suggest_code,
     text_of,
-    unusable,
 )
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rule import READING, SCHEMA, SUPPRESSION, Rule
-from pidcfg.validate.rules import collect
+from pidcfg.validate.rules import collect_rules
 from pidcfg.vendors import VENDORS
 from shell import captured
 from shell import pidcfg as command
@@ -271,13 +271,13 @@ ROOT = Path(__file__).parents[1]
 def test_every_vendor_has_a_group_and_no_two_groups_share_a_beginning():
     beginnings = list(GROUPS.values())
 
-    assert {*GROUPS} == {FILES, COMMON, *VENDORS}
+    assert {*GROUPS} == {FILE_GROUP, COMMON_GROUP, *VENDORS}
     assert not [(a, b) for a in beginnings for b in beginnings if a != b and a.startswith(b)]
 
 
 @pytest.mark.parametrize("vendor", VENDORS.values(), ids=lambda vendor: vendor.key)
 def test_the_rules_of_a_vendor_have_its_codes(vendor):
-    codes = vendor.load("rules").keys() - collect().keys()
+    codes = vendor.load("rules").keys() - collect_rules().keys()
 
     assert codes
     assert {group_of(code) for code in codes} == {vendor.key}
@@ -302,7 +302,7 @@ def test_the_rules_of_a_vendor_have_its_codes(vendor):
     ],
 )
 def test_a_code_that_no_rule_has_is_told_the_one_that_was_meant(text, cure):
-    assert suggestion(text) == cure
+    assert suggest_code(text) == cure
 
 
 @pytest.mark.parametrize(
@@ -316,17 +316,17 @@ def test_commands_name_the_code_that_was_meant(words):
 
 
 def test_no_two_rules_have_one_number():
-    numbers = [number_of(code) for code in rules()]
+    numbers = [number_of(code) for code in find_rules()]
     assert len(numbers) == len({*numbers})
 
 
 def test_every_rule_is_found_by_its_code():
-    table = rules()
+    table = find_rules()
 
     assert list(table) == sorted(table, key=number_of)
     assert all(CODE.fullmatch(code) and rule_of(code) is rule for code, rule in table.items())
-    assert len(table) == len(collect()) + sum(
-        len(rules(beginning)) for group, beginning in GROUPS.items() if group != COMMON
+    assert len(table) == len(collect_rules()) + sum(
+        len(find_rules(beginning)) for group, beginning in GROUPS.items() if group != COMMON_GROUP
     )
 
 
@@ -343,7 +343,7 @@ def test_every_rule_is_found_by_its_code():
     ],
 )
 def test_rules_are_listed_by_the_beginning_of_their_codes(begin, least, groups):
-    found = rules(begin)
+    found = find_rules(begin)
 
     assert len(found) >= least
     assert {group_of(code) for code in found} == groups
@@ -369,10 +369,10 @@ print(*sorted({{name.split(".")[3] for name in sys.modules if name.startswith("p
 
 
 def test_only_errors_of_a_file_itself_and_names_that_stand_twice_cannot_be_ignored():
-    fixed = {rule.code for rule in rules().values() if not rule.ignorable} - {"PID106"}
+    fixed = {rule.code for rule in find_rules().values() if not rule.ignorable} - {"PID106"}
 
-    assert {group_of(code) for code in fixed} == {FILES}
-    assert all(rule.ignorable == (rule.severity is not Severity.ERROR) for rule in rules("PID0").values())
+    assert {group_of(code) for code in fixed} == {FILE_GROUP}
+    assert all(rule.ignorable == (rule.severity is not Severity.ERROR) for rule in find_rules("PID0").values())
 
 
 @pytest.mark.parametrize(
@@ -385,11 +385,11 @@ def test_only_errors_of_a_file_itself_and_names_that_stand_twice_cannot_be_ignor
     ],
 )
 def test_a_finding_may_be_ignored_unless_its_rule_forbids_it_and_it_is_an_error(code, severity, may):
-    assert ignorable(Diagnostic(code, severity, "", "")) is may
+    assert is_ignorable(Diagnostic(code, severity, "", "")) is may
 
 
 def test_a_text_that_cannot_be_read_is_unusable_and_nothing_else():
-    found = {code for code in rules() if unusable(Diagnostic(code, Severity.ERROR, "", ""))}
+    found = {code for code in find_rules() if is_unusable(Diagnostic(code, Severity.ERROR, "", ""))}
 
     assert found == {rule.code for rule in READING} | {"PID041", "PID066"}
 
@@ -405,7 +405,7 @@ def test_every_rule_of_a_vendor_is_in_its_list(vendor):
 
 
 def test_the_table_of_texts_is_that_of_the_rules():
-    told = {code: text_of(rule) for code, rule in rules().items()}
+    told = {code: text_of(rule) for code, rule in find_rules().items()}
     assert texts() == told, "python tasks.py generate pages"
     assert TABLE.read_text("utf-8") == table_of(list(told.values()))
     assert [text_by_code(code) for code in told] == [*told.values()]
@@ -414,4 +414,4 @@ def test_the_table_of_texts_is_that_of_the_rules():
 
 @pytest.mark.parametrize("begin", ["", "P", "PID", "PID1", "DL", "DL24", "NX690", "X", "DL2422"])
 def test_texts_are_listed_by_the_beginnings_that_rules_have(begin):
-    assert [*listed(begin)] == [*rules(begin)]
+    assert [*list_texts(begin)] == [*find_rules(begin)]

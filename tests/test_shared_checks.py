@@ -18,7 +18,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.shared_checks import (
-    MOST_NAMES,
+    MAX_NAMES,
     NUMBER_FIELDS,
     Extent,
     View,
@@ -27,7 +27,6 @@ from pidcfg.validate.shared_checks import (
     all_or_none,
     block_beyond_bank,
     blocks_overlap,
-    deadband_of_zero,
     find_circles,
     find_shared_keys,
     hysteresis_spans_normal_zone,
@@ -35,10 +34,11 @@ from pidcfg.validate.shared_checks import (
     neighbours_out_of_order,
     number_text,
     number_with_unit,
-    outside_limits,
+    outside_limits_findings,
     report_at_both,
     too_many_loops,
     value_or_switch,
+    zero_deadband_findings,
 )
 from pidcfg.validate.terms import _unit_of
 from pidcfg.vendors import VENDORS
@@ -119,7 +119,7 @@ def test_what_several_loops_have_is_reported_at_each_of_them():
 
 def test_a_finding_of_two_loops_stands_at_both_and_names_the_other():
     a, b = views("A", "B")
-    found = list(report_at_both(a, a.at("mode"), b, b.at("pv", "range"), value=3))
+    found = list(report_at_both(a, a.report("mode"), b, b.report("pv", "range"), value=3))
     assert [(f.path, f.with_loops, f.values) for f in found] == [
         (("loops", 0, "mode"), ("B",), {"value": 3}),
         (("loops", 1, "pv", "range"), ("A",), {"value": 3}),
@@ -132,8 +132,8 @@ def test_a_finding_of_two_loops_stands_at_both_and_names_the_other():
         (1, "L0"),
         (2, "L0 and L1"),
         (3, "L0, L1 and L2"),
-        (MOST_NAMES, "L0, L1, L2, L3, L4, L5, L6 and L7"),
-        (MOST_NAMES + 2, "L0, L1, L2, L3, L4, L5, L6, L7 and 2 more"),
+        (MAX_NAMES, "L0, L1, L2, L3, L4, L5, L6 and L7"),
+        (MAX_NAMES + 2, "L0, L1, L2, L3, L4, L5, L6, L7 and 2 more"),
     ],
 )
 def test_names_in_a_message(count, text):
@@ -217,7 +217,7 @@ def test_alarm_points_ascend_with_a_step_between_them():
 
 @pytest.mark.parametrize(("words", "keys"), [({"deadband": 0}, ["deadband_enabled"]), ({"deadband": 1}, []), ({}, [])])
 def test_a_deadband_of_zero_is_reported_at_its_switch_where_no_value_is_given(words, keys):
-    assert [entry.path[-1] for entry in deadband_of_zero(registers(**words))] == keys
+    assert [entry.path[-1] for entry in zero_deadband_findings(registers(**words))] == keys
 
 
 @pytest.mark.parametrize(
@@ -254,7 +254,9 @@ def test_a_feature_is_pointed_at_by_its_value_or_by_its_switch():
 @pytest.mark.parametrize("limits", [(10, 20), (Decimal(10), Decimal(20)), (15, 15), (Decimal("14.999"), 15), None])
 @pytest.mark.parametrize("value", [9, 10, 15, 20, 21, Decimal("9.999"), Decimal("20.001"), None])
 def test_a_value_outside_its_limits_is_a_finding_at_its_key(value, limits):
-    found = list(outside_limits(registers(), "output", "bias", value=value, limits=limits, shown="{} %".format))
+    found = list(
+        outside_limits_findings(registers(), "output", "bias", value=value, limits=limits, shown="{} %".format)
+    )
 
     is_outside = value is not None and limits is not None and not limits[0] <= value <= limits[1]
     assert len(found) == is_outside
@@ -265,7 +267,7 @@ def test_a_value_outside_its_limits_is_a_finding_at_its_key(value, limits):
 
 @pytest.mark.parametrize("units", [(), ("low",), ("value", "high"), NUMBER_FIELDS])
 def test_a_finding_about_limits_has_units_where_its_message_wants_them(units):
-    (found,) = outside_limits(
+    (found,) = outside_limits_findings(
         registers(), "SV", value=3, limits=(1, 2), shown="{} C".format, units=units, field="sv", what="x"
     )
 

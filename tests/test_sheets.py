@@ -25,7 +25,7 @@ from pidcfg.output.sheets import as_csv, as_workbook, key_of, number_or_text, pl
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.signs import FORMULA_STARTS
 from pidcfg.text.source import read_document
-from pidcfg.validate.engine import checked_of
+from pidcfg.validate.engine import check_source
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -47,7 +47,7 @@ def made(text, vendor="dl06", limits=DEFAULT):
 
 
 def config(text):
-    return checked_of(text, "x.yaml", None, DEFAULT).config
+    return check_source(text, "x.yaml", None, DEFAULT).config
 
 
 def faults(text, vendor="dl06", limits=DEFAULT):
@@ -58,7 +58,7 @@ def faults(text, vendor="dl06", limits=DEFAULT):
 
 @pytest.mark.parametrize("path", CONFIGURATIONS, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_there_and_back_is_the_same(path):
-    wanted = checked_of(path, None, None, DEFAULT).config
+    wanted = check_source(path, None, None, DEFAULT).config
     for data in sheets(path):
         back = from_sheet(data, "loops", None, DEFAULT)
         assert config(back.text) == wanted
@@ -624,7 +624,8 @@ PLAIN = "name,action,sample_rate,range low,range high,gain,reset,rate,unit,{}\n{
 @pytest.mark.parametrize("header", ["Setpoint (degC)", "Setpoint [°C]", "Setpoint"])
 def test_a_number_under_a_header_with_the_loops_own_unit_is_taken(header):
     assert (
-        checked_of(made(PLAIN.format(header, "A")).text, None, None, DEFAULT).config.loops[0].setpoint.value.value == 90
+        check_source(made(PLAIN.format(header, "A")).text, None, None, DEFAULT).config.loops[0].setpoint.value.value
+        == 90
     )
 
 

@@ -16,7 +16,7 @@ from decimal import Decimal
 from itertools import count, permutations
 from pathlib import Path
 
-from pidcfg.conversion import ConvertError, overlap
+from pidcfg.conversion import ConvertError, do_overlap
 from pidcfg.conversion.builder import flatten
 from pidcfg.conversion.operation import Windup, WithoutIntegral, has_narrow_limits
 from pidcfg.conversion.pipeline import convert
@@ -451,8 +451,8 @@ def reason(conversion: Conversion, i: int, j: int, path, result) -> str:
     hidden = list(hidden_fields(reference, sides.twin, i))
     both = [neutral_of(one.config, one.vendor)[1][j].fields for one in (conversion.result, result)]
     entries = [entry for fields in both for entry in fields]
-    fields = [to for entry in entries if overlap(dotted(path), entry.path) for to in entry.to]
-    if any(overlap(field, other) for field in fields for other in hidden):
+    fields = [to for entry in entries if do_overlap(dotted(path), entry.path) for to in entry.to]
+    if any(do_overlap(field, other) for field in fields for other in hidden):
         return "the verdict lists it as not shown"
     return ""
 

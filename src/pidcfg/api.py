@@ -39,9 +39,9 @@ def check_text(text: str | bytes, file: str = "<text>") -> Checked:
 
     Nothing is raised for what is wrong with the text; it is in ``findings``.
     """
-    from pidcfg.validate.engine import checked_of
+    from pidcfg.validate.engine import check_source
 
-    return checked_of(data_of(text), file, None, DEFAULT)
+    return check_source(data_of(text), file, None, DEFAULT)
 
 
 def check_file(path: str | Path) -> Checked:
@@ -180,9 +180,9 @@ def explain(
         return ExplainResult(pages)
 
     from pidcfg.output.explanation.lookup import explain_things
-    from pidcfg.validate.engine import checked_of
+    from pidcfg.validate.engine import check_source
 
-    checked = None if config is None else checked_of(config, name, files, limits)
+    checked = None if config is None else check_source(config, name, files, limits)
     return explain_things(things, family, tuple(blocks), checked, loop=loop)
 
 
@@ -285,7 +285,7 @@ def fix(
     most = limits.listing_bytes + 1
     data = source_data(source, name, files, most)[0] if isinstance(source, Path | str | bytes) else data_of(doc.text)
     fixed = correct_file(data, doc, reader_of(files), lambda d: not codes or d.code in codes)
-    return FixResult(doc, fixed.data, fixed.fixed, fixed.left)
+    return FixResult(doc, fixed.data, fixed.fixed, fixed.remaining)
 
 
 @check_arguments
@@ -346,17 +346,17 @@ def encode(
     `UnwritableError` and `UnusableMapError`, both `ValueError`.
     """
     from pidcfg.output.words import MODBUS, EncodeOptions, encode_checked
-    from pidcfg.validate.engine import checked_of
+    from pidcfg.validate.engine import check_source
 
     refuse_unknown("format", format, format_names())
-    checked, most = checked_of(source, name, files, limits), limits.listing_bytes + 1
+    checked, most = check_source(source, name, files, limits), limits.listing_bytes + 1
     added_to = None if into is None else source_data(into, into_name, files, most)
     baseline = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
     plc_map = None
     if map is not None or format == MODBUS:
-        from pidcfg.validate.map_files import stated_map
+        from pidcfg.validate.map_files import map_of_source
 
-        plc_map = stated_map(map, checked.document, files, limits)
+        plc_map = map_of_source(map, checked.document, files, limits)
     return encode_checked(checked, format, EncodeOptions(added_to, baseline, live, allow_errors, plc_map))
 
 
@@ -383,13 +383,13 @@ def decode(
     from pidcfg.encoders.contract import formats_of
     from pidcfg.output.arguments import files_of
     from pidcfg.output.words import DecodeOptions, decode_files
-    from pidcfg.validate.engine import checked_of
+    from pidcfg.validate.engine import check_source
 
     family = vendor_named(vendor)
     if format is not None:
         refuse_unknown("format", format, formats_of(family).FORMATS)
     entries = files_of(source, name, files, limits)
-    other = None if like is None else checked_of(like, None, files, limits)
+    other = None if like is None else check_source(like, None, files, limits)
     return decode_files(entries, family, DecodeOptions(format, other, annotate, pou=pou), options or {}, limits)
 
 
@@ -415,11 +415,11 @@ def convert(
     ``pidcfg convert``, such as ``loop_table``.
     """
     from pidcfg.output.conversion import convert_checked, max_loss_of, verify_sides
-    from pidcfg.validate.engine import checked_of
+    from pidcfg.validate.engine import check_source
 
     target = vendor_named(to, "to")
     refuse_below(1, jobs=jobs)
-    checked = checked_of(source, name, files, limits)
+    checked = check_source(source, name, files, limits)
     compare = (lambda one, two, report: verify_sides(one, two, report, progress, jobs)) if verify else None
     return convert_checked(checked, target, options or {}, compare, max_loss_of(max_loss))
 
@@ -447,11 +447,11 @@ def diff(
     ``verify``: run both sides through the same battery, in up to ``jobs`` processes; ``progress`` is told the share.
     """
     from pidcfg.output.differences import DiffOptions, compare_sides, side_of, with_verdict
-    from pidcfg.validate.engine import checked_of
+    from pidcfg.validate.engine import check_source
 
     refuse_below(1, jobs=jobs)
     family = None if vendor is None else vendor_named(vendor)
-    other = None if like is None else checked_of(like, None, files, limits)
+    other = None if like is None else check_source(like, None, files, limits)
     before_side, after_side = (
         side_of(source, label, files, limits) for source, label in zip((before, after), names, strict=True)
     )

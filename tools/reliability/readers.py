@@ -74,11 +74,11 @@ def _settings() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 
 def _baseline() -> tuple[Reader, tuple[type[Exception], ...]]:
-    from pidcfg.validate.baseline import BaselineError, from_text, to_text
+    from pidcfg.validate.baseline import BaselineError, baseline_text, parse_baseline
 
     def read(data: bytes) -> None:
-        one = from_text(data.decode("utf-8", "replace"))
-        two = from_text(to_text(one))
+        one = parse_baseline(data.decode("utf-8", "replace"))
+        two = parse_baseline(baseline_text(one))
         assert Counter(one) == Counter(two), "a baseline is written otherwise"
 
     return read, (BaselineError,)

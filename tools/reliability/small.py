@@ -128,9 +128,9 @@ def _states() -> Seeds:
 
 
 def _baselines() -> Seeds:
-    from pidcfg.validate.baseline import Entry, to_text
+    from pidcfg.validate.baseline import Entry, baseline_text
 
-    return [to_text([Entry(*["x"] * len(Entry._fields))]).encode()]
+    return [baseline_text([Entry(*["x"] * len(Entry._fields))]).encode()]
 
 
 def _hostile(kind: str) -> Seeds:

@@ -118,9 +118,9 @@ class Cache:
 
     def put(self, entry: Input, findings: Sequence[Diagnostic], reads: Reads) -> None:
         """Keeps an input's findings, unless they say more than the key can know."""
-        from pidcfg.validate.catalog import unusable
+        from pidcfg.validate.catalog import is_unusable
 
-        if entry.problem is not None or not reads.known or any(map(unusable, findings)):
+        if entry.problem is not None or not reads.known or any(map(is_unusable, findings)):
             return
         others = {other: name for name, other in reads.called.items() if other in reads.hashes}
         files = [entry.name, *(others[other] for other in reads.hashes)]
@@ -298,9 +298,9 @@ def show_errors(findings: Sequence[Diagnostic], document: Document | None, fmt: 
 
 def exit_code(findings: Sequence[Diagnostic], *, strict: bool = False) -> Exit:
     """Unusable input outweighs findings: CI must not mistake a file that was not read for one that was checked."""
-    from pidcfg.validate.catalog import unusable
+    from pidcfg.validate.catalog import is_unusable
 
-    if any(map(unusable, findings)):
+    if any(map(is_unusable, findings)):
         return Exit.UNUSABLE
     worst = max((d.severity for d in findings), default=Severity.INFO)
     return Exit.FINDINGS if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK

@@ -83,12 +83,12 @@ class Words(click.ParamType[list[str], str | list[str]]):
             return value
         codes = [code.strip().upper() for code in value.split(",") if code.strip()]
         if codes:
-            from pidcfg.validate import listed
-            from pidcfg.validate.catalog import suggestion
+            from pidcfg.validate import list_texts
+            from pidcfg.validate.catalog import suggest_code
 
             for code in codes:
-                if not listed(code):
-                    self.fail(f"no rule begins with {code!r}; {suggestion(code)}", param, ctx)
+                if not list_texts(code):
+                    self.fail(f"no rule begins with {code!r}; {suggest_code(code)}", param, ctx)
         return codes
 
 
@@ -286,10 +286,10 @@ def select_findings(findings: list[Diagnostic], select: list[str], ignore: list[
 
 def selects_code(code: str, select: list[str], ignore: list[str]) -> bool:
     """Whether the options select a code."""
-    from pidcfg.validate import matches
+    from pidcfg.validate import has_prefix
 
-    return (not select or any(matches(code, begin) for begin in select)) and not any(
-        matches(code, begin) for begin in ignore
+    return (not select or any(has_prefix(code, begin) for begin in select)) and not any(
+        has_prefix(code, begin) for begin in ignore
     )
 
 

@@ -21,7 +21,7 @@ from pidcfg.output.findings import check_any, correct_file
 from pidcfg.text.diagnostics import Severity, number_of, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import read_file
-from pidcfg.validate.catalog import unusable
+from pidcfg.validate.catalog import is_unusable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -146,7 +146,9 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
         by_file.get(d.file, []).append(d)
     for file, of_file in by_file.items():
         outcome = suppress(of_file, documents[file])
-        result.kept += sort_findings(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
+        result.kept += (
+            sort_findings(outcome.findings) if len(outcome.findings) != len(of_file) or outcome.ignored else of_file
+        )
         result.ignored += outcome.ignored
     return result
 
@@ -172,7 +174,7 @@ def _with_baseline(
         result.known = [d for d in result.kept if baseline.may_be_in_baseline(d) and d.file != UNNAMED]
         new_ids = {id(d) for d in result.known}
         result.kept = [d for d in result.kept if id(d) not in new_ids]
-        text = baseline.to_text(baseline.entry(d, file_of) for d in result.known)
+        text = baseline.baseline_text(baseline.entry_of(d, file_of) for d in result.known)
         _write(name, text, "--create-baseline")
         result.remarks.append(f"{name}: {count(len(result.known), 'finding')} written")
         return
@@ -184,10 +186,10 @@ def _with_baseline(
     if rules.shrink and compared.stale:
         from pidcfg.cli.outputs import write_files
 
-        write_files({name: baseline.to_text(baseline.remove_entries(entries, compared.stale))}, force=True)
+        write_files({name: baseline.baseline_text(baseline.remove_entries(entries, compared.stale))}, force=True)
         result.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
-    ignored = {baseline.entry(one.finding, file_of) for one in result.ignored}
+    ignored = {baseline.entry_of(one.finding, file_of) for one in result.ignored}
     stale = baseline.stale_findings(compared.stale, ignored, entries, text, Path(name).as_posix())
     result.kept += [d for d in stale if is_selected(d)]
 
@@ -199,11 +201,11 @@ def count(number: int, one: str, many: str | None = None) -> str:
 
 def read_baseline(name: str) -> tuple[list[Entry], str]:
     """What a baseline says, and its text; ends the command with one clear error where it cannot be read."""
-    from pidcfg.validate.baseline import BaselineError, from_text
+    from pidcfg.validate.baseline import BaselineError, parse_baseline
 
     text = _read(name)
     try:
-        return from_text(text), text
+        return parse_baseline(text), text
     except BaselineError as error:
         raise click.ClickException(f"{name}:{error}; a new one is made with --create-baseline") from None
 
@@ -255,7 +257,7 @@ def fix_inputs(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> lis
         print_patch("".join(difference(_shown(entry), entry.data, fixed.data) for entry, fixed in changed))
         if not quiet:
             note(f"{total} would be corrected")
-        unread = any(unusable(d) for _, fixed in done for d in fixed.left)
+        unread = any(is_unusable(d) for _, fixed in done for d in fixed.remaining)
         ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if corrected else Exit.OK)
     if piped:
         write_user_file(done[0][1].data)

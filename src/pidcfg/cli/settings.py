@@ -138,15 +138,15 @@ def _value(key: str, value: object, file: _File) -> object:
 
 def _codes(key: str, value: object, file: _File) -> list[str]:
     """Codes or their beginnings."""
-    from pidcfg.validate import listed
-    from pidcfg.validate.catalog import suggestion
+    from pidcfg.validate import list_texts
+    from pidcfg.validate.catalog import suggest_code
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {SETTINGS_KEYS['select'].example}")
     codes = list(dict.fromkeys(value))
     for code in codes:
-        if not code.strip() or not listed(code.upper()):
-            file.refuse(key, f"no rule begins with {code!r}", suggestion(code), code)
+        if not code.strip() or not list_texts(code.upper()):
+            file.refuse(key, f"no rule begins with {code!r}", suggest_code(code), code)
     return [code.upper() for code in codes]
 
 

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 # --- What became of every field: the two halves of a conversion, and the report that they make together ---------------
 #
 # A vendor's `to_neutral` lists for each of its fields the neutral fields that it went to (`SourceField`),
-# `from_neutral` for each neutral field where it was put (`TargetField`). `changes` joins the two lists: a field that
-# went nowhere is dropped, and nobody can forget one without a test noticing.
+# `from_neutral` for each neutral field where it was put (`TargetField`). `list_changes` joins the two lists: a field
+# that went nowhere is dropped, and nobody can forget one without a test noticing.
 
 Kind = Literal["exact", "rounded", "clamped", "dropped", "assumed"]
 KINDS_BY_HARM: tuple[Kind, ...] = ("exact", "rounded", "assumed", "clamped", "dropped")
@@ -44,7 +44,7 @@ class SourceField:
 
     path: str
     value: Any
-    to: tuple[str, ...] = ()
+    neutral: tuple[str, ...] = ()
     note: str = ""
     assumed: bool = False
     harmless: bool = False
@@ -94,7 +94,7 @@ class NeutralLoop:
     data: Data = field(default_factory=dict)
     fields: list[SourceField] = field(default_factory=list)
     missing: list[Missing] = field(default_factory=list)
-    beside: dict[str, str] = field(default_factory=dict)
+    items_beside: dict[str, str] = field(default_factory=dict)
     """Fields beside the loops that go with it, each with the reason why nothing of them is lost."""
 
 
@@ -152,7 +152,7 @@ class Stored:
     note: str = ""
 
 
-def changes(
+def list_changes(
     source: Sequence[SourceField],
     target: Sequence[TargetField],
     stored: Mapping[str, Stored],
@@ -163,59 +163,80 @@ def changes(
     ``is_default``: whether a neutral field says what a loop is like without it, so that nothing is lost with it.
     """
     by_neutral: dict[str, list[TargetField]] = {}
-    for put in target:
-        by_neutral.setdefault(put.neutral or "", []).append(put)
+    for target_field in target:
+        by_neutral.setdefault(target_field.neutral or "", []).append(target_field)
     for entry in source:
         if entry.path not in COMMON or entry.path in by_neutral:
-            yield from _of_field(entry, by_neutral, stored, is_default)
-    from_source = {name for entry in source for name in entry.to}
-    for name, puts in by_neutral.items():
-        if any(overlap(name, other) for other in from_source):
+            yield from _field_changes(entry, by_neutral, stored, is_default)
+    from_source = {name for entry in source for name in entry.neutral}
+    for name, target_fields in by_neutral.items():
+        if any(do_overlap(name, other) for other in from_source):
             continue
-        for put in puts:
-            held = stored.get(put.path, Stored(None))
-            kind = _worst("assumed", held.kind, _kind(put))
-            is_plain = name in COMMON or (put.neutral is not None and is_default(put.neutral))
-            if put.path and (put.assumed or kind in LOSSES or not is_plain):
-                note = _joined(put.note, held.note)
-                neutral = (name,) if put.neutral else ()
-                row = Change(put.path, kind, None, held.value, held.error_percent, note, kind in LOSSES, neutral)
-                yield replace(row, target_field=put.path)
+        for target_field in target_fields:
+            stored_value = stored.get(target_field.path, Stored(None))
+            kind = _worst_kind("assumed", stored_value.kind, _clamped_kind(target_field))
+            is_plain = name in COMMON or (target_field.neutral is not None and is_default(target_field.neutral))
+            if target_field.path and (target_field.assumed or kind in LOSSES or not is_plain):
+                note = _join_notes(target_field.note, stored_value.note)
+                neutral = (name,) if target_field.neutral else ()
+                row = Change(
+                    target_field.path,
+                    kind,
+                    None,
+                    stored_value.value,
+                    stored_value.error_percent,
+                    note,
+                    kind in LOSSES,
+                    neutral,
+                )
+                yield replace(row, target_field=target_field.path)
 
 
-def _of_field(
+def _field_changes(
     entry: SourceField,
     by_neutral: Mapping[str, list[TargetField]],
     stored: Mapping[str, Stored],
     is_default: Callable[[str], bool],
 ) -> Iterator[Change]:
-    if not entry.to:
+    if not entry.neutral:
         yield Change(entry.path, "dropped", entry.value, None, note=entry.note, loss=not entry.harmless)
         return
-    puts = [put for name in entry.to for of, group in by_neutral.items() if overlap(name, of) for put in group]
-    if not puts:
-        kind: Kind = "exact" if all(is_default(name) for name in entry.to) else "dropped"
+    target_fields = [
+        target_field
+        for name in entry.neutral
+        for of, group in by_neutral.items()
+        if do_overlap(name, of)
+        for target_field in group
+    ]
+    if not target_fields:
+        kind: Kind = "exact" if all(is_default(name) for name in entry.neutral) else "dropped"
         note = entry.note or ("" if kind == "exact" else "the target has no such field")
-        yield Change(entry.path, kind, entry.value, None, note=note, loss=kind in LOSSES, neutral=entry.to)
-    for put in puts:
-        held = stored.get(put.path, Stored(None)) if put.path else Stored(None, "dropped")
-        assumed: Kind = "assumed" if entry.assumed or put.assumed else "exact"
-        note = _joined(entry.note, put.note, held.note)
-        kind = _worst(assumed, held.kind, _kind(put))
-        neutral = tuple(max(name, put.neutral or "", key=len) for name in entry.to if overlap(name, put.neutral or ""))
-        row = Change(entry.path, kind, entry.value, held.value, held.error_percent, note, kind in LOSSES, neutral)
-        yield replace(row, target_field=put.path)
+        yield Change(entry.path, kind, entry.value, None, note=note, loss=kind in LOSSES, neutral=entry.neutral)
+    for target_field in target_fields:
+        stored_value = stored.get(target_field.path, Stored(None)) if target_field.path else Stored(None, "dropped")
+        assumed: Kind = "assumed" if entry.assumed or target_field.assumed else "exact"
+        note = _join_notes(entry.note, target_field.note, stored_value.note)
+        kind = _worst_kind(assumed, stored_value.kind, _clamped_kind(target_field))
+        neutral = tuple(
+            max(name, target_field.neutral or "", key=len)
+            for name in entry.neutral
+            if do_overlap(name, target_field.neutral or "")
+        )
+        row = Change(
+            entry.path, kind, entry.value, stored_value.value, stored_value.error_percent, note, kind in LOSSES, neutral
+        )
+        yield replace(row, target_field=target_field.path)
 
 
-def _kind(put: TargetField) -> Kind:
-    return "clamped" if put.clamped else "exact"
+def _clamped_kind(target_field: TargetField) -> Kind:
+    return "clamped" if target_field.clamped else "exact"
 
 
-def _joined(*notes: str) -> str:
+def _join_notes(*notes: str) -> str:
     return "; ".join(dict.fromkeys(filter(None, notes)))
 
 
-def overlap(name: str, other: str) -> bool:
+def do_overlap(name: str, other: str) -> bool:
     """Whether two neutral fields are one, or one is an end of the other: ``output.limits`` and ``output.limits.0``."""
     return name == other or f"{name}.".startswith(f"{other}.") or f"{other}.".startswith(f"{name}.")
 
@@ -227,12 +248,12 @@ class FieldIndex:
         self._fields = set(fields)
         self._around = {above for field in self._fields for above in outer_keys(field)}
 
-    def overlaps(self, name: str) -> bool:
-        """Whether `overlap` holds of a field and one of these."""
-        return name in self._around or name in self._fields or any(one in self._fields for one in outer_keys(name))
+    def has_overlap(self, name: str) -> bool:
+        """Whether `do_overlap` holds of a field and one of these."""
+        return name in self._around or name in self._fields or any(outer in self._fields for outer in outer_keys(name))
 
 
-def _worst(*kinds: Kind) -> Kind:
+def _worst_kind(*kinds: Kind) -> Kind:
     return max(kinds, key=KINDS_BY_HARM.index)
 
 
@@ -305,8 +326,8 @@ def parse_max_loss(text: str) -> MaxLoss:
 
 def judge_change(change: Change, limits: MaxLoss) -> Change:
     """A line, a loss when it is one by its kind or its error."""
-    beyond = change.error_percent > limits.limit_for(change.neutral)
-    return replace(change, loss=True) if beyond and change.kind not in LOSSES else change
+    is_beyond = change.error_percent > limits.limit_for(change.neutral)
+    return replace(change, loss=True) if is_beyond and change.kind not in LOSSES else change
 
 
 # --- Values of a configuration as numbers, as JSON has them, and as people read them ----------------------------------

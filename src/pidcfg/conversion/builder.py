@@ -41,17 +41,17 @@ if TYPE_CHECKING:
 # --- What adapters calculate with: exact decimals between the terms of vendors ----------------------------------------
 
 ZERO, ONE, HUNDRED = Decimal(0), Decimal(1), Decimal(100)
-DIGITS = 12
+SIGNIFICANT_DIGITS = 12
 """Significant digits of what a quotient or a logarithm gives."""
 Span = tuple[Decimal, Decimal]
 
 
 def round_computed(value: Decimal) -> Decimal:
     """A computed number without the noise of its last digits."""
-    return Decimal(f"{value:.{DIGITS}g}") if value else ZERO
+    return Decimal(f"{value:.{SIGNIFICANT_DIGITS}g}") if value else ZERO
 
 
-def number(value: Decimal) -> int | float:
+def file_number(value: Decimal) -> int | float:
     """A number as a file has it, its computed digits rounded."""
     return plain_number(round_computed(value))
 
@@ -105,7 +105,7 @@ def gain_limit(derivative: Decimal, constant: Decimal, highest: int) -> int:
     return min((below, above), key=lambda n: abs(quotient(derivative, Decimal(n)) - constant))
 
 
-def dependent(kp: Decimal, ki: Decimal, kd: Decimal) -> tuple[Decimal, Decimal, Decimal, bool]:
+def to_dependent(kp: Decimal, ki: Decimal, kd: Decimal) -> tuple[Decimal, Decimal, Decimal, bool]:
     """Independent gains as gain, integral and derivative time, and whether there is a proportional action.
 
     Without one the gain is 1: the times then are 1/Ki and Kd. Without any of the three it is 0.
@@ -115,7 +115,7 @@ def dependent(kp: Decimal, ki: Decimal, kd: Decimal) -> tuple[Decimal, Decimal, 
     return gain, integral, round_computed(quotient(kd, gain)) if kd else ZERO, bool(kp) or not (ki or kd)
 
 
-def independent(gain: Decimal, integral: Decimal, derivative: Decimal) -> tuple[Decimal, Decimal]:
+def to_independent(gain: Decimal, integral: Decimal, derivative: Decimal) -> tuple[Decimal, Decimal]:
     """Ki and Kd of gain, integral time (0: none) and derivative time."""
     return round_computed(quotient(gain, integral)) if integral else ZERO, round_computed(product(gain, derivative))
 
@@ -130,22 +130,24 @@ class NeutralBuilder:
     index: int
     loop: NeutralLoop = field(default_factory=NeutralLoop)
 
-    def put(self, path: str, value: object, to: str, became: Any, note: str = "", *, assumed: bool = False) -> None:
+    def put(
+        self, path: str, value: object, neutral: str, neutral_value: Any, note: str = "", *, assumed: bool = False
+    ) -> None:
         """A field of the source with its value, and the neutral field with what it became."""
-        self.set(to, became)
-        self.mark(path, value, to, note=note, assumed=assumed)
+        self.set(neutral, neutral_value)
+        self.mark(path, value, neutral, note=note, assumed=assumed)
 
-    def same(self, row: Same, value: object) -> None:
+    def put_same(self, row: SameField, value: object) -> None:
         """A field that keeps its value."""
-        self.put(row.path, value, row.to or row.path, row.convert(value), row.note)
+        self.put(row.path, value, row.other_path or row.path, row.convert(value), row.note)
 
-    def set(self, to: str, value: Any) -> None:
+    def set(self, neutral: str, value: Any) -> None:
         """A neutral field alone; the fields of the source that it comes from are marked."""
-        set_value(self.loop.data, parse_path(to), value)
+        set_value(self.loop.data, parse_path(neutral), value)
 
-    def mark(self, path: str, value: object, *to: str, note: str = "", assumed: bool = False) -> None:
+    def mark(self, path: str, value: object, *neutral: str, note: str = "", assumed: bool = False) -> None:
         """A field of the source that is part of neutral fields which are set elsewhere."""
-        self.loop.fields.append(SourceField(path, value, to, note, assumed))
+        self.loop.fields.append(SourceField(path, value, neutral, note, assumed))
 
     def drop(self, path: str, value: object, note: str) -> None:
         """A field that the neutral form does not have, and what to program instead."""
@@ -176,18 +178,18 @@ class TargetBuilder:
 
         Decimals become plain numbers without the noise of their last digits; ``details``: see `TargetField`.
         """
-        set_value(self.data, parse_path(path), _plain(value))
+        set_value(self.data, parse_path(path), _file_value(value))
         self.mark(path, neutral, note, **details)
 
-    def same(self, row: Same, value: object) -> None:
+    def put_same(self, row: SameField, value: object) -> None:
         """A field that keeps its value."""
-        to = row.to or row.path
+        target_path = row.other_path or row.path
         if row.is_pair:
-            set_value(self.data, parse_path(to), _plain(value))
+            set_value(self.data, parse_path(target_path), _file_value(value))
             for i in range(2):
-                self.mark(f"{to}.{i}", f"{row.path}.{i}", row.note)
+                self.mark(f"{target_path}.{i}", f"{row.path}.{i}", row.note)
         else:
-            self.put(to, row.convert(value), row.path, row.note)
+            self.put(target_path, row.convert(value), row.path, row.note)
 
     def mark(self, path: str, neutral: str | None, note: str = "", **details: Any) -> None:
         """A field that is set otherwise holds this neutral field too."""
@@ -214,40 +216,40 @@ def target_file(vendor: str, file: GenericFile, builders: Sequence[TargetBuilder
     return TargetFile({**data, "loops": [b.data for b in builders]}, [b.fields for b in builders])
 
 
-def _plain(value: object) -> Any:
+def _file_value(value: object) -> Any:
     """A value as a file has it."""
     if isinstance(value, tuple | list):
-        return [_plain(item) for item in value]
-    return number(value) if isinstance(value, Decimal) else value
+        return [_file_value(item) for item in value]
+    return file_number(value) if isinstance(value, Decimal) else value
 
 
-def assign_addresses(bank: BankRange, size: int, count: int, wanted: Sequence[str]) -> list[int]:
+def assign_addresses(bank: BankRange, size: int, count: int, given: Sequence[str]) -> list[int]:
     """Where the blocks of each loop begin: as wanted, the others behind the last one without overlapping any."""
-    _refuse_too_many(wanted, count)
-    places = [bank.parse(address) for address in wanted]
+    _refuse_too_many(given, count)
+    places = [bank.parse(address) for address in given]
     start = places[-1] + size if places else bank.first
     while len(places) < count:
-        clash = next((other for other in places if abs(other - start) < size), None)
-        if clash is None:
+        overlapping = next((other for other in places if abs(other - start) < size), None)
+        if overlapping is None:
             places.append(start)
-        start = (start if clash is None else clash) + size
+        start = (start if overlapping is None else overlapping) + size
     top = max(places, default=bank.first)
     if top + size - 1 > bank.last:
         raise _no_place(f"{size} addresses from {bank.prefix}{top} on do not end by {bank.prefix}{bank.last}")
     return places
 
 
-def assign_names(wanted: Sequence[str | None], count: int, free: Callable[[int], str]) -> list[str]:
+def assign_names(given: Sequence[str | None], count: int, make_name: Callable[[int], str]) -> list[str]:
     """One name a loop: as wanted, the others the first that are free, counted from 1."""
-    _refuse_too_many(wanted, count)
-    unused = (name for n in counter(1) if (name := free(n)) not in wanted)
-    all_wanted = [*wanted, *[None] * (count - len(wanted))]
-    return [next(unused) if name is None else name for name in all_wanted]
+    _refuse_too_many(given, count)
+    free_names = (name for n in counter(1) if (name := make_name(n)) not in given)
+    all_given = [*given, *[None] * (count - len(given))]
+    return [next(free_names) if name is None else name for name in all_given]
 
 
-def _refuse_too_many(wanted: Sequence[str | None], count: int) -> None:
-    if len(wanted) > count:
-        raise _no_place(f"{', '.join(str(name) for name in wanted)}: that is {len(wanted)} for {count} of the loops")
+def _refuse_too_many(given: Sequence[str | None], count: int) -> None:
+    if len(given) > count:
+        raise _no_place(f"{', '.join(str(name) for name in given)}: that is {len(given)} for {count} of the loops")
 
 
 def _no_place(message: str) -> ConvertError:
@@ -275,28 +277,28 @@ def outputs_in_inner_units(loops: list[NeutralLoop]) -> list[NeutralLoop]:
     for inner in loops:
         outer = by_name.get(value_at(inner.data, ("setpoint", "source")))
         if outer is not None and "output" in outer.data and "pv" in inner.data:
-            _rescale(outer, [Decimal(str(end)) for end in inner.data["pv"]["range"]], inner.data["name"])
+            _rescale_loop(outer, [Decimal(str(end)) for end in inner.data["pv"]["range"]], inner.data["name"])
     return loops
 
 
-def _rescale(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
+def _rescale_loop(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
     """The outer loop's output on another scale."""
     output, tuning = outer.data["output"], outer.data["tuning"]
-    present = [Decimal(str(end)) for end in output["range"]]
-    if present == span:
+    old_span = [Decimal(str(end)) for end in output["range"]]
+    if old_span == span:
         return
-    factor = quotient(width(span), width(present))
+    factor = quotient(width(span), width(old_span))
     tuning["gain"] = round_computed(product(Decimal(str(tuning["gain"])), factor))
     output["range"] = span
     for key in ("bias", "manual"):
         if key in output:
-            output[key] = _rescale_value(output[key], present, span)
+            output[key] = _rescale_value(output[key], old_span, span)
     if "limits" in output:
-        output["limits"] = [_rescale_value(end, present, span) for end in output["limits"]]
+        output["limits"] = [_rescale_value(end, old_span, span) for end in output["limits"]]
     output.pop("unit", None)
     note = f"it commands {inner}: told in the units of its PV"
     outer.fields[:] = [
-        replace(field, note=note) if "output.range" in field.to or "output.unit" in field.to else field
+        replace(field, note=note) if "output.range" in field.neutral or "output.unit" in field.neutral else field
         for field in outer.fields
     ]
 
@@ -307,16 +309,16 @@ def _rescale_value(value: Decimal | float, source: Sequence[Decimal], target: Se
 
 # --- Fields that go over as they are: rows of a vendor's table, which stand between the steps that calculate ----------
 #
-# A conversion is one table in the order of its report: a row `Same` for a field that keeps its value, a function for
-# what has to be worked out.
+# A conversion is one table in the order of its report: a row `SameField` for a field that keeps its value, a function
+# for what has to be worked out.
 
 
 @frozen
-class Same:
+class SameField:
     """A field and the one that it becomes with the same value; one that is not given says nothing."""
 
     path: str
-    to: str = ""
+    other_path: str = ""
     """Its path on the other side; empty: the same."""
     words: Mapping[Any, object] | None = None
     """What the other side calls each choice."""
@@ -340,7 +342,7 @@ class Same:
 class Builder(Protocol):
     """What takes the fields of a loop."""
 
-    def same(self, row: Same, value: Any) -> None:
+    def put_same(self, row: SameField, value: Any) -> None:
         """Takes a field with its value."""
 
 
@@ -348,22 +350,22 @@ B = TypeVar("B", bound=Builder)
 C = TypeVar("C")
 
 
-Table: TypeAlias = "tuple[Same | Callable[[B, C], None], ...]"
+Table: TypeAlias = "tuple[SameField | Callable[[B, C], None], ...]"
 """Rows, and steps that get the builder and what they work with."""
 
 
-def same_fields(*paths: str, skip_falsy: bool = False) -> tuple[Same, ...]:
+def same_fields(*paths: str, skip_falsy: bool = False) -> tuple[SameField, ...]:
     """Rows of fields that have one path on both sides."""
-    return tuple(Same(path, skip_falsy=skip_falsy) for path in paths)
+    return tuple(SameField(path, skip_falsy=skip_falsy) for path in paths)
 
 
 def apply_table(builder: B, loop: object, context: C, table: Table[B, C]) -> None:
     """Goes through a table: rows take the fields of a loop, steps work out the others of ``context``."""
     for row in table:
-        if not isinstance(row, Same):
+        if not isinstance(row, SameField):
             row(builder, context)
         elif (value := row.value_of(loop)) is not None:
-            builder.same(row, value)
+            builder.put_same(row, value)
 
 
 # --- Neutral fields that a vendor does not have: which of them a loop gives, so that none is lost silently ------------
@@ -383,8 +385,8 @@ def drop_unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, 
         *above, key = parse_path(path)
         value, section = value_at(loop, (*above, key)), value_at(loop, above)
         default = type(section).model_fields[str(key)].default if isinstance(section, BaseModel) else None
-        idle = path == HYSTERESIS and not has_alarms(loop)
-        if value is not None and value != default and not idle and not is_harmless(path, value):
+        is_idle = path == HYSTERESIS and not has_alarms(loop)
+        if value is not None and value != default and not is_idle and not is_harmless(path, value):
             yield path, note
 
 
@@ -421,9 +423,9 @@ def flatten(model: Any, prefix: str = "") -> Flat:
         elif value is not None:
             values[path] = value
     if not prefix:
-        for limits, whole in (("setpoint.limits", "pv.range"), ("output.limits", "output.range")):
+        for limits, range_path in (("setpoint.limits", "pv.range"), ("output.limits", "output.range")):
             for end in ("0", "1"):
-                values.setdefault(f"{limits}.{end}", values[f"{whole}.{end}"])
+                values.setdefault(f"{limits}.{end}", values[f"{range_path}.{end}"])
     return values
 
 
@@ -441,9 +443,9 @@ def without_unused_terms(loop: Flat) -> Flat:
     return values
 
 
-def rescale_output(one: Flat, two: Flat) -> Flat:
+def rescale_output(reference: Flat, two: Flat) -> Flat:
     """The second loop with its output on the scale of the first: a vendor may know its output in % only."""
-    first, second = ([Decimal(loop[end]) for end in OUTPUT_RANGE] for loop in (one, two))
+    first, second = ([Decimal(loop[end]) for end in OUTPUT_RANGE] for loop in (reference, two))
     if first == second:
         return two
     values = dict(two)
@@ -491,7 +493,7 @@ D929 = Decision(
     "41 degC on 0 to 200 degC are 839 counts of 4095, which is 40.98 degC: a PLC with REAL numbers that gets 41 is "
     "0.48 counts apart from it. Each module rounds so, and nobody can write it nearer.",
 )
-SCALED = (Position, Distance)
+SCALED_CODECS = (Position, Distance)
 """Registers whose counts are told in engineering units."""
 COUNT_DIGITS = 3
 """Of a count, to which two words are told apart."""
@@ -501,40 +503,40 @@ def scaled_words(encoding: AnyEncoding) -> Iterator[tuple[Path, Word, Scale, int
     """The words of a file on a scale in engineering units: place, word, scale and content."""
     for block in encoding.blocks:
         for word in block.table.words:
-            if isinstance(word.codec, SCALED) and word.path is not None:
+            if isinstance(word.codec, SCALED_CODECS) and word.path is not None:
                 scale = block.scales[word.codec.scale]
                 if scale.range is not None:
                     yield (*block.place, *parse_path(word.path)), word, scale, block.encoded.words[word.offset]
 
 
 @frozen
-class Rest:
+class RoundingExcess:
     """What rounding to counts leaves of a value, as a share of its scale, and the counts of that."""
 
     share: Decimal
     counts: Decimal
 
 
-def rests_of(config: ConfigurationFile, encoding: AnyEncoding) -> dict[Path, Rest]:
+def rounding_excesses(config: ConfigurationFile, encoding: AnyEncoding) -> dict[Path, RoundingExcess]:
     """What rounding leaves of the values of a file, by their places."""
     rests = {}
     for path, word, scale, held in scaled_words(encoding):
         value = value_at(config, path)
-        if isinstance(value, Quantity) and isinstance(word.codec, SCALED):
-            rests[path] = Rest(
+        if isinstance(value, Quantity) and isinstance(word.codec, SCALED_CODECS):
+            rests[path] = RoundingExcess(
                 quotient(word.codec.rounding_excess(value, held, scale), scale.full_counts), scale.full_counts
             )
     return rests
 
 
-def counts_apart(one: Rest | None, two: Rest | None) -> float:
+def counts_between(one: RoundingExcess | None, two: RoundingExcess | None) -> float:
     """How far two words for the same number are apart, in counts of the coarser one; 0: neither rounds it."""
     rests = [rest for rest in (one, two) if rest is not None]
     if not rests:
         return 0.0
     shares = [Decimal(0) if rest is None else rest.share for rest in (one, two)]
-    apart = abs(shares[0] - shares[1]) * min(rest.counts for rest in rests)
-    return round(float(apart), COUNT_DIGITS)
+    difference = abs(shares[0] - shares[1]) * min(rest.counts for rest in rests)
+    return round(float(difference), COUNT_DIGITS)
 
 
 # --- Lines of a report held against what the target's file says in neutral terms, so that no line claims too much -----
@@ -544,7 +546,7 @@ def counts_apart(one: Rest | None, two: Rest | None) -> float:
 # whose choice differs is dropped. Gains, times and filters get the error of what acts (a time constant, not the share
 # in a register), and every number that differs is told in one unit.
 
-EXACT_SHARE, SCALE = Decimal("1e-6"), Decimal("1e-9")
+EXACT_SHARE, SCALE_SHARE = Decimal("1e-6"), Decimal("1e-9")
 """Relative difference of numbers, and difference as a share of their scale, that single precision makes."""
 
 
@@ -554,7 +556,7 @@ def correct_lines(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator
     if not has_alarms(before):
         not_stated |= {HYSTERESIS}
     sides = NeutralValues(*make_comparable(before, after), before, not_stated)
-    return (sides.line(row) for row in rows)
+    return (sides.correct_line(row) for row in rows)
 
 
 NOT_READ_BACK = ("output.manual",)
@@ -573,42 +575,42 @@ class NeutralValues:
     not_stated: frozenset[str]
     """Numbers of which the target says nothing."""
 
-    def line(self, row: Change) -> Change:
+    def correct_line(self, row: Change) -> Change:
         """A line, with what the target holds."""
         if row.kind == "dropped" or not row.neutral:
             return row
-        keys = [key for key in self.before if any(_within(key, name) for name in row.neutral)]
-        terms = [terms for key in keys if (terms := self._terms(key)) is not None]
+        keys = [key for key in self.before if any(_is_within(key, name) for name in row.neutral)]
+        terms = [terms for key in keys if (terms := self._differing_terms(key)) is not None]
         if terms:
-            return _rounded(row, max(terms, key=error_of))
+            return _mark_rounded(row, max(terms, key=error_percent_of))
         other = next((key for key in keys if self._is_other(key, row)), None)
         if row.kind != "exact" or other is None:
             return row
         note = f"the result has {self.after.get(other)} there"
         return replace(row, kind="dropped", note=f"{row.note}; {note}" if row.note else note, loss=True)
 
-    def _terms(self, key: str) -> Terms | None:
+    def _differing_terms(self, key: str) -> Terms | None:
         """A number that differs."""
-        wanted, held = _number(self.before[key]), _number(self.after.get(key))
+        wanted, held = _number_of(self.before[key]), _number_of(self.after.get(key))
         if wanted is None or held is None or key in self.not_stated:
             return None
-        size, scale = max(abs(wanted), abs(held)), self._width(key)
-        if abs(held - wanted) <= max(EXACT_SHARE * size, SCALE * scale):
+        size, scale = max(abs(wanted), abs(held)), self._range_width(key)
+        if abs(held - wanted) <= max(EXACT_SHARE * size, SCALE_SHARE * scale):
             return None
-        return Terms(key, wanted, held, self._unit(key))
+        return Terms(key, wanted, held, self._unit_of(key))
 
     def _is_other(self, key: str, row: Change) -> bool:
         """Whether a choice, or a number that is gone, differs; without a place only what acts otherwise does."""
         wanted, held = self.before[key], self.after.get(key)
-        if _number(wanted) is not None and (_number(held) is not None or key in NOT_READ_BACK):
+        if _number_of(wanted) is not None and (_number_of(held) is not None or key in NOT_READ_BACK):
             return False
         return wanted != held and not (row.target is None and is_harmless(key, wanted))
 
-    def _width(self, key: str) -> Decimal:
+    def _range_width(self, key: str) -> Decimal:
         section = "output" if key.startswith("output.") else "pv"
         return abs(Decimal(self.before[f"{section}.range.1"]) - Decimal(self.before[f"{section}.range.0"]))
 
-    def _unit(self, key: str) -> str:
+    def _unit_of(self, key: str) -> str:
         out, pv = self.loop.output.unit or "output", self.loop.pv.unit or "PV"
         if key == "tuning.gain":
             return f"{out}/{pv}"
@@ -619,25 +621,25 @@ class NeutralValues:
         return (self.loop.output.unit if key.startswith("output.") else self.loop.pv.unit) or ""
 
 
-def error_of(terms: Terms) -> Decimal:
+def error_percent_of(terms: Terms) -> Decimal:
     """How far a number is off, in %; infinite beside 0."""
     if not terms.wanted:
         return Decimal("Infinity")
     return abs(quotient(terms.held - terms.wanted, terms.wanted)) * 100
 
 
-def _rounded(row: Change, terms: Terms) -> Change:
+def _mark_rounded(row: Change, terms: Terms) -> Change:
     """A line with a number that differs; gains, times and filters have the error of what acts."""
     if row.error_percent and QUANTITY_OF_FIELD.get(terms.field, "band") == "band":
         return row
-    error = error_of(terms)
+    error = error_percent_of(terms)
     percent = float(error) if error.is_finite() else row.error_percent
     return replace(row, kind="rounded" if row.kind == "exact" else row.kind, error_percent=percent, terms=terms)
 
 
-def _within(key: str, name: str) -> bool:
+def _is_within(key: str, name: str) -> bool:
     return key == name or key.startswith(f"{name}.")
 
 
-def _number(value: object) -> Decimal | None:
+def _number_of(value: object) -> Decimal | None:
     return Decimal(value) if isinstance(value, Decimal | int) and not isinstance(value, bool) else None

@@ -10,7 +10,7 @@ from pidcfg.conversion.builder import (
     ONE,
     ZERO,
     NeutralBuilder,
-    Same,
+    SameField,
     TargetBuilder,
     apply_table,
     assign_addresses,
@@ -314,26 +314,26 @@ def _autotune(b: NeutralBuilder, loop: SourceLoop) -> None:
 
 NEUTRAL_FIELDS: Table[NeutralBuilder, SourceLoop] = (
     *same_fields("name", "description", "mode"),
-    Same("action", "output_raises_pv", RAISES),
+    SameField("action", "output_raises_pv", RAISES),
     _neutral_sample_rate,
     _neutral_tuning,
     _derivative,
     _neutral_pv_range,
-    Same("pv.unit"),
+    SameField("pv.unit"),
     _neutral_pv_filter,
-    Same("setpoint.value"),
+    SameField("setpoint.value"),
     _setpoint_limits,
     _neutral_output,
-    Same("output.pwm.period", "output.pulse.period"),
-    Same("state.output", "output.manual"),
+    SameField("output.pwm.period", "output.pulse.period"),
+    SameField("state.output", "output.manual"),
     _neutral_bias,
     _error,
     _pv_alarms,
     _deviation_alarms,
     _rate_of_change,
-    Same("alarms.hysteresis"),
-    Same("freeze_bias", "anti_windup"),
-    Same("bumpless", "setpoint.follows_pv", FOLLOWS),
+    SameField("alarms.hysteresis"),
+    SameField("freeze_bias", "anti_windup"),
+    SameField("bumpless", "setpoint.follows_pv", FOLLOWS),
     _autotune,
 )
 """Every field in the order of the report."""
@@ -385,12 +385,14 @@ def deviation_alarms(b: TargetBuilder, loop: Loop) -> None:
     _group(b, "alarms.deviation", dict(deviation), _deviation_points(deviation, loop.pv.range))
 
 
-def _group(b: TargetBuilder, path: str, wanted: Mapping[str, Decimal | None], points: Mapping[str, Decimal]) -> None:
+def _group(
+    b: TargetBuilder, path: str, given_points: Mapping[str, Decimal | None], points: Mapping[str, Decimal]
+) -> None:
     """All points of a group, when one of them is wanted."""
-    if all(value is None for value in wanted.values()):
+    if all(value is None for value in given_points.values()):
         return
     for key, value in points.items():
-        if wanted[key] is None:
+        if given_points[key] is None:
             b.put(f"{path}.{key}", value, None, "not wanted: one bit enables all of them")
         else:
             b.put(f"{path}.{key}", value, f"{path}.{key}")
@@ -603,35 +605,35 @@ def _output(b: TargetBuilder, c: ClickLoop) -> None:
     shown = " to ".join(decimal_text(end) for end in span)
     note = f"0 to 100 % of the output are {shown} {output.unit or ''}".rstrip()
     exact = [rescale(end, span, OUTPUT) for end in output.limits or span]
-    held = [min(max(end, ZERO), HUNDRED) for end in exact]
-    b.put("output.limits", held, "output.range" if percent else None, "" if percent else note)
+    output_limits = [min(max(end, ZERO), HUNDRED) for end in exact]
+    b.put("output.limits", output_limits, "output.range" if percent else None, "" if percent else note)
     if not percent:
         b.mark("output.limits", "output.range", f"the output is in %: {note}", assumed=True)
     if output.limits is not None:
         for i in range(2):
-            b.mark(f"output.limits.{i}", f"output.limits.{i}", exact=exact[i], clamped=held[i] != exact[i])
+            b.mark(f"output.limits.{i}", f"output.limits.{i}", exact=exact[i], clamped=output_limits[i] != exact[i])
     if output.unit is not None and percent:
         b.put("output.unit", output.unit, "output.unit")
     elif output.unit is not None:
         b.mark("output.limits", "output.unit", f"the output is in %: {note}", assumed=True)
     if output.manual is not None:
         b.put("state.output", rescale(output.manual, span, OUTPUT), "output.manual")
-    _bias(b, c.neutral, rescale(output.bias, span, OUTPUT), held)
+    _bias(b, c.neutral, rescale(output.bias, span, OUTPUT), output_limits)
 
 
 def _bias(b: TargetBuilder, loop: Loop, bias: Decimal, limits: Sequence[Decimal]) -> None:
     """The output in Manual becomes the bias in Auto: without an integral it begins with the wanted one."""
-    given, held = is_given(loop, ("output", "bias")), min(max(bias, limits[0]), limits[1])
+    given, limited_bias = is_given(loop, ("output", "bias")), min(max(bias, limits[0]), limits[1])
     if given and loop.tuning.integral_time:
         b.put("state.bias", bias, "output.bias", "Auto begins with the output as it stands in Manual", assumed=True)
-    if loop.tuning.integral_time or not (given or bias or held or loop.output.manual):
+    if loop.tuning.integral_time or not (given or bias or limited_bias or loop.output.manual):
         return
     note = "Auto makes the bias of the output, which begins there"
     if loop.output.manual is not None:
-        note = f"bring the output to {decimal_text(held)} % in Manual before going to Auto: it becomes the bias"
-    b.put("state.bias", held, "output.bias", note, assumed=held == bias, clamped=held != bias)
+        note = f"bring the output to {decimal_text(limited_bias)} % in Manual before going to Auto: it becomes the bias"
+    b.put("state.bias", limited_bias, "output.bias", note, assumed=limited_bias == bias, clamped=limited_bias != bias)
     if loop.output.manual is None:
-        b.put("state.output", held, None, "Auto makes the bias of the output")
+        b.put("state.output", limited_bias, None, "Auto makes the bias of the output")
 
 
 def _pulse(b: TargetBuilder, c: ClickLoop) -> None:
@@ -668,23 +670,23 @@ def _without_place(b: TargetBuilder, c: ClickLoop) -> None:
 CLICK_HEAD = same_fields("name", "description")
 CLICK_FIELDS = (
     _mode,
-    Same("output_raises_pv", "action", ACTIONS),
+    SameField("output_raises_pv", "action", ACTIONS),
     _sample_rate,
     _bumpless,
-    Same("anti_windup", "freeze_bias"),
+    SameField("anti_windup", "freeze_bias"),
     _tuning,
     _derivative_filter,
     _pv_range,
-    Same("pv.unit"),
+    SameField("pv.unit"),
     _pv_filter,
-    Same("setpoint.value"),
-    Same("setpoint.limits.0", "setpoint.lower_limit"),
-    Same("setpoint.limits.1", "setpoint.upper_limit"),
+    SameField("setpoint.value"),
+    SameField("setpoint.limits.0", "setpoint.lower_limit"),
+    SameField("setpoint.limits.1", "setpoint.upper_limit"),
     _output,
     _pulse,
-    Same("deadband", "error.deadband", skip_falsy=True),
+    SameField("deadband", "error.deadband", skip_falsy=True),
     _alarms,
-    Same("alarms.hysteresis", skip_falsy=True),
+    SameField("alarms.hysteresis", skip_falsy=True),
     _without_place,
 )
 """Every field in the order of the file."""

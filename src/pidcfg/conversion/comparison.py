@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
-from pidcfg.conversion import ConvertError, NeutralLoop, number_of, overlap
+from pidcfg.conversion import ConvertError, NeutralLoop, do_overlap, number_of
 from pidcfg.conversion.builder import flatten, rescale_output, without_unused_terms
 from pidcfg.conversion.differences import (
     Compared,
@@ -21,7 +21,7 @@ from pidcfg.conversion.differences import (
 )
 from pidcfg.conversion.operation import source_of
 from pidcfg.conversion.pipeline import generic_file
-from pidcfg.conversion.terms import SIGNALS, Item, Owner, Terms, Wired
+from pidcfg.conversion.terms import SIGNALS, Item, Owner, Terms, WireContent
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.parameters import AnyEncoding
@@ -44,7 +44,7 @@ EQUAL_SHARE = Decimal("1e-6")
 """Relative difference of numbers that count as equal."""
 
 
-def compare(before: NeutralSide, after: NeutralSide) -> list[Compared]:
+def compare_loops(before: NeutralSide, after: NeutralSide) -> list[Compared]:
     """Loop by loop: matched by name, then by their order."""
     rows = []
     for i, j in match_loops(before.names, after.names):
@@ -53,29 +53,29 @@ def compare(before: NeutralSide, after: NeutralSide) -> list[Compared]:
         elif i is None and j is not None:
             rows.append(Compared(after.names[j], "added"))
         elif i is not None and j is not None:
-            rows.append(rank_by_risk(after.names[j], _neutral(before, i, after, j)))
+            rows.append(rank_by_risk(after.names[j], _neutral_differences(before, i, after, j)))
     return rows
 
 
 def match_loops(before: Sequence[str], after: Sequence[str]) -> list[tuple[int | None, int | None]]:
     """Numbers of loops that belong together, by their names."""
-    numbers = {_plain(name): j for j, name in enumerate(after)}
+    numbers = {_fold_name(name): j for j, name in enumerate(after)}
     partners: dict[int, int] = {}
     for i, name in enumerate(before):
-        j = numbers.get(_plain(name))
+        j = numbers.get(_fold_name(name))
         if j is not None and j not in partners.values():
             partners[i] = j
-    left = [j for j in range(len(after)) if j not in partners.values()]
+    unmatched = [j for j in range(len(after)) if j not in partners.values()]
     pairs: list[tuple[int | None, int | None]] = []
     for i in range(len(before)):
         j = partners.get(i)
-        if j is None and left and len(before) == len(after):
-            j = left.pop(0)
+        if j is None and unmatched and len(before) == len(after):
+            j = unmatched.pop(0)
         pairs.append((i, j))
-    return pairs + [(None, j) for j in left]
+    return pairs + [(None, j) for j in unmatched]
 
 
-def _plain(name: str) -> str:
+def _fold_name(name: str) -> str:
     """A name as vendors with narrower rules for names would write it."""
     return name.casefold().replace("-", "_")
 
@@ -83,7 +83,7 @@ def _plain(name: str) -> str:
 # --- the neutral form ------------------------------------------------------------------------------------------------
 
 
-def _neutral(before: NeutralSide, i: int, after: NeutralSide, j: int) -> list[Difference]:
+def _neutral_differences(before: NeutralSide, i: int, after: NeutralSide, j: int) -> list[Difference]:
     first, second = before.loops[i], after.loops[j]
     if first is None or second is None:
         if first is second:
@@ -128,15 +128,17 @@ def neutral_side(config: ConfigurationFile, vendor: Vendor, *, partial: bool = F
     """
     encoding = encoder_of(vendor).encode(config)
     image = encoding.image
-    held: Any = vendor.model.model_validate(encoder_of(vendor).decode(image.words, image.settings, image.plc).data)
-    neutral: list[NeutralLoop] = source_of(vendor).to_neutral(held)
+    config_in_plc: Any = vendor.model.model_validate(
+        encoder_of(vendor).decode(image.words, image.settings, image.plc).data
+    )
+    neutral: list[NeutralLoop] = source_of(vendor).to_neutral(config_in_plc)
     missing = [entry for loop in neutral for entry in loop.missing]
     if missing and not partial and encoding.space is not None:
         raise ConvertError(missing)
-    whole = [loop for loop in neutral if not loop.missing]
-    models = iter(generic_file(held, whole).loops if whole else ())
+    complete = [loop for loop in neutral if not loop.missing]
+    models = iter(generic_file(config_in_plc, complete).loops if complete else ())
     loops = tuple(None if loop.missing else next(models) for loop in neutral)
-    return NeutralSide(vendor, tuple(loop.name for loop in held.loops), loops)
+    return NeutralSide(vendor, tuple(loop.name for loop in config_in_plc.loops), loops)
 
 
 # --- The neutral fields that the keys of a vendor's loops become: by them a difference is ranked ----------------------
@@ -158,14 +160,14 @@ def fields_of(
             _, _, inner = row.path.partition("blocks.")
             block, _, key = inner.partition(".")
             owner, path = (block, key) if row.path.startswith("blocks.") and key else (loop.name, row.path)
-            fields.setdefault(owner, []).append((path, row.to))
+            fields.setdefault(owner, []).append((path, row.neutral))
     return fields
 
 
 def neutral_fields(fields: Mapping[str, list[tuple[str, tuple[str, ...]]]], owner: str, key: str) -> Iterator[str]:
     """The neutral fields of a key."""
     for path, names in fields.get(owner, ()):
-        if overlap(path, key):
+        if do_overlap(path, key):
             yield from names
 
 
@@ -174,12 +176,12 @@ def with_ranges(config: ConfigurationFile, encoding: AnyEncoding) -> Any:
     scales = {block.place[1]: block.scales for block in encoding.blocks if block.place[:1] == ("loops",)}
     loops = []
     for i, loop in enumerate(config.loops):
-        given: dict[str, BaseModel] = {}
+        ranged_sections: dict[str, BaseModel] = {}
         for part, scale in ((part, scales.get(i, {}).get(part)) for part in SCALES):
             if scale is not None and scale.range is None:
                 ends = {"range": (scale.format.minimum, scale.format.maximum)}
-                given[part] = getattr(loop, part).model_copy(update=ends)
-        loops.append(loop.model_copy(update=given) if given else loop)
+                ranged_sections[part] = getattr(loop, part).model_copy(update=ends)
+        loops.append(loop.model_copy(update=ranged_sections) if ranged_sections else loop)
     return config.model_copy(update={"loops": tuple(loops)})
 
 
@@ -202,43 +204,45 @@ Pair = tuple["Owner | None", "Owner | None"]
 
 def pairs_of(before: Sequence[Owner], after: Sequence[Owner]) -> list[Pair]:
     """Owners that belong together, in the order of the second side, what was removed behind the one it followed."""
-    named = dict(zip(_keys(before), before, strict=True))
-    partners = {id(two): named[key] for key, two in zip(_keys(after), after, strict=True) if key in named}
+    by_key = dict(zip(_owner_keys(before), before, strict=True))
+    partners = {id(second): by_key[key] for key, second in zip(_owner_keys(after), after, strict=True) if key in by_key}
     for is_same in (_same_place, _same_content):
-        _rename(before, after, partners, is_same)
-    pairs: list[Pair] = [(partners.get(id(two)), two) for two in after]
-    found = {id(one) for one in partners.values()}
-    for i, one in enumerate(before):
-        if id(one) not in found:
+        _match_renamed(before, after, partners, is_same)
+    pairs: list[Pair] = [(partners.get(id(second)), second) for second in after]
+    matched = {id(first) for first in partners.values()}
+    for i, first in enumerate(before):
+        if id(first) not in matched:
             at = next((k for k, pair in enumerate(pairs) if i and pair[0] is before[i - 1]), -1)
-            pairs.insert(at + 1, (one, None))
+            pairs.insert(at + 1, (first, None))
     return pairs
 
 
-def _rename(
+def _match_renamed(
     before: Sequence[Owner],
     after: Sequence[Owner],
     partners: dict[int, Owner],
     is_same: Callable[[Owner, Owner, int, int], bool],
 ) -> None:
     """Adds pairs of loops that have no partner yet."""
-    taken = {id(one) for one in partners.values()}
-    for j, two in enumerate(after):
-        free = ((i, one) for i, one in enumerate(before) if id(one) not in taken and one.kind == two.kind)
-        if id(two) not in partners:
-            one = next((one for i, one in free if is_same(one, two, i, j)), None)
-            if one is not None:
-                partners[id(two)] = one
-                taken.add(id(one))
+    matched = {id(first) for first in partners.values()}
+    for j, second in enumerate(after):
+        candidates = (
+            (i, first) for i, first in enumerate(before) if id(first) not in matched and first.kind == second.kind
+        )
+        if id(second) not in partners:
+            first = next((first for i, first in candidates if is_same(first, second, i, j)), None)
+            if first is not None:
+                partners[id(second)] = first
+                matched.add(id(first))
 
 
-def _keys(owners: Sequence[Owner]) -> list[tuple[str, str, int]]:
+def _owner_keys(owners: Sequence[Owner]) -> list[tuple[str, str, int]]:
     """What owners are called; of several with one name the first belongs to the first of the other side, and so on."""
-    seen: Counter[tuple[str, str]] = Counter()
+    counts: Counter[tuple[str, str]] = Counter()
     keys: list[tuple[str, str, int]] = []
     for owner in owners:
-        seen[owner.kind, owner.name] += 1
-        keys.append((owner.kind, owner.name, seen[owner.kind, owner.name]))
+        counts[owner.kind, owner.name] += 1
+        keys.append((owner.kind, owner.name, counts[owner.kind, owner.name]))
     return keys
 
 
@@ -256,11 +260,11 @@ def _same_content(one: Owner, two: Owner, i: int, j: int) -> bool:
 def likeness(one: Owner, two: Owner) -> float:
     """The share of settings that are the same, of those that one of two loops has set."""
     keys = [key for key in {**one.items, **two.items} if _is_set(one, key) or _is_set(two, key)]
-    same = sum(1 for key in keys if _content(one, key) == _content(two, key))
+    same = sum(1 for key in keys if _item_content(one, key) == _item_content(two, key))
     return same / len(keys) if keys else 1.0
 
 
-def _content(owner: Owner, key: str) -> object:
+def _item_content(owner: Owner, key: str) -> object:
     item = owner.items.get(key)
     return None if item is None else item.content
 
@@ -285,11 +289,11 @@ def moved_loops(pairs: Sequence[Pair]) -> Iterator[tuple[Owner, tuple[str, str]]
     for one, two in both:
         if one.place != two.place:
             yield two, (one.place, two.place)
-    bare = [(one, two) for one, two in both if not (one.place or two.place)]
-    numbers = [one.number for one, _ in bare]
-    kept = _longest_rise(numbers)
-    for i, (one, two) in enumerate(bare):
-        if i not in kept:
+    without_place = [(one, two) for one, two in both if not (one.place or two.place)]
+    numbers = [one.number for one, _ in without_place]
+    in_order = _longest_rise(numbers)
+    for i, (one, two) in enumerate(without_place):
+        if i not in in_order:
             yield two, (f"loop {one.number}", f"loop {two.number}")
 
 
@@ -341,14 +345,14 @@ class Comparison:
         places = {id(two): place for two, place in moved_loops(pairs)}
         names = {one.name: two.name for one, two in pairs if one and two and one.name != two.name}
         rows: list[Compared] = []
-        rest: list[Compared] = []
+        file_rows: list[Compared] = []
         for one, two in pairs:
-            row, kinds = self._row((one, two), names, places), {owner.kind for owner in (one, two) if owner}
+            row, kinds = self._compare_owners((one, two), names, places), {owner.kind for owner in (one, two) if owner}
             if "loop" in kinds or not _is_silent(row):
-                (rest if "file" in kinds else rows).append(row)
-        return rows + rest
+                (file_rows if "file" in kinds else rows).append(row)
+        return rows + file_rows
 
-    def _row(self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]) -> Compared:
+    def _compare_owners(self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]) -> Compared:
         one, two = pair
         if SIGNALS in {owner.kind for owner in pair if owner}:
             one, two = one or Owner(SIGNALS, SIGNALS), two or Owner(SIGNALS, SIGNALS)
@@ -356,7 +360,7 @@ class Comparison:
             return Compared(two.name if two else "", "added")
         if two is None:
             return Compared(one.name, "removed")
-        rows = self._compared(one, two, names)
+        rows = self._compare_keys(one, two, names)
         place, is_renamed = places.get(id(two)), one.name != two.name
         status: Status = "renamed" if is_renamed else "moved" if place else "changed" if rows.differs else "same"
         return Compared(
@@ -370,52 +374,52 @@ class Comparison:
             tuple(rows.missing),
         )
 
-    def _compared(self, one: Owner, two: Owner, names: Mapping[str, str]) -> _LoopDifferences:
+    def _compare_keys(self, one: Owner, two: Owner, names: Mapping[str, str]) -> _LoopDifferences:
         """The keys of a loop."""
         rows = _LoopDifferences()
         for key in _keys_of_both(one, two):
             a, b = one.items.get(key), two.items.get(key)
-            shown = b or a
-            fate = self._fate((one, two), rename_loops(a, names), b)
-            if shown is not None and fate == "missing":
-                rows.missing.append(shown.key)
-            elif shown is not None and fate == "live":
-                rows.live.append(shown.key)
-            elif fate != "same":
-                difference = self._difference(two.name, a or Item(key), b or Item(key))
+            item = b or a
+            verdict = self._judge_key((one, two), rename_loops(a, names), b)
+            if item is not None and verdict == "missing":
+                rows.missing.append(item.key)
+            elif item is not None and verdict == "live":
+                rows.live.append(item.key)
+            elif verdict != "same":
+                difference = self._make_difference(two.name, a or Item(key), b or Item(key))
                 if _is_off(key, one) and _is_off(key, two):
                     difference = replace(difference, risk="low", note=OFF)
-                (rows.operated if fate == "operated" else rows.differs).append(difference)
+                (rows.operated if verdict == "operated" else rows.differs).append(difference)
         return rows
 
-    def _fate(self, owners: tuple[Owner, Owner], a: Item | None, b: Item | None) -> Fate:
+    def _judge_key(self, owners: tuple[Owner, Owner], a: Item | None, b: Item | None) -> Fate:
         """What becomes of a key."""
         items = [item for item in (a, b) if item is not None]
         if any(item.fault for item in items):
             is_same = len(items) == len(owners) and items[0].content == items[1].content
-            return "same" if is_same else self._allowed(items)
-        if not all(item.known for item in items):
-            held = any(item.known and item.kind != "live" and item.content for item in items)
+            return "same" if is_same else self._judge_listing_difference(items)
+        if not all(item.is_known for item in items):
+            held = any(item.is_known and item.kind != "live" and item.content for item in items)
             return "missing" if held else "same"
         if len(items) < len(owners):
             side = 0 if a is None else 1
-            fate = self._of_one_side(owners[side], side, items[0])
+            fate = self._judge_one_sided(owners[side], side, items[0])
         else:
             fate = "same" if items[0].content == items[1].content else "differs"
-        return self._allowed(items) if fate == "differs" else fate
+        return self._judge_listing_difference(items) if fate == "differs" else fate
 
-    def _of_one_side(self, owner: Owner, side: int, item: Item) -> Fate:
+    def _judge_one_sided(self, owner: Owner, side: int, item: Item) -> Fate:
         """What becomes of a key that ``owner``, the loop of one side, lacks."""
-        if item.default or (item.optional and item.value is None):
+        if item.is_default or (item.is_optional and item.value is None):
             return "same"
         if not self.listings[side]:
-            return "same" if item.optional and any(self.listings) else "differs"
+            return "same" if item.is_optional and any(self.listings) else "differs"
         if item.file_only or not (item.address or owner.is_described):
             return "same"
-        held = (self.before, self.after)[side].holds
-        return "missing" if item.optional and not held(item.address) else "differs"
+        is_held_in = (self.before, self.after)[side].has_address
+        return "missing" if item.is_optional and not is_held_in(item.address) else "differs"
 
-    def _allowed(self, items: Sequence[Item]) -> Fate:
+    def _judge_listing_difference(self, items: Sequence[Item]) -> Fate:
         """What becomes of a key that differs: against a listing much does that nobody has edited."""
         kinds = {item.kind for item in items}
         if "reserved" in kinds:
@@ -427,12 +431,12 @@ class Comparison:
         is_value = not any(item.fault for item in items)
         return "operated" if is_value and "operated" in kinds else "differs"
 
-    def _difference(self, loop: str, one: Item, two: Item) -> Difference:
+    def _make_difference(self, loop: str, one: Item, two: Item) -> Difference:
         key = two.key if two.address or not one.address else one.key
         unit, before, after = _in_one_unit(one, two)
         is_scaled = {type(before), type(after)} == {str} != {type(one.value), type(two.value)}
         neutral, risk, note = judge_key(key, self.fields(loop, key), before, after, is_scaled=is_scaled)
-        by, kinds = one.by or two.by, {one.kind, two.kind}
+        by, kinds = one.writer or two.writer, {one.kind, two.kind}
         if fault := one.fault or two.fault:
             note = f"no value: {fault.rpartition(': ')[2]}"
         elif by and any(self.listings) and (self.live or "operated" not in kinds):
@@ -451,7 +455,7 @@ def _is_off(key: str, owner: Owner) -> bool:
     """Whether a key is the limit of an alarm whose enable bit is off."""
     bits = (f"{key}_enabled", f"{key.rpartition('.')[0]}.enabled")
     bit = next((owner.items[name] for name in bits if name in owner.items), None)
-    return key.startswith(ALARMS) and key not in bits and bit is not None and bit.known and not bit.content
+    return key.startswith(ALARMS) and key not in bits and bit is not None and bit.is_known and not bit.content
 
 
 def _is_silent(row: Compared) -> bool:
@@ -462,14 +466,14 @@ def rename_loops(item: Item | None, names: Mapping[str, str]) -> Item | None:
     """An item of the first side in which loops have the names of the second."""
     if item is None or not names:
         return item
-    if isinstance(item.content, Wired):
-        return replace(item, content=item.content.renamed(names))
+    if isinstance(item.content, WireContent):
+        return replace(item, content=item.content.rename_blocks(names))
     return replace(item, content=names.get(item.content, item.content)) if item.key == SOURCE else item
 
 
 def _in_one_unit(one: Item, two: Item) -> tuple[str, object, object]:
     """The unit of both values, of which one may be a word such as ``off``; where they have two, they carry them."""
-    if isinstance(one.content, Wired) or isinstance(two.content, Wired):
+    if isinstance(one.content, WireContent) or isinstance(two.content, WireContent):
         return "", one.value, two.value
     before, after = (item.unit if isinstance(item.unit, str) else item.unit() for item in (one, two))
     if one.value is None or two.value is None:

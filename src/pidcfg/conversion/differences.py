@@ -96,8 +96,8 @@ class Compared:
 
     def with_states(self, states: tuple[State, ...]) -> Compared:
         """The same, and what listings say of its state; that is no setting of the operator's beside it."""
-        told = {state.key for state in states}
-        operated = tuple(d for d in self.operated if d.key not in told)
+        told_keys = {state.key for state in states}
+        operated = tuple(d for d in self.operated if d.key not in told_keys)
         status: Status = "disturbed" if states and self.same else self.status
         return replace(self, states=states, operated=operated, status=status)
 
@@ -322,12 +322,14 @@ def states_of(subject: Subject, other: Subject) -> Iterator[tuple[str, State]]:
     """
     if subject.reading is None:
         return
-    wanted = other.encoding.image.words if other.reading is None and other.vendor is subject.vendor else {}
+    other_words = other.encoding.image.words if other.reading is None and other.vendor is subject.vendor else {}
     troubles = TROUBLES.get(subject.vendor.key, ())
-    for owner, register, number, content, meanings in _contents(subject):
+    for owner, register, number, content, meanings in _listing_contents(subject):
         for trouble in troubles:
-            if _tells_of(trouble, register) and wanted.get(number, object()) != content:
-                yield from ((owner, state) for state in _states(trouble, subject, register, number, content, meanings))
+            if _tells_of(trouble, register) and other_words.get(number, object()) != content:
+                yield from (
+                    (owner, state) for state in _content_states(trouble, subject, register, number, content, meanings)
+                )
 
 
 def _tells_of(trouble: Trouble, register: str) -> bool:
@@ -335,7 +337,7 @@ def _tells_of(trouble: Trouble, register: str) -> bool:
     return register.startswith(name) if name.endswith(".") else register == name
 
 
-def _states(
+def _content_states(
     trouble: Trouble, subject: Subject, register: str, number: object, content: Any, meanings: Mapping[int | None, str]
 ) -> Iterator[State]:
     """The states that a content shows."""
@@ -350,19 +352,19 @@ def _states(
             yield State(trouble.kind, trouble.text.format(meaning=meanings[bit]), register, f"{address}.{bit}", "1")
     if not trouble.bits and (content in trouble.contents if trouble.contents else content):
         text = trouble.text.removesuffix("{meaning}")
-        meaning = _meaning(subject.vendor, register, content) or meanings.get(None, "")
+        meaning = _content_meaning(subject.vendor, register, content) or meanings.get(None, "")
         more = f": {meaning}" if meaning and text != trouble.text else ""
         yield State(trouble.kind, text.format(content=content, register=register) + more, register, address, word)
 
 
-def _meaning(vendor: Vendor, register: str, content: object) -> str:
+def _content_meaning(vendor: Vendor, register: str, content: object) -> str:
     """What a number, or the state of a switch, stands for."""
     tables = tables_of(vendor)
     codes = (code.title for code in getattr(tables, "CODES", ()) if (code.register, code.number) == (register, content))
     return next(codes, "") or str(getattr(tables, "STATES", {}).get((register, content), ""))
 
 
-def _contents(subject: Subject) -> Iterator[tuple[str, str, Any, Any, Mapping[int | None, str]]]:
+def _listing_contents(subject: Subject) -> Iterator[tuple[str, str, Any, Any, Mapping[int | None, str]]]:
     """What a listing holds: owner, register, number, content, and titles of bits; None: of the whole."""
     words = {} if subject.reading is None else subject.reading.listing.words
     if subject.encoding.space is None:

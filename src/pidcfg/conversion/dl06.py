@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.conversion import ConvertError, Missing
 from pidcfg.conversion.builder import (
     ZERO,
-    Same,
+    SameField,
     TargetBuilder,
     apply_table,
     filter_share,
@@ -94,7 +94,7 @@ POINT_AT_SCALE_END = "at the end of the scale: no PV passes it"
 POINT_BEFORE_ROOT = "a DL06 compares the differential pressure with it, not the root"
 
 
-def alarms(b: TargetBuilder, t: Dl06Target) -> None:
+def put_alarms(b: TargetBuilder, t: Dl06Target) -> None:
     """All alarms of a loop."""
     on = _pv_points(b, t)
     yellow = _deviations(b, t)
@@ -105,10 +105,10 @@ def alarms(b: TargetBuilder, t: Dl06Target) -> None:
 def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
     """The four points of the PV; returns whether they are on."""
     points, scale = t.neutral.alarms.pv, t.scales["pv"]
-    wanted = {key: value for key in PV_POINTS if (value := getattr(points, key)) is not None}
-    if not wanted:
+    given_points = {key: value for key in PV_POINTS if (value := getattr(points, key)) is not None}
+    if not given_points:
         return False
-    values = {key: square_of_flow(scale, v) if t.neutral.pv.square_root else v for key, v in wanted.items()}
+    values = {key: square_of_flow(scale, v) if t.neutral.pv.square_root else v for key, v in given_points.items()}
     bottom, top = scale.format.minimum, scale.format.maximum
     counts = {key: min(max(round_to_integer(scale.position(Quantity(v))), bottom), top) for key, v in values.items()}
     for key, end in (("low", bottom), ("high", top)):
@@ -120,7 +120,9 @@ def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
     places = _complete_points(counts, bottom, top)
     for low, high in pairwise(PV_POINTS):
         if places[low] >= places[high]:
-            text = " and ".join(f"{key} {decimal_text(wanted[key])}" for key in (low, high) if key in wanted)
+            text = " and ".join(
+                f"{key} {decimal_text(given_points[key])}" for key in (low, high) if key in given_points
+            )
             b.refuse(f"alarms.pv.{high}", f"{t.neutral.name}: {text}: {low} must be at least one count below {high}")
     for key in PV_POINTS:
         if key in values:
@@ -144,9 +146,9 @@ def _complete_points(counts: dict[str, int], bottom: int, top: int) -> dict[str,
 def _deviations(b: TargetBuilder, t: Dl06Target) -> int | None:
     """Yellow and red deviation; returns the counts of yellow when they are on."""
     deviation, scale = t.neutral.alarms.deviation, t.scales["pv"]
-    wanted = {"yellow": deviation.high, "red": deviation.high_high}
+    given_points = {"yellow": deviation.high, "red": deviation.high_high}
     neutral = {"yellow": "alarms.deviation.high", "red": "alarms.deviation.high_high"}
-    values = {key: value for key, value in wanted.items() if value is not None}
+    values = {key: value for key, value in given_points.items() if value is not None}
     top = scale.format.maximum
     counts = {key: min(round_to_integer(scale.distance(Quantity(v))), top) for key, v in values.items()}
     if t.neutral.pv.square_root or ("red" not in counts and counts.get("yellow") == top):
@@ -169,40 +171,42 @@ def _deviations(b: TargetBuilder, t: Dl06Target) -> int | None:
 
 
 def _rate_of_change(b: TargetBuilder, t: Dl06Target) -> None:
-    rate, of = t.neutral.alarms.rate_of_change, "alarms.rate_of_change"
+    rate, field = t.neutral.alarms.rate_of_change, "alarms.rate_of_change"
     if rate is None:
         return
     change = product(rate, t.sample)
     if t.neutral.pv.square_root:
-        b.drop(of, POINT_BEFORE_ROOT)
+        b.drop(field, POINT_BEFORE_ROOT)
     elif (counts := round_to_integer(t.scales["pv"].distance(Quantity(change)))) == 0:
-        b.drop(of, "less than half a count a sample: sample more slowly, or compare over more samples in the program")
+        b.drop(
+            field, "less than half a count a sample: sample more slowly, or compare over more samples in the program"
+        )
     else:
         held = distance(t.scales["pv"], Quantity(Decimal(counts), counts=True))
-        b.put(of, round_to_ten_digits(change), of, "per sample", exact=change, held=held)
+        b.put(field, round_to_ten_digits(change), field, "per sample", exact=change, held=held)
 
 
 def _hysteresis(b: TargetBuilder, t: Dl06Target, yellow: int | None, *, on: bool) -> None:
     """At least one count, at most 12.5 % of the span, and less than the yellow deviation."""
-    wanted, scale, field = t.neutral.alarms.hysteresis, t.scales["pv"], "alarms.hysteresis"
+    hysteresis, scale, field = t.neutral.alarms.hysteresis, t.scales["pv"], "alarms.hysteresis"
     if t.neutral.pv.square_root:
-        if wanted:
+        if hysteresis:
             b.drop(field, POINT_BEFORE_ROOT)
         return
     if not on:
-        if wanted:
-            b.put(field, wanted, field)
+        if hysteresis:
+            b.put(field, hysteresis, field)
         return
-    most = round_to_integer(MAX_HYSTERESIS * scale.format.span)
-    most = most if yellow is None else max(min(most, yellow - 1), 1)
-    counts = round_to_integer(scale.distance(Quantity(wanted)))
+    max_counts = round_to_integer(MAX_HYSTERESIS * scale.format.span)
+    max_counts = max_counts if yellow is None else max(min(max_counts, yellow - 1), 1)
+    counts = round_to_integer(scale.distance(Quantity(hysteresis)))
     if counts < 1:
         b.put(field, "1 counts", field, "a DL06 wants at least one count", assumed=True)
-    elif counts > most:
-        held = file_quantity(scale.span_value(most))
+    elif counts > max_counts:
+        held = file_quantity(scale.span_value(max_counts))
         b.put(field, held, field, "at most 12.5 % of the span and less than the yellow deviation", clamped=True)
     else:
-        b.put(field, wanted, field)
+        b.put(field, hysteresis, field)
 
 
 # --- Neutral loops to a DL06 configuration: a loop table at V2000, gains as shares of the spans -----------------------
@@ -320,13 +324,13 @@ def _anti_windup(b: TargetBuilder, t: Dl06Target) -> None:
     b.put("bias_freeze", loop.anti_windup, "anti_windup", FREEZE_NOTE if loop.anti_windup and narrow else "")
 
 
-def share(loop: Loop) -> Decimal:
+def gain_share(loop: Loop) -> Decimal:
     """The gain as a share of the output's span for a share of the PV's."""
     return quotient(product(loop.tuning.gain, width(loop.pv.range)), width(loop.output.range))
 
 
 def _tuning(b: TargetBuilder, t: Dl06Target) -> None:
-    tuning, gain = t.neutral.tuning, share(t.neutral)
+    tuning, gain = t.neutral.tuning, gain_share(t.neutral)
     time = tuning.integral_time
     if tuning.proportional:
         b.put("tuning.gain", round_to_ten_digits(gain), "tuning.gain")
@@ -346,8 +350,8 @@ def _reset(b: TargetBuilder, time: Decimal, decimals: int) -> None:
     step = RESET[decimals].step
     longest, minutes = LARGEST_RESET_DIGITS * step, quotient(time, SECONDS["min"])
     note = f"the longest reset is {longest} min" if minutes > longest else ""
-    away = ZERO if note else abs(minutes.quantize(step) * SECONDS["min"] - time)
-    unit, value = ("seconds", time) if time - longest <= away else ("minutes", minutes)
+    error = ZERO if note else abs(minutes.quantize(step) * SECONDS["min"] - time)
+    unit, value = ("seconds", time) if time - longest <= error else ("minutes", minutes)
     held = round_to_ten_digits(min(value, longest))
     b.put("tuning.reset", held, "tuning.integral_time", note, exact=round_to_ten_digits(value), clamped=bool(note))
     b.data["tuning"]["reset_unit"] = unit
@@ -355,7 +359,7 @@ def _reset(b: TargetBuilder, time: Decimal, decimals: int) -> None:
 
 def _derivative(b: TargetBuilder, t: Dl06Target) -> None:
     """Rate and derivative gain limit N, whose filter has the time constant Td/N."""
-    tuning, gain, acts = t.neutral.tuning, share(t.neutral), t.plc.get("derivative", "error")
+    tuning, gain, acts_on = t.neutral.tuning, gain_share(t.neutral), t.plc.get("derivative", "error")
     rate = tuning.derivative_time if tuning.proportional else product(tuning.derivative_time, gain)
     if not rate or not gain:
         b.put("tuning.rate", ZERO, "tuning.derivative_time", GAIN_ZERO_NOTE if tuning.derivative_time else "")
@@ -364,12 +368,12 @@ def _derivative(b: TargetBuilder, t: Dl06Target) -> None:
         if tuning.derivative_filter:
             b.drop("tuning.derivative_filter", NO_DERIVATIVE_NOTE)
         return
-    wrong = f"acts on the {acts}, not on the {tuning.derivative_on}" if acts != tuning.derivative_on else ""
-    b.put("tuning.rate", round_to_ten_digits(rate), "tuning.derivative_time", wrong)
-    if wrong:
-        kick = "a step of the set point kicks the output" if acts == "error" else "the set point does not move it"
-        b.drop("tuning.derivative_on", f"the rate {wrong}: {kick}")
-    elif acts == "error":
+    mismatch = f"acts on the {acts_on}, not on the {tuning.derivative_on}" if acts_on != tuning.derivative_on else ""
+    b.put("tuning.rate", round_to_ten_digits(rate), "tuning.derivative_time", mismatch)
+    if mismatch:
+        kick = "a step of the set point kicks the output" if acts_on == "error" else "the set point does not move it"
+        b.drop("tuning.derivative_on", f"the rate {mismatch}: {kick}")
+    elif acts_on == "error":
         b.mark(DERIVATIVE_KEY, "tuning.derivative_on")
     if tuning.derivative_filter:
         _derivative_filter(b, tuning.derivative_filter, min(rate, LONGEST_RATE))
@@ -381,8 +385,8 @@ def _derivative_filter(b: TargetBuilder, constant: Decimal, rate: Decimal) -> No
     clamped = not GAIN_LIMITS[0] <= ratio <= GAIN_LIMITS[1]
     note = f"the filter is Td/N with N from {GAIN_LIMITS[0]} to {GAIN_LIMITS[1]}: {limit}" if clamped else f"Td/{limit}"
     held = quotient(rate, Decimal(limit))
-    of = "tuning.derivative_filter"
-    b.put("derivative_gain_limit", limit, of, note, exact=constant, held=held, clamped=clamped)
+    field = "tuning.derivative_filter"
+    b.put("derivative_gain_limit", limit, field, note, exact=constant, held=held, clamped=clamped)
 
 
 def _format(b: TargetBuilder, t: Dl06Target) -> None:
@@ -424,23 +428,23 @@ FIELDS: Table[TargetBuilder, Dl06Target] = (
     *same_fields("name", "description"),
     _mode,
     _sample_rate,
-    Same("output_raises_pv", "action", ACTIONS),
+    SameField("output_raises_pv", "action", ACTIONS),
     _bumpless,
     _anti_windup,
     _tuning,
     _derivative,
     *same_fields("pv.range", "pv.unit"),
     _format,
-    Same("pv.square_root", skip_falsy=True),
+    SameField("pv.square_root", skip_falsy=True),
     _pv_filter,
-    Same("setpoint.value"),
-    Same("setpoint.limits", is_pair=True),
+    SameField("setpoint.value"),
+    SameField("setpoint.limits", is_pair=True),
     *same_fields("output.range", "output.unit"),
-    Same("output.limits", is_pair=True),
-    Same("output.manual", "state.output"),
+    SameField("output.limits", is_pair=True),
+    SameField("output.manual", "state.output"),
     _bias,
-    Same("deadband", "error.deadband", skip_falsy=True),
-    alarms,
+    SameField("deadband", "error.deadband", skip_falsy=True),
+    put_alarms,
     _without_place,
 )
 """Every field in the order of the file."""

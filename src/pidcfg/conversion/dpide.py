@@ -10,13 +10,13 @@ from pidcfg.conversion.builder import (
     ALARMS,
     ZERO,
     NeutralBuilder,
-    Same,
+    SameField,
     TargetBuilder,
     apply_table,
-    dependent,
     drop_unmatched,
     same_fields,
     target_file,
+    to_dependent,
 )
 from pidcfg.conversion.operation import Deadband, Manual, Operation, VendorSettings, Windup
 from pidcfg.encoders.codecs import round_to_integer
@@ -182,7 +182,7 @@ def _neutral_equation(b: NeutralBuilder, d: Instruction) -> None:
     gain, integral, derivative = (max(value, ZERO) for value in (loop.Kc_Kp, loop.Ti_Ki, loop.Td_Kd))
     acts = True
     if not loop.PID_EQ:
-        gain, integral, derivative, acts = dependent(gain, integral, derivative)
+        gain, integral, derivative, acts = to_dependent(gain, integral, derivative)
     b.set("tuning.gain", gain)
     b.set("tuning.proportional", acts)
     b.mark("Kc_Kp", loop.Kc_Kp, "tuning.gain", "tuning.proportional", note=_below_zero(loop.Kc_Kp))
@@ -237,7 +237,7 @@ def _call(b: NeutralBuilder, d: Instruction) -> None:
 
 NEUTRAL_FIELDS: Table[NeutralBuilder, Instruction] = (
     *same_fields("name", "description"),
-    Same("PID_DIR", "output_raises_pv"),
+    SameField("PID_DIR", "output_raises_pv"),
     _neutral_setpoint,
     _mode,
     _anti_windup,
@@ -372,11 +372,11 @@ def _equation(b: TargetBuilder, loop: Loop) -> None:
 
 def _cycle(b: TargetBuilder, loop: Loop) -> None:
     """CYCLE in whole ms."""
-    wanted = loop.sample_time * MS
-    cycle = min(max(round_to_integer(wanted), SHORTEST_CYCLE), LONGEST_CYCLE)
-    note = "CYCLE is whole milliseconds" if wanted != cycle else ""
-    clamped = not SHORTEST_CYCLE <= wanted <= LONGEST_CYCLE
-    b.put("CYCLE", cycle, "sample_time", note, exact=wanted, clamped=clamped)
+    cycle_wanted = loop.sample_time * MS
+    cycle = min(max(round_to_integer(cycle_wanted), SHORTEST_CYCLE), LONGEST_CYCLE)
+    note = "CYCLE is whole milliseconds" if cycle_wanted != cycle else ""
+    clamped = not SHORTEST_CYCLE <= cycle_wanted <= LONGEST_CYCLE
+    b.put("CYCLE", cycle, "sample_time", note, exact=cycle_wanted, clamped=clamped)
 
 
 def _limits(b: TargetBuilder, loop: Loop) -> None:
@@ -431,13 +431,13 @@ def _without_place(b: TargetBuilder, loop: Loop) -> None:
 
 
 DPIDE_FIELDS: Table[TargetBuilder, Loop] = (
-    Same("output_raises_pv", "PID_DIR"),
+    SameField("output_raises_pv", "PID_DIR"),
     _cycle,
     _equation,
-    Same("tuning.derivative_filter", "Tf"),
+    SameField("tuning.derivative_filter", "Tf"),
     _limits,
     _ranges,
-    Same("output.bias", "BIAS"),
+    SameField("output.bias", "BIAS"),
     _modes,
     _manual,
     *same_fields("pv.unit", "output.unit"),

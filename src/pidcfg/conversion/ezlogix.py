@@ -12,7 +12,7 @@ from pidcfg.conversion.builder import (
     ONE,
     ZERO,
     NeutralBuilder,
-    Same,
+    SameField,
     Span,
     TargetBuilder,
     apply_table,
@@ -181,28 +181,28 @@ def _gain(b: NeutralBuilder, s: ScaledLoop) -> None:
             "tuning.proportional_gain",
             tuning.proportional_gain,
             "tuning.proportional",
-            became=False,
+            neutral_value=False,
             note="0 removes the proportional term; before the others stands 1 count per count",
         )
 
 
 def _deadband(b: NeutralBuilder, s: ScaledLoop) -> None:
-    b.put("deadband", _shown(s.loop.deadband), "deadband", distance(s.loop.deadband, s.sp, s.pv_range))
+    b.put("deadband", _quantity_text(s.loop.deadband), "deadband", distance(s.loop.deadband, s.sp, s.pv_range))
 
 
 def _neutral_setpoint(b: NeutralBuilder, s: ScaledLoop) -> None:
     setpoint = s.loop.setpoint
     if setpoint.value is not None:
-        b.put("setpoint.value", _shown(setpoint.value), "setpoint.value", s.setpoint(setpoint.value))
+        b.put("setpoint.value", _quantity_text(setpoint.value), "setpoint.value", s.setpoint(setpoint.value))
     if setpoint.limits is None:
         return
-    shown, ends = [_shown(end) for end in setpoint.limits], [s.setpoint(end) for end in setpoint.limits]
+    texts, ends = [_quantity_text(end) for end in setpoint.limits], [s.setpoint(end) for end in setpoint.limits]
     if ends[0] < ends[1]:
-        b.put("setpoint.limits", shown, "setpoint.limits", ends)
+        b.put("setpoint.limits", texts, "setpoint.limits", ends)
     elif ends[0] == ends[1]:
-        b.drop("setpoint.limits", shown, "both are one value: hold the set point in the program")
+        b.drop("setpoint.limits", texts, "both are one value: hold the set point in the program")
     else:
-        b.require("setpoint.limits", f"the set point limits {shown[0]} and {shown[1]} do not ascend")
+        b.require("setpoint.limits", f"the set point limits {texts[0]} and {texts[1]} do not ascend")
 
 
 def _neutral_output(b: NeutralBuilder, s: ScaledLoop) -> None:
@@ -215,40 +215,40 @@ def _neutral_output(b: NeutralBuilder, s: ScaledLoop) -> None:
     if unit is not None:
         b.put("output.unit", output.unit, "output.unit", unit, assumed=output.unit is None)
     if is_given(s.loop, ("output", "limits")):
-        shown, ends = [_shown(end) for end in output.limits], [s.output(end) for end in output.limits]
+        texts, ends = [_quantity_text(end) for end in output.limits], [s.output(end) for end in output.limits]
         if ends[0] >= ends[1]:
-            b.require("output.limits", f"the CV limits {shown[0]} and {shown[1]} do not ascend")
+            b.require("output.limits", f"the CV limits {texts[0]} and {texts[1]} do not ascend")
         else:
-            b.put("output.limits", shown, "output.limits", ends)
+            b.put("output.limits", texts, "output.limits", ends)
     offset = s.output(output.offset)
     if offset != span[0] or (span[0] and not s.loop.tuning.integral_time):
-        b.put("output.offset", _shown(output.offset), "output.bias", offset)
+        b.put("output.offset", _quantity_text(output.offset), "output.bias", offset)
 
 
 def _autotune(b: NeutralBuilder, s: ScaledLoop) -> None:
     b.drop_choices("autotune", s.loop.autotune, "choose it when the new controller is tuned")
 
 
-def _shown(value: Quantity) -> int | float | str:
+def _quantity_text(value: Quantity) -> int | float | str:
     """A quantity as the file writes it."""
     return f"{value.value} counts" if value.counts else plain_number(value.value)
 
 
 NEUTRAL_HEAD = (
     *same_fields("name", "description", "mode"),
-    Same("action", "output_raises_pv", RAISES),
-    Same("sample_rate", "sample_time"),
+    SameField("action", "output_raises_pv", RAISES),
+    SameField("sample_rate", "sample_time"),
 )
 NEUTRAL_FIELDS: Table[NeutralBuilder, ScaledLoop] = (
     _gain,
     *same_fields("tuning.integral_time", "tuning.derivative_time"),
-    Same("algorithm", "tuning.derivative_on", ACTS_ON),
+    SameField("algorithm", "tuning.derivative_on", ACTS_ON),
     *same_fields("pv.range", "pv.unit"),
-    Same("pv.square_root", skip_falsy=True),
+    SameField("pv.square_root", skip_falsy=True),
     _deadband,
     _neutral_setpoint,
     _neutral_output,
-    Same("output.pulse.cycle_time", "output.pulse.period"),
+    SameField("output.pulse.cycle_time", "output.pulse.period"),
     *same_fields("output.pulse.min_on", "output.pulse.min_off", "anti_windup"),
     _autotune,
 )
@@ -559,23 +559,29 @@ def _cascades(
     loops: tuple[Loop, ...],
     registers: list[int],
     counts: list[tuple[int, int]],
-    wired: int,
+    assigned_tags: int,
 ) -> None:
     """Set points that are another loop's output: its CV tag becomes their register (D290)."""
     numbers = {loop.name: i for i, loop in enumerate(loops)}
-    taken = set(range(wired))
+    linked_masters = set(range(assigned_tags))
     for i, loop in enumerate(loops):
         source = loop.setpoint.source
         if source is None:
             _mode(builders[i], loop, linked=False)
             continue
         register, outer = f"{REGISTERS.prefix}{registers[i] + SETPOINT}", numbers.get(source)
-        alike = outer is not None and loops[outer].output.range == loop.pv.range
-        if outer is None or not alike or outer in taken or loop.pv.square_root or counts[i] != (0, CV_FULL):
+        has_same_range = outer is not None and loops[outer].output.range == loop.pv.range
+        if (
+            outer is None
+            or not has_same_range
+            or outer in linked_masters
+            or loop.pv.square_root
+            or counts[i] != (0, CV_FULL)
+        ):
             builders[i].drop("setpoint.source", f"scale the CV of {source} in the program and write it to {register}")
             _mode(builders[i], loop, linked=False)
             continue
-        taken.add(outer)
+        linked_masters.add(outer)
         fields = builders[outer].fields
         fields.remove(next(field for field in fields if field.path == "output.tag"))
         builders[outer].put("output.tag", register, None, f"the set point of {loop.name}")
@@ -596,21 +602,21 @@ def _mode(b: TargetBuilder, loop: Loop, *, linked: bool) -> None:
 EZLOGIX_HEAD = same_fields("name", "description")
 EZLOGIX_FIELDS: Table[TargetBuilder, EzlogixLoop] = (
     _algorithm,
-    Same("output_raises_pv", "action", ACTIONS),
-    Same("sample_time", "sample_rate"),
+    SameField("output_raises_pv", "action", ACTIONS),
+    SameField("sample_time", "sample_rate"),
     _tuning,
     _pv_tag,
     *same_fields("pv.range", "pv.unit"),
     _pv_counts_of_loop,
-    Same("pv.square_root", skip_falsy=True),
+    SameField("pv.square_root", skip_falsy=True),
     _pv_filter,
     _setpoint,
-    Same("setpoint.limits", is_pair=True),
+    SameField("setpoint.limits", is_pair=True),
     _cv_tag,
     *same_fields("output.range", "output.unit"),
-    Same("output.limits", is_pair=True),
+    SameField("output.limits", is_pair=True),
     _output,
-    Same("output.pulse.period", "output.pulse.cycle_time"),
+    SameField("output.pulse.period", "output.pulse.cycle_time"),
     *same_fields("output.pulse.min_off", "deadband", skip_falsy=True),
     _alarms,
 )

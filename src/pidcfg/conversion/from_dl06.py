@@ -12,7 +12,7 @@ from pidcfg.conversion.builder import (
     ONE,
     ZERO,
     NeutralBuilder,
-    Same,
+    SameField,
     Table,
     apply_table,
     filter_time,
@@ -90,7 +90,7 @@ def distance(scale: Scale, value: Quantity) -> Decimal:
     return round_computed(quotient(product(value.value, scale.width), scale.full_counts))
 
 
-def flow(scale: Scale, value: Quantity) -> Decimal:
+def root_flow(scale: Scale, value: Quantity) -> Decimal:
     """The root of a raw PV, in units of the flow (D284); a negative PV has none."""
     low = scale.range[0] if scale.range else ZERO
     share = quotient(max(scale.position(value), ZERO), Decimal(scale.format.span))
@@ -129,7 +129,7 @@ def keep_if_on(b: NeutralBuilder, path: str, value: object, bit: bool | None) ->
     return on
 
 
-def limits(b: NeutralBuilder, path: str, pair: tuple[Quantity, Quantity], scale: Scale) -> None:
+def put_limits(b: NeutralBuilder, path: str, pair: tuple[Quantity, Quantity], scale: Scale) -> None:
     """A pair of limits of the set point or the output."""
     low, high = (position(scale, end) for end in pair)
     if low >= high:
@@ -194,12 +194,12 @@ def _point(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity | None, t
         if value is not None:
             b.drop(field, quantity_text(value), SWITCHED_OFF)
         return
-    held, note = (ZERO_COUNTS, ZERO_WORD) if value is None else (value, "")
+    quantity, note = (ZERO_COUNTS, ZERO_WORD) if value is None else (value, "")
     if to.startswith("alarms.deviation"):
-        _span(b, s, field, held, to, note=note)
+        _span(b, s, field, quantity, to, note=note)
     else:
-        change = flow if s.loop.pv.square_root else position
-        point = change(s.scales["pv"], held)
+        change = root_flow if s.loop.pv.square_root else position
+        point = change(s.scales["pv"], quantity)
         b.put(field, quantity_text(value), to, point, note=note, assumed=value is None)
 
 
@@ -390,14 +390,14 @@ def _pv_filter(b: NeutralBuilder, s: Dl06Loop) -> None:
     _transfer(b, "pv.transfer", pv.transfer, "the CPU reads the PV by itself: lead it to the loop from")
 
 
-def _transfer(b: NeutralBuilder, path: str, transfer: Dl06Transfer | None, what: str) -> None:
+def _transfer(b: NeutralBuilder, path: str, transfer: Dl06Transfer | None, advice: str) -> None:
     if transfer is None:
         return
     if transfer.address is None:
         place = f"slot {transfer.slot}, channel {transfer.channel}"
     else:
         place = v_name(transfer.address)
-    b.drop(path, place, f"{what} {place}")
+    b.drop(path, place, f"{advice} {place}")
 
 
 def _setpoint(b: NeutralBuilder, s: Dl06Loop) -> None:
@@ -407,7 +407,7 @@ def _setpoint(b: NeutralBuilder, s: Dl06Loop) -> None:
     if not keep_if_on(b, "setpoint.limits", setpoint.limits, setpoint.limits_enabled):
         return
     if setpoint.limits is not None:
-        limits(b, "setpoint.limits", setpoint.limits, scale)
+        put_limits(b, "setpoint.limits", setpoint.limits, scale)
     else:
         ends = list(s.scales["pv"].range or ())
         note = "not given: the ends of the range"
@@ -425,7 +425,7 @@ def _output(b: NeutralBuilder, s: Dl06Loop) -> None:
     if output.unit is not None:
         b.put("output.unit", output.unit, "output.unit", output.unit)
     if output.limits is not None:
-        limits(b, "output.limits", (_output_value(s, output.limits[0]), _output_value(s, output.limits[1])), scale)
+        put_limits(b, "output.limits", (_output_value(s, output.limits[0]), _output_value(s, output.limits[1])), scale)
     _transfer(b, "output.transfer", output.transfer, "the CPU writes the output by itself: lead it to")
 
 
@@ -485,12 +485,12 @@ def profile_text(profile: RampSoak) -> str:
 
 FIELDS: Table[NeutralBuilder, Dl06Loop] = (
     *same_fields("name", "description", "mode"),
-    Same("cascade_from", "setpoint.source"),
+    SameField("cascade_from", "setpoint.source"),
     _remote_setpoint,
-    Same("sample_rate", "sample_time"),
-    Same("action", "output_raises_pv", RAISES),
+    SameField("sample_rate", "sample_time"),
+    SameField("action", "output_raises_pv", RAISES),
     _velocity,
-    Same("bumpless", "setpoint.follows_pv", FOLLOWS),
+    SameField("bumpless", "setpoint.follows_pv", FOLLOWS),
     _anti_windup,
     _tuning,
     _derivative,

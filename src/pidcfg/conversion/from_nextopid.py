@@ -13,15 +13,15 @@ from pidcfg.conversion import NeutralLoop
 from pidcfg.conversion.builder import (
     ZERO,
     NeutralBuilder,
-    Same,
+    SameField,
     Span,
     Table,
     apply_table,
-    dependent,
     product,
     quotient,
     round_computed,
     same_fields,
+    to_dependent,
 )
 from pidcfg.encoders.nextopid.image import PlacedBlock, bumpless_moves, encode
 from pidcfg.schemas import expressions as ops
@@ -158,17 +158,17 @@ class Network:
             return Value(content)
         return Value(self._follow_wire(i, key, frozenset()), content.text)
 
-    def _follow_wire(self, i: int, key: str, seen: frozenset[tuple[int, str]]) -> Any:
+    def _follow_wire(self, i: int, key: str, visited: frozenset[tuple[int, str]]) -> Any:
         expression = self.wires.get((i, key))
-        if expression is None or (i, key) in seen:
+        if expression is None or (i, key) in visited:
             return None
-        below = seen | {(i, key)}
+        below = visited | {(i, key)}
         if expression.signal is not None:
             return self._first_value(expression.signal, below)
         value = calculate_expression(expression, lambda number: self._first_value(number, below))
         return value if value is None or isinstance(value, bool) else round_computed(value)
 
-    def _first_value(self, number: int, seen: frozenset[tuple[int, str]]) -> Any:
+    def _first_value(self, number: int, visited: frozenset[tuple[int, str]]) -> Any:
         owner = self.layout.owner_of(number)
         name = self.names.get(number, "")
         if owner is None:
@@ -177,7 +177,7 @@ class Network:
             return None
         key = name.partition(".")[2]
         content = getattr(self.items[owner].item, key, None)
-        return self._follow_wire(owner, key, seen) if isinstance(content, Wire) else content
+        return self._follow_wire(owner, key, visited) if isinstance(content, Wire) else content
 
     def source(self, i: int, key: str) -> str:
         """The name that a parameter is wired to, where the wire is nothing else; or empty."""
@@ -283,14 +283,14 @@ class Network:
 
 def blocks_read_by(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
     """Everything that a block reads, on ways that end at loops."""
-    seen: set[int] = set()
-    waiting = list(waits[start])
-    while waiting:
-        i = waiting.pop()
-        if i not in seen:
-            seen.add(i)
-            waiting += () if i in loops else waits[i]
-    return seen
+    reached: set[int] = set()
+    unread = list(waits[start])
+    while unread:
+        i = unread.pop()
+        if i not in reached:
+            reached.add(i)
+            unread += () if i in loops else waits[i]
+    return reached
 
 
 # --- Parameters of a NextoPID loop, with what their wires stand for, on the way to the neutral loop -------------------
@@ -386,9 +386,9 @@ BLOCK_SETTINGS = frozenset(("InVar", "Tc", "Period"))
 
 def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> None:
     """Drops every block and signal that no loop has, in the report of the loop that it works for."""
-    kept = network.shared_blocks()
+    shared = network.shared_blocks()
     for j in range(network.first_loop):
-        if j in kept:
+        if j in shared:
             continue
         item = network.items[j].item
         wired = ", ".join(f"{key} {text}" for key, text in network.expressions(j))
@@ -396,7 +396,7 @@ def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> 
         builder = builders[network.owner_of(j) - network.first_loop]
         builder.drop(f"blocks.{item.name}", network.items[j].kind.name, note)
     for name, value in network.config.signals.items():
-        lost = next(((i, key) for i, key in network.readers(name) if not _is_kept(network, kept, i, key)), None)
+        lost = next(((i, key) for i, key in network.readers(name) if not _is_kept(network, shared, i, key)), None)
         if lost is not None:
             i, key = lost
             owner = i if i >= network.first_loop else network.owner_of(i)
@@ -410,21 +410,23 @@ OUTPUT_STAYS = "the output stays on the way to Manual; see operation.manual wher
 
 def report_moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
     """The moves of figure 16-1 go with their loops; every other one is dropped with the loop that it writes."""
-    known: set[int] = set()
+    reported: set[int] = set()
     for i, builder in zip(network.loops, builders, strict=True):
-        found = bumpless_moves(network.encoding, i)
-        if found.holds_mv is not None:
-            builder.loop.beside[f"moves.{found.holds_mv}"] = OUTPUT_STAYS
-        if found.follows_pv is not None:
-            path = f"moves.{found.follows_pv}"
-            builder.put(path, _text(network, found.follows_pv), "setpoint.follows_pv", became=True)
-        known |= {number for number in found if number is not None}
+        moves_of_loop = bumpless_moves(network.encoding, i)
+        if moves_of_loop.holds_mv is not None:
+            builder.loop.items_beside[f"moves.{moves_of_loop.holds_mv}"] = OUTPUT_STAYS
+        if moves_of_loop.follows_pv is not None:
+            path = f"moves.{moves_of_loop.follows_pv}"
+            builder.put(path, _move_text(network, moves_of_loop.follows_pv), "setpoint.follows_pv", neutral_value=True)
+        reported |= {number for number in moves_of_loop if number is not None}
     for number, move in enumerate(network.config.moves):
-        if number not in known:
-            builders[_owner(network, move.to)].drop(f"moves.{number}", _text(network, number), COPY + _when(move))
+        if number not in reported:
+            builders[_move_owner(network, move.to)].drop(
+                f"moves.{number}", _move_text(network, number), COPY + _move_condition(move)
+            )
 
 
-def _owner(network: Network, name: str) -> int:
+def _move_owner(network: Network, name: str) -> int:
     """The loop that a target is of, or that reads it; else the first."""
     block = name.partition(".")[0]
     owners = [i for i in network.loops if network.items[i].item.name == block]
@@ -433,21 +435,21 @@ def _owner(network: Network, name: str) -> int:
     return (owners or [network.first_loop])[0] - network.first_loop
 
 
-def _text(network: Network, number: int) -> str:
+def _move_text(network: Network, number: int) -> str:
     move = network.config.moves[number]
     value = move.move.text if isinstance(move.move, Wire) else str(move.move).upper()
     return f"{value} to {move.to}"
 
 
-def _when(move: Move) -> str:
+def _move_condition(move: Move) -> str:
     when = move.when.text if isinstance(move.when, Wire) else "never"
     return "in every cycle" if move.when is True else f"when {when}"
 
 
-def _is_kept(network: Network, kept: set[int], i: int, key: str) -> bool:
+def _is_kept(network: Network, shared: set[int], i: int, key: str) -> bool:
     """Whether a parameter that reads a signal goes over, with the signal's value or as the process's."""
     if i < network.first_loop:
-        return i in kept and key in BLOCK_SETTINGS
+        return i in shared and key in BLOCK_SETTINGS
     return key in LOOP_SETTINGS
 
 
@@ -483,7 +485,7 @@ def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
     builders = [ParameterBuilder(i - network.first_loop, network=network, number=i) for i in network.loops]
     for b in builders:
         if not isinstance(b.item, Pida) or not _is_complete(b):
-            _refuse(b)
+            _require_known(b)
         else:
             apply_table(b, b.item, b.item, FIELDS)
     if builders and not any(b.loop.missing for b in builders):
@@ -499,7 +501,7 @@ def _is_complete(b: ParameterBuilder) -> bool:
     )
 
 
-def _refuse(b: ParameterBuilder) -> None:
+def _require_known(b: ParameterBuilder) -> None:
     name = b.item.name
     if not isinstance(b.item, Pida):
         b.require(
@@ -528,7 +530,7 @@ def _equation(b: ParameterBuilder, _: Pida) -> None:
     gain, integral, derivative = (max(b.value(key).value, ZERO) for key in ("Kp", "Ti_Ki", "Td_Kd"))
     note = ""
     if indep:
-        gain, integral, derivative, acts = dependent(gain, integral, derivative)
+        gain, integral, derivative, acts = to_dependent(gain, integral, derivative)
     elif integral < SHORTEST_INTEGRAL:
         note = "below 0.001 s: no integral" if integral else ""
         integral = ZERO
@@ -678,12 +680,12 @@ FIELDS: Table[ParameterBuilder, Pida] = (
     _direction,
     _equation,
     _pv_range,
-    Same("pv.unit"),
+    SameField("pv.unit"),
     _pv_filter,
     _mode,
     _setpoint,
     _output,
-    Same("output.unit"),
+    SameField("output.unit"),
     _pulses,
     _terms,
     _deadband,

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING
 from pidcfg.conversion.builder import (
     ALARMS,
     ZERO,
-    Same,
+    SameField,
     TargetBuilder,
     apply_table,
     drop_unmatched,
-    independent,
-    number,
+    file_number,
     product,
     quotient,
     same_fields,
     target_file,
+    to_independent,
 )
 from pidcfg.conversion.from_nextopid import MV_HELD_IN_BAND, to_neutral
 from pidcfg.conversion.operation import (
@@ -117,7 +117,9 @@ def _keeps_output(encoding: NextopidEncoding, i: int, loop: SourceLoop) -> bool:
 
 STANDARD = "EXP LIMIT LN LOG MUX SEL SIN COS TAN TRUNC MOVE"
 """Functions whose names a program can give away, but should not."""
-TAKEN = {name.casefold() for name in (*BLOCK_TYPES, *KEYWORDS, *STANDARD.split(), Plc.model_fields["program"].default)}
+RESERVED_NAMES = {
+    name.casefold() for name in (*BLOCK_TYPES, *KEYWORDS, *STANDARD.split(), Plc.model_fields["program"].default)
+}
 """What no instance may be called."""
 STRUCTURES = re.compile(r"autotune_(p|pi|pid|param|result|mode)|(pida|on_off)_(error|warning)_bits")
 """Types of the library that are no blocks, in small letters."""
@@ -128,22 +130,22 @@ class Names:
     """The names of a program, given one after the other."""
 
     def __init__(self) -> None:
-        self.taken = set(TAKEN)
+        self.names_in_use = set(RESERVED_NAMES)
 
-    def new(self, wanted: str, ending: str = "") -> str:
+    def new_name(self, loop_name: str, ending: str = "") -> str:
         """A name that is still free, as near to the wanted one as can be."""
-        plain = unicodedata.normalize("NFKD", wanted).encode("ascii", "ignore").decode()
-        stem = NOT_IN_NAME.sub("_", plain).strip("_") or "Loop"
+        ascii_name = unicodedata.normalize("NFKD", loop_name).encode("ascii", "ignore").decode()
+        stem = NOT_IN_NAME.sub("_", ascii_name).strip("_") or "Loop"
         stem = stem if stem[0].isalpha() else f"L_{stem}"
-        name, count = _joined(stem, ending), 1
-        while name.casefold() in self.taken or STRUCTURES.fullmatch(name.casefold()):
+        name, count = _join_name(stem, ending), 1
+        while name.casefold() in self.names_in_use or STRUCTURES.fullmatch(name.casefold()):
             count += 1
-            name = _joined(stem, f"_{count}{ending}")
-        self.taken.add(name.casefold())
+            name = _join_name(stem, f"_{count}{ending}")
+        self.names_in_use.add(name.casefold())
         return name
 
 
-def _joined(stem: str, ending: str) -> str:
+def _join_name(stem: str, ending: str) -> str:
     return stem[: IDENTIFIER_LENGTH - len(ending)].rstrip("_") + ending
 
 
@@ -157,7 +159,7 @@ D295 = Decision(
     "Filters and pulses run in every cycle of the task.",
     "A loop's sample time must be a multiple of the task's. 60 s is the longest that the blocks allow.",
 )
-SHORTEST, LONGEST = Decimal("0.001"), LONGEST_SAMPLE
+SHORTEST_SAMPLE, LONGEST_SAMPLE_TIME = Decimal("0.001"), LONGEST_SAMPLE
 """Sample times in s."""
 
 
@@ -167,25 +169,27 @@ class Task:
 
     interval: Decimal
 
-    def cycles(self, time: Decimal) -> int:
+    def cycles_of(self, time: Decimal) -> int:
         """How many cycles are nearest to a sample time."""
-        most = int(LONGEST / self.interval)
+        most = int(LONGEST_SAMPLE_TIME / self.interval)
         return max(1, min(round_to_integer(quotient(time, self.interval)), most))
 
     @staticmethod
-    def holds(time: Decimal) -> bool:
+    def allows(time: Decimal) -> bool:
         """Whether a sample time is one that the blocks allow."""
-        return SHORTEST <= time <= LONGEST
+        return SHORTEST_SAMPLE <= time <= LONGEST_SAMPLE_TIME
 
 
 def task_of(times: Sequence[Decimal], interval: Decimal | None) -> Task:
     """The task for these sample times; ``interval``: it is decided."""
     if interval is not None:
         return Task(interval)
-    steps = [min(max(time, SHORTEST), LONGEST) for time in times]
+    steps = [min(max(time, SHORTEST_SAMPLE), LONGEST_SAMPLE_TIME) for time in times]
     common = common_step(steps)
-    if common < SHORTEST:
-        common = common_step([max(Decimal(round_to_integer(step / SHORTEST)), Decimal(1)) * SHORTEST for step in steps])
+    if common < SHORTEST_SAMPLE:
+        common = common_step(
+            [max(Decimal(round_to_integer(step / SHORTEST_SAMPLE)), Decimal(1)) * SHORTEST_SAMPLE for step in steps]
+        )
     return Task(common)
 
 
@@ -205,20 +209,20 @@ OUTPUTS = {"TRK_IN": "TRK_OUT", "Windup_H_IN": "Windup_H_OUT", "Windup_L_IN": "W
 """What a master reads of its slave."""
 
 
-def link(file: GenericFile, builders: Sequence[TargetBuilder]) -> None:
+def link_cascades(file: GenericFile, builders: Sequence[TargetBuilder]) -> None:
     """Wires every slave to its master, and the master to the first of its slaves."""
     served: dict[int, str] = {}
     for i, (b, loop) in enumerate(zip(builders, file.loops, strict=True)):
-        master = _master(file.loops, i, b)
+        master = _find_master(file.loops, i, b)
         if loop.mode == "cascade":
             note = "" if master is not None else "no loop gives it a set point: it is in automatic, and holds SP"
             b.put("CASC", master is not None, "mode", note, clamped=master is None)
         if master is not None:
-            _wire(b, builders[master], served.get(master, ""))
+            _wire_slave(b, builders[master], served.get(master, ""))
             served.setdefault(master, b.data["name"])
 
 
-def _master(loops: Sequence[Loop], i: int, b: TargetBuilder) -> int | None:
+def _find_master(loops: Sequence[Loop], i: int, b: TargetBuilder) -> int | None:
     """The loop whose output is this one's set point; dropped where that cannot be."""
     source, pv = loops[i].setpoint.source, loops[i].pv.range
     if source is None:
@@ -229,13 +233,13 @@ def _master(loops: Sequence[Loop], i: int, b: TargetBuilder) -> int | None:
         return None
     output = loops[outer].output.range
     if output != pv:
-        ranges = f"the output of {source} is {_text(output)}, this PV {_text(pv)}"
+        ranges = f"the output of {source} is {_range_text(output)}, this PV {_range_text(pv)}"
         b.drop("setpoint.source", f"{ranges}: wire SP_CASC to its MV with the scale that you mean")
         return None
     return outer
 
 
-def _wire(b: TargetBuilder, master: TargetBuilder, other: str) -> None:
+def _wire_slave(b: TargetBuilder, master: TargetBuilder, other: str) -> None:
     slave, name = b.data["name"], master.data["name"]
     note = f"TRK_IN, TRK_VAL and windup inputs of {name} follow {other} only" if other else ""
     b.put("SP_CASC", f"{name}.MV", "setpoint.source", note)
@@ -247,7 +251,7 @@ def _wire(b: TargetBuilder, master: TargetBuilder, other: str) -> None:
         master.put(key, f"{slave}.{output}", None, note)
 
 
-def _text(span: Span) -> str:
+def _range_text(span: Span) -> str:
     return f"{decimal_text(span[0])} to {decimal_text(span[1])}"
 
 
@@ -296,7 +300,7 @@ class Program:
     blocks: list[Data] = field(default_factory=list)
     moves: list[Data] = field(default_factory=list)
 
-    def add(self, block: Data) -> str:
+    def add_block(self, block: Data) -> str:
         """Adds a block; returns its path in the file."""
         self.blocks.append(block)
         return f"/blocks.{len(self.blocks) - 1}"
@@ -314,7 +318,7 @@ class NextopidLoop:
     @property
     def cycles(self) -> int:
         """The loop runs in every n-th cycle of the task."""
-        return self.program.task.cycles(self.neutral.sample_time)
+        return self.program.task.cycles_of(self.neutral.sample_time)
 
     @property
     def time(self) -> Decimal:
@@ -331,29 +335,29 @@ def from_neutral(
     program = Program(task_of([loop.sample_time for loop in file.loops], options.get("sample_time")))
     builders = []
     for i, loop in enumerate(file.loops):
-        name = program.names.new(loop.name)
+        name = program.names.new_name(loop.name)
         b = TargetBuilder(i, {"name": name, "type": "PIDA_REAL"})
         if name != loop.name:
             b.mark("name", "name", "an identifier of IEC 61131-3, unique without regard to capitals", assumed=True)
         builders.append(b)
     for b, loop in zip(builders, file.loops, strict=True):
         apply_table(b, loop, NextopidLoop(loop, b.data["name"], program), FIELDS)
-    link(file, builders)
+    link_cascades(file, builders)
     for i, (b, loop) in enumerate(zip(builders, file.loops, strict=True)):
         stays = bool(operations) and operations[i].manual is Manual.STAYS
-        program.moves += bumpless(b, loop, len(program.moves), stays=stays)
+        program.moves += bumpless_moves_of(b, loop, len(program.moves), output_stays=stays)
     for b in builders:
         b.data = {key: b.data[key] for key in KEYS if key in b.data}
-    plc = {"sample_time": number(program.task.interval)}
+    plc = {"sample_time": file_number(program.task.interval)}
     target = target_file("nextopid", file, builders, plc=plc, signals=program.signals, blocks=program.blocks)
     target.data |= {"moves": program.moves} if program.moves else {}
     return target
 
 
-def bumpless(b: TargetBuilder, loop: Loop, first: int, *, stays: bool) -> list[Data]:
+def bumpless_moves_of(b: TargetBuilder, loop: Loop, first: int, *, output_stays: bool) -> list[Data]:
     """The moves of figure 16-1: MV into ManualMV in automatic, PV into SP in manual."""
     name, moves = b.data["name"], []
-    if stays:
+    if output_stays:
         moves.append({"move": f"{name}.MV", "to": f"{name}.ManualMV", "when": f"NOT {name}.Manual"})
         b.mark(f"/moves.{first}.move", None, HOLDS_MV_NOTE)
     if loop.setpoint.follows_pv:
@@ -363,12 +367,12 @@ def bumpless(b: TargetBuilder, loop: Loop, first: int, *, stays: bool) -> list[D
 
 
 def _time(b: TargetBuilder, n: NextopidLoop) -> None:
-    wanted, task = n.neutral.sample_time, n.program.task
-    where, note = "/plc.sample_time", ""
+    sample_time, task = n.neutral.sample_time, n.program.task
+    path, note = "/plc.sample_time", ""
     if n.time != task.interval:
-        where, note = "sample_time", f"every {n.cycles} cycles of the task"
-        b.data["sample_time"] = number(n.time)
-    b.mark(where, "sample_time", note, exact=wanted, clamped=not task.holds(wanted))
+        path, note = "sample_time", f"every {n.cycles} cycles of the task"
+        b.data["sample_time"] = file_number(n.time)
+    b.mark(path, "sample_time", note, exact=sample_time, clamped=not task.allows(sample_time))
 
 
 def _direction(b: TargetBuilder, n: NextopidLoop) -> None:
@@ -401,7 +405,7 @@ def _equation(b: TargetBuilder, n: NextopidLoop) -> None:
     if ZERO < integral < SHORTEST_INTEGRAL:
         form = f"a gain (Indep TRUE): below {SHORTEST_INTEGRAL} s an integral time counts as none"
         b.data["Indep"] = True
-        integral, derivative = independent(gain, integral, derivative)
+        integral, derivative = to_independent(gain, integral, derivative)
         b.put("Kp", gain if acts else 0, "tuning.gain")
         b.mark("Kp", "tuning.proportional")
     else:
@@ -416,9 +420,9 @@ def _pv_filter(b: TargetBuilder, n: NextopidLoop) -> None:
     """A low-pass filter before the loop."""
     time, program = n.neutral.pv.filter, n.program
     if time:
-        signal, block = program.names.new(n.name, "_IN"), program.names.new(n.name, "_FILTER")
+        signal, block = program.names.new_name(n.name, "_IN"), program.names.new_name(n.name, "_FILTER")
         program.signals[signal] = b.data["SP"]
-        path = program.add({"name": block, "type": "ControlLowFilter", "InVar": signal, "Tc": number(time)})
+        path = program.add_block({"name": block, "type": "ControlLowFilter", "InVar": signal, "Tc": file_number(time)})
         b.mark(f"{path}.Tc", "pv.filter", f"{block}, a block before PV")
         b.put("PV", f"{block}.OutVar", None, f"{signal} is the PV before its filter: assign it to the analog input")
 
@@ -454,17 +458,17 @@ def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
     pulse, interval = n.neutral.output.pulse, n.program.task.interval
     if pulse is None:
         return
-    wanted = quotient(pulse.period, interval)
-    period = min(max(round_to_integer(wanted), PERIODS[0]), PERIODS[1])
-    name = n.program.names.new(n.name, "_PWM")
-    low, high = (number(end) for end in n.neutral.output.range)
+    exact_period = quotient(pulse.period, interval)
+    period = min(max(round_to_integer(exact_period), PERIODS[0]), PERIODS[1])
+    name = n.program.names.new_name(n.name, "_PWM")
+    low, high = (file_number(end) for end in n.neutral.output.range)
     block = {"name": name, "type": "ControlPWM", "MV": f"{n.name}.MV", "MaxMV": high, "MinMV": low, "Period": period}
-    path = n.program.add(block)
+    path = n.program.add_block(block)
     note = f"{name}, in cycles of the task of {decimal_text(interval)} s"
     if period < SHORT_PERIOD:
         note += f": the output has {period} steps; a shorter interval (--sample-time) gives more"
-    clamped = not PERIODS[0] <= round_to_integer(wanted) <= PERIODS[1]
-    b.mark(f"{path}.Period", "output.pulse.period", note, exact=wanted, clamped=clamped)
+    clamped = not PERIODS[0] <= round_to_integer(exact_period) <= PERIODS[1]
+    b.mark(f"{path}.Period", "output.pulse.period", note, exact=exact_period, clamped=clamped)
 
 
 def _without_place(b: TargetBuilder, n: NextopidLoop) -> None:
@@ -474,23 +478,23 @@ def _without_place(b: TargetBuilder, n: NextopidLoop) -> None:
 
 
 FIELDS: Table[TargetBuilder, NextopidLoop] = (
-    Same("description"),
+    SameField("description"),
     _time,
     _direction,
     _setpoint,
     _equation,
-    Same("tuning.derivative_filter", "Tfd", skip_falsy=True),
-    Same("pv.range.0", "MinPV"),
-    Same("pv.range.1", "MaxPV"),
-    Same("pv.unit"),
+    SameField("tuning.derivative_filter", "Tfd", skip_falsy=True),
+    SameField("pv.range.0", "MinPV"),
+    SameField("pv.range.1", "MaxPV"),
+    SameField("pv.unit"),
     _pv_filter,
     _limits,
     *same_fields("output.range", "output.unit"),
-    Same("output.bias", "BIAS", skip_falsy=True),
+    SameField("output.bias", "BIAS", skip_falsy=True),
     _manual,
     _max_rate,
     _pulses,
-    Same("deadband", "DeadBand", skip_falsy=True, note=MV_HELD_IN_BAND),
+    SameField("deadband", "DeadBand", skip_falsy=True, note=MV_HELD_IN_BAND),
     _without_place,
 )
 """Every field in the order of the report."""

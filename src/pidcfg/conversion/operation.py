@@ -290,35 +290,35 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     """A line for each rule that is another one in the target; ``is_master``: both sides have a loop that reads it."""
     integral = bool(loop.tuning.integral_time)
     if loop.mode != "manual":
-        yield from _line("start", before.start, after.start)
+        yield from _rule_line("start", before.start, after.start)
     if before.stopped.rank != after.stopped.rank:
-        yield from _line("stopped", before.stopped, after.stopped, loss=before.stopped is Stopped.GOES_ON)
-    yield from _line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
+        yield from _rule_line("stopped", before.stopped, after.stopped, loss=before.stopped is Stopped.GOES_ON)
+    yield from _rule_line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
     if has_narrow_limits(loop):
-        yield from _line("hand", before.hand, after.hand)
+        yield from _rule_line("hand", before.hand, after.hand)
     if (loop.output.range[0] or (integral and loop.output.bias)) and (
         loop.output.manual is None or loop.mode != "manual"
     ):
-        yield from _line("zero", before.zero, after.zero)
+        yield from _rule_line("zero", before.zero, after.zero)
     if integral:
-        back = after.transfer is Transfer.AS_BEFORE
-        yield from _line("transfer", before.transfer, after.transfer, loss=back)
-        further = _rank(after.windup, loop) > _rank(before.windup, loop)
-        yield from _windup(before.windup, after.windup, loop, loss=further)
+        jumps_back = after.transfer is Transfer.AS_BEFORE
+        yield from _rule_line("transfer", before.transfer, after.transfer, loss=jumps_back)
+        is_worse = _windup_rank(after.windup, loop) > _windup_rank(before.windup, loop)
+        yield from _windup_lines(before.windup, after.windup, loop, loss=is_worse)
     else:
-        one, two = before.without_integral, after.without_integral
-        yield from _line("transfer", one, two, loss=True, neutral="output.bias")
+        bias_before, bias_after = before.without_integral, after.without_integral
+        yield from _rule_line("transfer", bias_before, bias_after, loss=True, neutral="output.bias")
     if loop.deadband:
-        yield from _line("deadband", before.deadband, after.deadband)
-    yield from _smoothing(before.smoothing, after.smoothing, loop)
+        yield from _rule_line("deadband", before.deadband, after.deadband)
+    yield from _smoothing_lines(before.smoothing, after.smoothing, loop)
     if loop.tuning.derivative_time:
-        yield from _line("rate", before.rate, after.rate)
+        yield from _rule_line("rate", before.rate, after.rate)
     if loop.pv.filter:
-        yield from _line("filter", before.filter, after.filter)
-    yield from _line("interlock", before.interlock, after.interlock)
+        yield from _rule_line("filter", before.filter, after.filter)
+    yield from _rule_line("interlock", before.interlock, after.interlock)
     if is_master:
         integrates = after.master is Master.INTEGRATES
-        yield from _line("master", before.master, after.master, loss=integrates)
+        yield from _rule_line("master", before.master, after.master, loss=integrates)
 
 
 KICK = (
@@ -327,11 +327,11 @@ KICK = (
 )
 
 
-def _windup(before: Windup, after: Windup, loop: Loop, *, loss: bool) -> Iterator[Change]:
+def _windup_lines(before: Windup, after: Windup, loop: Loop, *, loss: bool) -> Iterator[Change]:
     """A line about the integral at a limit; with a derivative of the error, what becomes of its kick at a step."""
     kicks = bool(loop.tuning.derivative_time) and loop.tuning.derivative_on == "error"
     takes = [side is Windup.WORKED_OUT for side in (before, after)]
-    for change in _line("windup", before, after, loss=loss, neutral="anti_windup"):
+    for change in _rule_line("windup", before, after, loss=loss, neutral="anti_windup"):
         if kicks and takes[0] != takes[1]:
             note = KICK.format(side="source's" if takes[0] else "target's")
             yield replace(change, note="; ".join(filter(None, (change.note, note))))
@@ -339,7 +339,7 @@ def _windup(before: Windup, after: Windup, loop: Loop, *, loss: bool) -> Iterato
             yield change
 
 
-def _rank(windup: Windup, loop: Loop) -> int:
+def _windup_rank(windup: Windup, loop: Loop) -> int:
     """How far an integral runs: the ends of the range are the limits of an output that has no narrower ones."""
     narrow = has_narrow_limits(loop)
     at_ends = {Windup.FROZEN_AT_ENDS, Windup.CONDITIONAL_AT_ENDS, Windup.WITHIN_RANGE}
@@ -362,18 +362,20 @@ def first_output(rules: Operation | VendorSettings, loop: Loop) -> Decimal:
     return min(max(value, low), high)
 
 
-def _smoothing(before: Smoothing | None, after: Smoothing | None, loop: Loop) -> Iterator[Change]:
+def _smoothing_lines(before: Smoothing | None, after: Smoothing | None, loop: Loop) -> Iterator[Change]:
     """A line about the filter of a derivative, with what that means at this sample time."""
     time, sample = loop.tuning.derivative_filter, loop.sample_time
     if before is None or after is None or before is after or not (time and loop.tuning.derivative_time):
         return
-    one, two = (rule.share(time, sample) for rule in (before, after))
-    alike = after.time(one, sample)
-    note = f"{100 * two:.3g} % instead of {100 * one:.3g} %; with {alike:.3g} s it would be the same"
+    share_before, share_after = (rule.share(time, sample) for rule in (before, after))
+    equal_time = after.time(share_before, sample)
+    note = (
+        f"{100 * share_after:.3g} % instead of {100 * share_before:.3g} %; with {equal_time:.3g} s it would be the same"
+    )
     yield Change(f"{PREFIX}smoothing", "assumed", before.text, after.text, note=note)
 
 
-def _line(rule: str, before: Answer, after: Answer, *, loss: bool = False, neutral: str = "") -> Iterator[Change]:
+def _rule_line(rule: str, before: Answer, after: Answer, *, loss: bool = False, neutral: str = "") -> Iterator[Change]:
     """A line where the answers differ; overshoot is to be expected of a loss only."""
     if before is after:
         return

@@ -20,20 +20,20 @@ from pidcfg.conversion import (
     NeutralLoop,
     Stored,
     TargetFile,
-    changes,
+    do_overlap,
     json_value,
     judge_change,
+    list_changes,
     number_of,
-    overlap,
 )
 from pidcfg.conversion.builder import (
     HYSTERESIS,
-    SCALED,
+    SCALED_CODECS,
     correct_lines,
-    counts_apart,
+    counts_between,
     has_alarms,
     is_harmless,
-    rests_of,
+    rounding_excesses,
     scaled_words,
 )
 from pidcfg.conversion.operation import differing_rules, first_output, source_of, target_of
@@ -72,7 +72,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
 
     Raises `ConvertError` for a value that cannot be clamped, such as a name that is too long.
     """
-    wanted = [
+    values_wanted = [
         {f.path: value_at(file.data, path_in_file(i, f.path)) if f.exact is None else f.exact for f in fields if f.path}
         for i, fields in enumerate(file.fields)
     ]
@@ -80,8 +80,8 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     for _ in range(ROUNDS):
         model = validate_data(target, file.data)
         encoding = encoder_of(target).encode(model)
-        outside = _beyond_registers(file.data, encoding, target)
-        outside |= _beyond_limits(file, model, outside)
+        outside = _clamp_to_registers(file.data, encoding, target)
+        outside |= _clamp_to_limits(file, model, outside)
         clamped |= outside
         if all(value_at(file.data, path) == stored.value for path, stored in outside.items()):
             break
@@ -89,25 +89,29 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
             set_value(file.data, path, stored.value)
     image = encoding.image
     file.model, file.encoding = model, encoding
-    held = encoder_of(target).decode(image.words, image.settings, image.plc).data
-    coarse = {path: rounded.stored for path, rounded in encoding.rounded if isinstance(rounded.word.codec, SCALED)}
-    widths = {path: width for path, width in _widths(encoding) if path not in coarse}
+    decoded = encoder_of(target).decode(image.words, image.settings, image.plc).data
+    rounded_numbers = {
+        path: rounded.stored for path, rounded in encoding.rounded if isinstance(rounded.word.codec, SCALED_CODECS)
+    }
+    widths = {path: width for path, width in _scale_widths(encoding) if path not in rounded_numbers}
     rows: list[dict[str, Stored]] = []
     for i, fields in enumerate(file.fields):
-        other = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
+        other_numbers = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
         sizes = {f.path for f in fields if f.neutral in QUANTITY_OF_FIELD}  # decoding leaves out a size that is 0
         row = {}
-        for key, value in wanted[i].items():
+        for key, value in values_wanted[i].items():
             path = path_in_file(i, key)
             if path in clamped:
                 row[key] = clamped[path]
                 continue
-            there = coarse[path] if path in coarse else number_of(read_back(model, held, path))
-            if there is None and key in sizes:
-                there = Decimal(0)
-            row[key] = _of_register(file.data, path, number_of(value), there, widths.get(path))
-            if key in other:
-                row[key] = _of_other_kind(value_at(file.data, path), *other[key])
+            stored_number = (
+                rounded_numbers[path] if path in rounded_numbers else number_of(read_back(model, decoded, path))
+            )
+            if stored_number is None and key in sizes:
+                stored_number = Decimal(0)
+            row[key] = _stored_in_register(file.data, path, number_of(value), stored_number, widths.get(path))
+            if key in other_numbers:
+                row[key] = _stored_as_other_kind(value_at(file.data, path), *other_numbers[key])
         rows.append(row)
     if any(stored.kind == "rounded" for row in rows for stored in row.values()):
         file.model = None
@@ -130,7 +134,7 @@ def validate_data(target: Vendor, data: dict[str, object]) -> Any:
         raise ConvertError([Missing(path, f"{dotted_text(path)}: {text}")]) from None
 
 
-def _beyond_registers(data: Mapping[str, object], encoding: AnyEncoding, target: Vendor) -> dict[Path, Stored]:
+def _clamp_to_registers(data: Mapping[str, object], encoding: AnyEncoding, target: Vendor) -> dict[Path, Stored]:
     """Numbers that registers cannot hold, brought to the end that they hold."""
     outside: dict[Path, Stored] = {}
     for path, misfit in encoding.misfits:
@@ -144,7 +148,7 @@ def _beyond_registers(data: Mapping[str, object], encoding: AnyEncoding, target:
     return outside
 
 
-def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, Stored]) -> dict[Path, Stored]:
+def _clamp_to_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, Stored]) -> dict[Path, Stored]:
     """Numbers that the manual does not allow, brought to the end that it allows; some are ``clamped`` already."""
     outside: dict[Path, Stored] = {}
     for i, fields in enumerate(file.fields):
@@ -164,37 +168,37 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
     return outside
 
 
-def _widths(encoding: AnyEncoding) -> Iterator[tuple[Path, Decimal]]:
+def _scale_widths(encoding: AnyEncoding) -> Iterator[tuple[Path, Decimal]]:
     """The positions of a file by place, each with the width of its scale."""
     return ((path, scale.width) for path, word, scale, _ in scaled_words(encoding) if isinstance(word.codec, Position))
 
 
-def _of_register(
-    data: dict[str, object], path: Path, wanted: Decimal | None, held: Decimal | None, width: Decimal | None
+def _stored_in_register(
+    data: dict[str, object], path: Path, wanted_value: Decimal | None, held_value: Decimal | None, width: Decimal | None
 ) -> Stored:
     """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``.
 
     A position is off by a share of ``width``, that of its scale: beside 0 a count would be many times the value.
     """
     written = value_at(data, path)
-    if wanted is None or held is None:
+    if wanted_value is None or held_value is None:
         return Stored(written)
-    size = abs(wanted) or Decimal(1)
-    if abs(held - wanted) <= REGISTER_PRECISION * size:
+    size = abs(wanted_value) or Decimal(1)
+    if abs(held_value - wanted_value) <= REGISTER_PRECISION * size:
         return Stored(written)
-    error = abs(held - wanted) / (width or size)
+    error = abs(held_value - wanted_value) / (width or size)
     if not isinstance(written, str):
-        written = plain_number(held)
+        written = plain_number(held_value)
         set_value(data, path, written)
     return Stored(written, "rounded", float(error * 100))
 
 
-def _of_other_kind(written: object, wanted: Decimal, held: Decimal) -> Stored:
+def _stored_as_other_kind(written: object, wanted_value: Decimal, held_value: Decimal) -> Stored:
     """What a field means where its number in the file is of another kind, or shorter than what the memory holds."""
-    error = abs(held - wanted) / abs(wanted)
+    error = abs(held_value - wanted_value) / abs(wanted_value)
     if error <= REGISTER_PRECISION:
         return Stored(written)
-    return Stored(plain_number(Decimal(f"{held:.4g}")), "rounded", float(error * 100))
+    return Stored(plain_number(Decimal(f"{held_value:.4g}")), "rounded", float(error * 100))
 
 
 def read_back(model: BaseModel, data: object, path: Path) -> Any:
@@ -202,18 +206,18 @@ def read_back(model: BaseModel, data: object, path: Path) -> Any:
 
     A field alone is read, so that a decoded file need not be validated as a whole.
     """
-    here: object = model
+    current: object = model
     for i, key in enumerate(path):
-        below = value_at(here, (key,))
-        if isinstance(here, BaseModel):
-            field = type(here).model_fields.get(str(key))
+        inner = value_at(current, (key,))
+        if isinstance(current, BaseModel):
+            field = type(current).model_fields.get(str(key))
             if field is None:
                 return None
             if not isinstance(data, dict) or key not in data:
                 return value_at(field.get_default(call_default_factory=True), path[i + 1 :])
-            if not _has_models(below):
-                return value_at(_reader(type(here), str(key)).validate_python(data[key]), path[i + 1 :])
-        here, data = below, value_at(data, (key,))
+            if not _has_models(inner):
+                return value_at(_field_reader(type(current), str(key)).validate_python(data[key]), path[i + 1 :])
+        current, data = inner, value_at(data, (key,))
     return None
 
 
@@ -224,7 +228,7 @@ def _has_models(value: object) -> bool:
 
 
 @cache
-def _reader(model: type[BaseModel], key: str) -> TypeAdapter[object]:
+def _field_reader(model: type[BaseModel], key: str) -> TypeAdapter[object]:
     """What reads the text of a field."""
     field = model.model_fields[key]
     kind: Any = field.annotation
@@ -246,14 +250,14 @@ def own_setting_lines(
     lines: dict[int, list[Change]] = {}
     for j, i in enumerate(places):
         found = [(path, value_at(held, path_in_file(i, path))) for path in paths if not (path.startswith("/") and j)]
-        found = [(path, _default(config, path) if value is None else value) for path, value in found]
+        found = [(path, _stated_default(config, path) if value is None else value) for path, value in found]
         lines[j] = [
             Change(path, "exact", value, value, target_field=path) for path, value in found if value is not None
         ]
     return lines
 
 
-def _default(config: ConfigurationFile, path: str) -> Any:
+def _stated_default(config: ConfigurationFile, path: str) -> Any:
     """A choice that the file gives although it is the default; decoding leaves those of the PLC out."""
     keys = path.removeprefix("/").split(".")
     return value_at(config, keys) if path.startswith("/") and is_given(config, keys) else None
@@ -276,15 +280,15 @@ def write_own_settings(data: dict[str, object], lines: Mapping[int, Sequence[Cha
             set_value(data, path_in_file(j, row.field), row.target)
 
 
-def merge_own_lines(rows: Sequence[Change], kept: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
+def merge_own_lines(rows: Sequence[Change], own_rows: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
     """The lines of a loop, in which what is kept is neither assumed nor dropped; ``of_file``: fields of the file."""
-    own = {row.field: row for row in kept}
+    own_by_field = {row.field: row for row in own_rows}
     for row in rows:
         if f"/{row.field}" in of_file:
             continue
-        line = own.pop(row.field, None)
+        line = own_by_field.pop(row.field, None)
         yield row if line is None else replace(line, neutral=row.neutral)
-    yield from own.values()
+    yield from own_by_field.values()
 
 
 ENDS = ("0", "1")
@@ -301,12 +305,15 @@ UNKNOWN = "no conversion knows this field: see what it does in the source, and p
 
 
 def unreported_fields(
-    given: Iterable[tuple[Path, Any]], rows: Sequence[Change], reasons: Mapping[str, str], target: Mapping[str, object]
+    given_values: Iterable[tuple[Path, Any]],
+    rows: Sequence[Change],
+    reasons: Mapping[str, str],
+    target: Mapping[str, object],
 ) -> Iterator[Change]:
     """The lines of those fields that no row is about; ``target``: the loop's data there."""
-    for path, value in given:
+    for path, value in given_values:
         key, text = dotted_text(path), _plain_value(value)
-        if any(overlap(key, row.field) for row in rows):
+        if any(do_overlap(key, row.field) for row in rows):
             continue
         if key in COMMON and target.get(key) == value:
             yield Change(key, "exact", text, text, neutral=(key,), target_field=key)
@@ -339,20 +346,20 @@ def items_beside_loops(
 
     ``reasons``: why nothing is lost of some of them.
     """
-    told = FieldIndex(row.field for row in rows)
+    reported = FieldIndex(row.field for row in rows)
     for block in getattr(config, "blocks", ()):
-        is_told = told.overlaps(f"blocks.{block.name}")
+        is_reported = reported.has_overlap(f"blocks.{block.name}")
         for path, value in given_fields(block):
             key = f"blocks.{block.name}.{dotted_text(path)}"
-            if not told.overlaps(key):
-                note = WITH_LOOP if is_told else UNKNOWN
-                yield Change(key, "dropped", _plain_value(value), None, note=note, loss=not is_told)
+            if not reported.has_overlap(key):
+                note = WITH_LOOP if is_reported else UNKNOWN
+                yield Change(key, "dropped", _plain_value(value), None, note=note, loss=not is_reported)
     for name, value in getattr(config, "signals", {}).items():
-        if not told.overlaps(f"signals.{name}"):
+        if not reported.has_overlap(f"signals.{name}"):
             yield Change(f"signals.{name}", "dropped", _plain_value(value), None, note=WITH_READER)
     for i, move in enumerate(getattr(config, "moves", ())):
         key = f"moves.{i}"
-        if not told.overlaps(key):
+        if not reported.has_overlap(key):
             reason = reasons.get(key)
             text = f"{_plain_value(move.move)} to {move.to}"
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
@@ -400,7 +407,7 @@ class Converted:
     """What the loops that were dropped lack, by their places in the source."""
 
     @property
-    def losses(self) -> bool:
+    def has_losses(self) -> bool:
         """Whether anything was lost: a loop, or a line of one."""
         return any(loop.status == "dropped" or any(row.loss for row in loop.changes) for loop in self.loops)
 
@@ -452,21 +459,21 @@ def convert(
     dropped = {i: [Missing(("loops", i), reason)] for i, reason in (excluded or {}).items()}
     dropped |= {i: loop.missing for i, loop in enumerate(loops) if loop.missing}
     while True:
-        kept = [i for i in range(len(loops)) if i not in dropped]
+        kept_places = [i for i in range(len(loops)) if i not in dropped]
         missing = tuple(entry for i in sorted(dropped) for entry in dropped[i])
-        if not kept:
+        if not kept_places:
             raise ConvertError(list(missing))
         try:
-            outcome = _Conversion(config, source, target, [loops[i] for i in kept], kept)
-            return outcome.result(_options_of_kept_loops(options, kept, len(loops)), max_loss, missing)
+            outcome = _Conversion(config, source, target, [loops[i] for i in kept_places], kept_places)
+            return outcome.result(_options_of_kept_loops(options, kept_places, len(loops)), max_loss, missing)
         except ConvertError as error:
-            dropped |= _problems_by_loop(error, kept)
+            dropped |= _problems_by_loop(error, kept_places)
 
 
-def _options_of_kept_loops(options: Mapping[str, object], kept: Sequence[int], count: int) -> dict[str, object]:
+def _options_of_kept_loops(options: Mapping[str, object], kept_places: Sequence[int], count: int) -> dict[str, object]:
     """Options without what they say of loops that are left out; one value alone is where all begin."""
     return {
-        key: [item for i, item in enumerate(value) if i in kept or i >= count]
+        key: [item for i, item in enumerate(value) if i in kept_places or i >= count]
         if isinstance(value, list) and len(value) > 1
         else value
         for key, value in options.items()
@@ -502,25 +509,25 @@ class _Conversion:
         before = [operations[i] for i in self.source_places]
         generic = generic_file(self.config, self.loops)
         first = self._first_outputs(generic.loops, before)
-        begun = [_with_output(loop, first.get(j)) for j, loop in enumerate(generic.loops)]
-        generic = generic.model_copy(update={"loops": tuple(begun)})
-        own: dict[int, list[Change]] = {}
+        with_outputs = [_with_output(loop, first.get(j)) for j, loop in enumerate(generic.loops)]
+        generic = generic.model_copy(update={"loops": tuple(with_outputs)})
+        own_lines: dict[int, list[Change]] = {}
         if self.source is self.target:
-            own = own_setting_lines(self.config, self.source, self.source_places, options)
+            own_lines = own_setting_lines(self.config, self.source, self.source_places, options)
             scales = source_of(self.source).OWN_SETTINGS.scales(self.config, self.source_places)
             options = {**scales, **options}  # what gains and times depend on, unless the options say it
         file: TargetFile = target_of(self.target).from_neutral(generic, options, before)
-        write_own_settings(file.data, own)
+        write_own_settings(file.data, own_lines)
         stored = settle_values(file, self.target)
         model = validate_data(self.target, file.data) if file.model is None else file.model
         sides = Sides(
             generic.loops, before, source_of(self.target).to_neutral(model), source_of(self.target).operations(model)
         )
-        reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.source_places)}
+        reports = {i: self._loop_lines(j, file, stored[j], sides, own_lines) for j, i in enumerate(self.source_places)}
         reports = self._with_counts(reports, model, file.encoding)
         reports |= {self.source_places[j]: list(map(_mark_first_output, reports[self.source_places[j]])) for j in first}
         reported = [row for rows in reports.values() for row in rows]
-        reports[self.source_places[0]] += items_beside_loops(self.config, reported, self._reasons())
+        reports[self.source_places[0]] += items_beside_loops(self.config, reported, self._reasons_beside())
         reasons = {entry.path[1]: entry.message for entry in reversed(missing)}
         report = tuple(
             LoopReport(loop.name, tuple(judge_change(row, max_loss) for row in reports[i]))
@@ -544,25 +551,28 @@ class _Conversion:
         self, reports: Mapping[int, Sequence[Change]], model: Any, encoding: AnyEncoding
     ) -> dict[int, list[Change]]:
         """The lines of all loops; an exact one says how far the words are apart where one side rounds to counts."""
-        one = rests_of(self.config, encoder_of(self.source).encode(self.config))
-        two = rests_of(model, encoding)
+        source_excess = rounding_excesses(self.config, encoder_of(self.source).encode(self.config))
+        target_excess = rounding_excesses(model, encoding)
 
         def line(row: Change, i: int, j: int) -> Change:
             if row.kind != "exact" or not row.target_field:
                 return row
             ends = ["", *(f".{name[-1]}" for name in row.neutral if name[-1] in ENDS)]
-            first = next((one[path] for end in ends if (path := path_in_file(i, row.field + end)) in one), None)
-            apart = counts_apart(first, two.get(path_in_file(j, row.target_field)))
+            first = next(
+                (source_excess[path] for end in ends if (path := path_in_file(i, row.field + end)) in source_excess),
+                None,
+            )
+            apart = counts_between(first, target_excess.get(path_in_file(j, row.target_field)))
             return replace(row, counts_apart=apart) if apart else row
 
         places = {i: j for j, i in enumerate(self.source_places)}
         return {i: [line(row, i, places[i]) for row in rows] for i, rows in reports.items()}
 
-    def _reasons(self) -> dict[str, str]:
+    def _reasons_beside(self) -> dict[str, str]:
         """Why nothing is lost of what stands beside the loops."""
-        return {path: reason for loop in self.loops for path, reason in loop.beside.items()}
+        return {path: reason for loop in self.loops for path, reason in loop.items_beside.items()}
 
-    def _rows(
+    def _loop_lines(
         self,
         j: int,
         file: TargetFile,
@@ -572,30 +582,40 @@ class _Conversion:
     ) -> list[Change]:
         """The lines of one of the loops; ``own_lines``: of what all keep within their vendor."""
         loop = sides.before[j]
-        rows = list(changes(self.loops[j].fields, file.fields[j], stored, partial(_is_default, loop)))
-        own = own_lines.get(j, ())
+        rows = list(list_changes(self.loops[j].fields, file.fields[j], stored, partial(_is_default, loop)))
+        own_rows = own_lines.get(j, ())
         rows = list(
-            merge_own_lines(rows, own, {row.field for row in own_lines.get(0, ()) if row.field.startswith("/")})
+            merge_own_lines(rows, own_rows, {row.field for row in own_lines.get(0, ()) if row.field.startswith("/")})
         )
         if (after := sides.loop_in_target(j)) is not None:
             rows = [*correct_lines(rows, loop, after), *_derivative_line(rows, loop, after)]
         lines = list(
             differing_rules(sides.operations_before[j], sides.operations_after[j], loop, is_master=sides.is_master(j))
         )
-        about = {name for line in lines if line.loss for name in line.neutral}
-        rows = [_mark_assumed(row) if about.intersection(row.neutral) else row for row in rows] + lines
-        given = fields_of_loop(self.config, self.source_places[j], with_plc=j == 0)
-        reported = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
-        return [*rows, *unreported_fields(given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j])]
+        worse_fields = {name for line in lines if line.loss for name in line.neutral}
+        rows = [_mark_assumed(row) if worse_fields.intersection(row.neutral) else row for row in rows] + lines
+        fields_given = fields_of_loop(self.config, self.source_places[j], with_plc=j == 0)
+        reported = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own_rows)]
+        return [
+            *rows,
+            *unreported_fields(fields_given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j]),
+        ]
 
 
 def _derivative_line(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
     """A line about a derivative that acts on something else, where the source does not say on what."""
-    one, two = before.tuning, after.tuning
-    told = any(DERIVATIVE_ON in row.neutral for row in rows)
-    if one.derivative_time and two.derivative_time and one.derivative_on != two.derivative_on and not told:
-        note = f"the derivative acts on the {two.derivative_on}, not on the {one.derivative_on}"
-        yield Change(DERIVATIVE_ON, "dropped", one.derivative_on, None, note=note, loss=True, neutral=(DERIVATIVE_ON,))
+    tuning_before, tuning_after = before.tuning, after.tuning
+    is_told = any(DERIVATIVE_ON in row.neutral for row in rows)
+    if (
+        tuning_before.derivative_time
+        and tuning_after.derivative_time
+        and tuning_before.derivative_on != tuning_after.derivative_on
+        and not is_told
+    ):
+        note = f"the derivative acts on the {tuning_after.derivative_on}, not on the {tuning_before.derivative_on}"
+        yield Change(
+            DERIVATIVE_ON, "dropped", tuning_before.derivative_on, None, note=note, loss=True, neutral=(DERIVATIVE_ON,)
+        )
 
 
 def _with_output(loop: Loop, output: Decimal | None) -> Loop:
@@ -632,20 +652,22 @@ class Sides:
         if loop.missing:
             return None
         held = Loop.model_validate(loop.data)
-        link = held.setpoint.model_copy(update={"source": self._names.get(held.setpoint.source, held.setpoint.source)})
+        link = held.setpoint.model_copy(
+            update={"source": self._source_names.get(held.setpoint.source, held.setpoint.source)}
+        )
         return held.model_copy(update={"setpoint": link})
 
     def is_master(self, j: int) -> bool:
         """Whether another loop takes its set point from this one, on both sides."""
-        return (self.before[j].name, self.after[j].data.get("name")) in self._masters
+        return (self.before[j].name, self.after[j].data.get("name")) in self._master_names
 
     @cached_property
-    def _names(self) -> dict[object, str]:
+    def _source_names(self) -> dict[object, str]:
         """The names of the source by those of the target."""
         return {after.data.get("name"): before.name for before, after in zip(self.before, self.after, strict=True)}
 
     @cached_property
-    def _masters(self) -> set[tuple[Any, object]]:
+    def _master_names(self) -> set[tuple[Any, object]]:
         """The loops that loops take their set points from, on both sides."""
         sides = zip(self.before, self.after, strict=True)
         return {(before.setpoint.source, after.data.get("setpoint", {}).get("source")) for before, after in sides}

@@ -51,7 +51,7 @@ from pidcfg.vendors import Vendor
 RANGES = ("range", "input_range")
 GAINS = {"percent": "%/pv", "engineering": "output/pv"}
 """Units of a gain by what the vendor counts it in; a gain of counts per count has none."""
-OF_GAINS = ("output/pv", "output/pv/s", "output per pv/s")
+TERM_UNITS = ("output/pv", "output/pv/s", "output per pv/s")
 """Units of the three gains of an independent form: MV for the error, for its integral, for its derivative."""
 TIMES = {get_args(Seconds)[1]: "s", get_args(Minutes)[1]: "min"}
 
@@ -64,7 +64,7 @@ class Leaf:
     value: Any
     model: BaseModel
     key: str
-    given: bool
+    is_given: bool
 
     @property
     def text(self) -> str:
@@ -72,20 +72,20 @@ class Leaf:
         return path_text(self.path)
 
 
-def leaves(model: BaseModel, above: Path = (), *, given: bool = True) -> Iterator[Leaf]:
+def leaves(model: BaseModel, above: Path = (), *, is_given: bool = True) -> Iterator[Leaf]:
     """Every value of a model that is one, in the order of its fields."""
     for key in type(model).model_fields:
-        value, written = getattr(model, key), given and key in model.model_fields_set
+        value, is_written = getattr(model, key), is_given and key in model.model_fields_set
         path = (*above, key)
         if isinstance(value, BaseModel):
-            yield from leaves(value, path, given=written)
+            yield from leaves(value, path, is_given=is_written)
         elif isinstance(value, tuple) and value and all(isinstance(part, BaseModel) for part in value):
             for i, part in enumerate(value):
-                yield from leaves(part, (*path, i), given=written)
+                yield from leaves(part, (*path, i), is_given=is_written)
         elif hasattr(value, "items"):
-            yield from (Leaf((*path, name), part, model, key, written) for name, part in value.items())
+            yield from (Leaf((*path, name), part, model, key, is_written) for name, part in value.items())
         elif value not in (None, ()):
-            yield Leaf(path, value, model, key, written)
+            yield Leaf(path, value, model, key, is_written)
 
 
 def _is_raw(leaf: Leaf, unit: str, loop: object) -> bool:
@@ -127,7 +127,7 @@ def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
     chosen = getattr(leaf.model, form[0], None) if form else None
     if form is None or not isinstance(chosen, bool):
         return ""
-    return "s" if chosen is form[1] else OF_GAINS[place]
+    return "s" if chosen is form[1] else TERM_UNITS[place]
 
 
 @cache
@@ -156,24 +156,24 @@ def _field_unit(path: Path, model: type[BaseModel], key: str, vendor: Vendor) ->
 
 # --- What a wire means, however it is written: two expressions are compared by what they calculate, step by step ------
 
-WIRED = ("move", "when")
+WIRED_KEYS = ("move", "when")
 """Keys of a move that hold a wire."""
-NO_NAMES = frozenset((*WORDS, *TRUTHS))
+RESERVED_WORDS = frozenset((*WORDS, *TRUTHS))
 NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
 
 
-class Wired(NamedTuple):
+class WireContent(NamedTuple):
     """The steps of an expression, each with its constant or the name of its signal; else its text."""
 
     steps: tuple[tuple[int, float | str | None], ...]
     text: str = ""
 
-    def renamed(self, names: Mapping[str, str]) -> Wired:
+    def rename_blocks(self, names: Mapping[str, str]) -> WireContent:
         """The same with other names of blocks."""
-        return Wired(tuple((op, _renamed(operand, names)) for op, operand in self.steps), self.text)
+        return WireContent(tuple((op, _rename_operand(operand, names)) for op, operand in self.steps), self.text)
 
 
-def _renamed(operand: float | str | None, names: Mapping[str, str]) -> float | str | None:
+def _rename_operand(operand: float | str | None, names: Mapping[str, str]) -> float | str | None:
     if not isinstance(operand, str):
         return operand
     block, dot, key = operand.partition(".")
@@ -185,25 +185,27 @@ def content_of(raw: object) -> Any:
     if not isinstance(raw, Wire):
         return raw
     names = [
-        name for name in dict.fromkeys(NAME.findall(raw.text)) if name not in FUNCTIONS and name.upper() not in NO_NAMES
+        name
+        for name in dict.fromkeys(NAME.findall(raw.text))
+        if name not in FUNCTIONS and name.upper() not in RESERVED_WORDS
     ]
     try:
-        code, constants = _code(raw.text, names)
+        code, constants = _expression_code(raw.text, names)
     except ExpressionError:
-        return Wired((), raw.text)
+        return WireContent((), raw.text)
     steps = []
     for op, operand in zip(code[::2], code[1::2], strict=True):
         value = names[operand] if op == SIGNAL else constants[operand] if op == CONSTANT else None
         value = float(operand) if op == TRUTH else value
         steps.append((op, value))
-    return Wired(tuple(steps))
+    return WireContent(tuple(steps))
 
 
 def move_content(value: object) -> Any:
     """What the wires of a move mean, however they are written; None for a content that is no move."""
     if not isinstance(value, dict) or "move" not in value:
         return None
-    parts = ((key, content_of(Wire(str(part))) if key in WIRED else part) for key, part in value.items())
+    parts = ((key, content_of(Wire(str(part))) if key in WIRED_KEYS else part) for key, part in value.items())
     return tuple(sorted(parts))
 
 
@@ -215,7 +217,7 @@ def order_moves(entry: Mapping[str, object]) -> Mapping[str, object]:
     return {**entry, "moves": sorted(moves, key=lambda move: move.get("at") != "start")}
 
 
-def _code(text: str, names: list[str]) -> tuple[tuple[int, ...], tuple[float, ...]]:
+def _expression_code(text: str, names: list[str]) -> tuple[tuple[int, ...], tuple[float, ...]]:
     expression = TypedParser(text, {name: i for i, name in enumerate(names)}, lengths_of(names)).read()
     return expression.code, expression.constants
 
@@ -234,7 +236,7 @@ SIGNALS: Literal["signals"] = "signals"
 OwnerKind = Literal["file", "loop", "block", "signals"]
 NAMES = frozenset(("loop", "block"))
 """Settings beside the words that are the name of what they are of."""
-TOP = ("name", "description")
+LISTING_KEYS = ("name", "description")
 """What a listing says of the whole file that stands at the top of it."""
 CONFIGURATION = "configuration"
 """What a listing is said to lack whose words and settings give none."""
@@ -259,17 +261,17 @@ class Item:
     word: str | None = None
     """The content of the register as the PLC shows it."""
     kind: Kind = "setting"
-    by: str = ""
+    writer: str = ""
     """Who else writes it."""
     fault: str = ""
     """Why its word is no value."""
-    known: bool = True
+    is_known: bool = True
     """Whether the listing holds it."""
-    default: bool = False
+    is_default: bool = False
     """Whether it means the same when it is not given."""
     file_only: bool = False
     """Whether no listing says it."""
-    optional: bool = False
+    is_optional: bool = False
     """Whether a file may leave its register alone."""
     number: Any = None
     """What tells its register or parameter from the others of an image; None: it has none."""
@@ -297,7 +299,7 @@ class Terms:
 
     owners: tuple[Owner, ...]
     is_listing: bool = False
-    holds: Callable[[str], bool] = bool
+    has_address: Callable[[str], bool] = bool
     """Whether a listing holds an address; a file holds all of its own."""
 
 
@@ -335,10 +337,10 @@ def value_and_unit(leaf: Leaf, loop: object, vendor: Vendor, units: Mapping[str,
         value = getattr(value, "duration", value)
     elif hasattr(value, "duration"):
         return str(value), ""
-    return number(value), trim_unit(unit_of(leaf, loop, vendor, units))
+    return json_number(value), trim_unit(unit_of(leaf, loop, vendor, units))
 
 
-def number(value: Any) -> Any:
+def json_number(value: Any) -> Any:
     """A value without its unit, as JSON has it."""
     if isinstance(value, Quantity | Duration | Rate):
         return plain_number(value.value)
@@ -347,7 +349,7 @@ def number(value: Any) -> Any:
     if isinstance(value, float):
         return plain_number(Decimal(repr(value)))
     if isinstance(value, list | tuple):
-        return [number(part) for part in value]
+        return [json_number(part) for part in value]
     return json_value(value)
 
 
@@ -368,11 +370,11 @@ def kind_by(access: Access, writer: Writer | None) -> Kind:
     return "setting" if access == "setting" else "reserved" if access == "reserved" else "live"
 
 
-def flat(entry: Mapping[str, object], above: str = "") -> Iterator[tuple[str, object]]:
+def flatten(entry: Mapping[str, object], above: str = "") -> Iterator[tuple[str, object]]:
     """The values of nested mappings by their dotted keys, without what is nothing."""
     for key, value in entry.items():
         if isinstance(value, dict):
-            yield from flat(value, f"{above}{key}.")
+            yield from flatten(value, f"{above}{key}.")
         elif isinstance(value, list):
             yield from ((f"{above}{key}.{i}", end) for i, end in enumerate(value))
         elif value is not None:
@@ -384,14 +386,16 @@ def settings_beside(
 ) -> dict[str, Item]:
     """What stands beside the words of a loop, by its keys; ``faults``: what is refused of it, and why."""
     units, items = unit_names(loop), {}
-    for key, value in flat({key: value for key, value in entry.items() if key not in NAMES}):
+    for key, value in flatten({key: value for key, value in entry.items() if key not in NAMES}):
         writer = writers.get(key)
         unit = units.get(key.partition(".")[0], "") if ".range." in key else ""
         if key == SETPOINT:
             items[key] = Item(f"{SETPOINT}.value", "left to the operator", content=value, kind="operated")
         else:
             kind = kind_by("setting", writer)
-            items[key] = Item(key, number(value), unit, number(value), kind=kind, by=writer.writer if writer else "")
+            items[key] = Item(
+                key, json_number(value), unit, json_number(value), kind=kind, writer=writer.writer if writer else ""
+            )
     return with_faults(items, faults)
 
 
@@ -399,23 +403,23 @@ def with_faults(items: Mapping[str, Item], faults: Mapping[str, str]) -> dict[st
     """Settings with why they are refused; what is refused because it is not there becomes one of its own."""
     marked = dict(items)
     for key, fault in faults.items():
-        told = [name for name in items if overlap(name, key)]
-        marked |= {name: replace(items[name], fault=fault) for name in told} or {key: Item(key, fault=fault)}
+        affected = [name for name in items if do_keys_overlap(name, key)]
+        marked |= {name: replace(items[name], fault=fault) for name in affected} or {key: Item(key, fault=fault)}
     return marked
 
 
-def other_keys(model: Any, subject: Subject, taken: Iterable[str]) -> Iterator[tuple[str, Item]]:
+def other_keys(model: Any, subject: Subject, keys_used: Iterable[str]) -> Iterator[tuple[str, Item]]:
     """The keys of a file's section that nothing else is made of: no register holds them, nor does any listing."""
     if subject.reading is not None:
         return
-    ids, units = set(taken), unit_names(model)
+    ids, units = set(keys_used), unit_names(model)
     above_ids = {outer for name in ids for outer in outer_keys(name)}
     for leaf in leaves(model):
         key = dotted_text(leaf.path)
-        if key in TOP or key in ids or key in above_ids or not ids.isdisjoint(outer_keys(key)):
+        if key in LISTING_KEYS or key in ids or key in above_ids or not ids.isdisjoint(outer_keys(key)):
             continue
         value, unit = value_and_unit(leaf, model, subject.vendor, units)
-        yield key, Item(key, value, unit, value, default=is_default(leaf), file_only=True)
+        yield key, Item(key, value, unit, value, is_default=is_default(leaf), file_only=True)
 
 
 def is_default(leaf: Leaf) -> bool:
@@ -424,7 +428,7 @@ def is_default(leaf: Leaf) -> bool:
     return entry is not None and not entry.is_required() and entry.default == leaf.value
 
 
-def overlap(key: str, other: str) -> bool:
+def do_keys_overlap(key: str, other: str) -> bool:
     """Whether two keys are one, or one is a part of the other: ``output.limits`` and ``output.limits.0``."""
     return key == other or key.startswith(f"{other}.") or other.startswith(f"{key}.")
 
@@ -441,11 +445,11 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
     if plc is not None and subject.reading is None:
         for leaf in leaves(plc):
             key = f"plc.{dotted_text(leaf.path)}"
-            if not any(overlap(key, other) for other in registers):
+            if not any(do_keys_overlap(key, other) for other in registers):
                 value, unit = value_and_unit(leaf, plc, subject.vendor, unit_names(plc))
-                items[key] = Item(key, value, unit, value, default=is_default(leaf))
-    for name, value in flat(order_moves(entry)):
-        key = name if name in TOP else f"plc.{name}"
-        items.setdefault(key, Item(key, number(value), "", move_content(value) or number(value)))
+                items[key] = Item(key, value, unit, value, is_default=is_default(leaf))
+    for name, value in flatten(order_moves(entry)):
+        key = name if name in LISTING_KEYS else f"plc.{name}"
+        items.setdefault(key, Item(key, json_number(value), "", move_content(value) or json_number(value)))
     items = with_faults(items, subject.faults(""))
     return Owner("", "file", "", items, is_described=subject.is_described)

@@ -20,9 +20,9 @@ from pidcfg.conversion.terms import (
     Subject,
     Terms,
     content_of,
-    flat,
+    flatten,
+    json_number,
     kind_by,
-    number,
     other_keys,
     settings_beside,
     trim_unit,
@@ -59,50 +59,50 @@ def memory_terms(subject: Subject) -> Terms:
     """The loops and the set-up of a file or listing."""
     setup = [_Block(subject, block, subject.config) for block in subject.encoding.blocks if not block.place]
     registers = {key: item for block in setup for key, item in block.items((), {})}
-    held = {path: value for block in setup for path, value in block.values()}
-    loops, settings, shift = [], subject.settings, _shift(subject, held)
+    setup_values = {path: value for block in setup for path, value in block.row_values()}
+    loops, settings, shift = [], subject.settings, _loop_shift(subject, setup_values)
     outputs = {tag: loop.name for loop in subject.config.loops if (tag := getattr(loop.output, "tag", None))}
     for i, loop in enumerate(subject.config.loops):
-        own = [block for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
-        blocks = [_Block(subject, block, loop, outputs) for block in own]
-        values = {path: value for block in blocks if not block.prefix for path, value in block.values()}
+        own_blocks = [block for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
+        blocks = [_Block(subject, block, loop, outputs) for block in own_blocks]
+        values = {path: value for block in blocks if not block.prefix for path, value in block.row_values()}
         table: tuple[Writer, ...] = tables_of(subject.vendor).WRITTEN
         items = {key: item for block in blocks for key, item in block.items(table, values)}
         names, entry = {row.name: row for row in table if row.applies(values)}, settings[i]
         items |= settings_beside(entry, loop, names, subject.faults(loop.name))
-        items |= dict(_tables(blocks)) if subject.reading is None else {}
+        items |= dict(_table_items(blocks)) if subject.reading is None else {}
         if entry.get(SETPOINT) is False:
             items[SETPOINT_VALUE] = replace(items[SETPOINT_VALUE], kind="live")
-        items |= dict(other_keys(loop, subject, [*items, *(key for block in blocks for key in block.instead())]))
-        items |= _calculated(registers, held, i)
-        place = " ".join(_named(subject, b.block.start + shift) for b in blocks if not b.prefix)
+        items |= dict(other_keys(loop, subject, [*items, *(key for block in blocks for key in block.other_keys())]))
+        items |= _calculated_item(registers, setup_values, i)
+        place = " ".join(_address_name(subject, b.block.start + shift) for b in blocks if not b.prefix)
         loops.append(Owner(loop.name, "loop", place, items, subject.is_described))
     owners = (whole_file(subject, registers), *loops)
     reading = subject.reading
     if reading is None:
         return Terms(owners)
     words, space = reading.listing.words, subject.encoding.space
-    return Terms(owners, is_listing=True, holds=lambda address: space.parse(address.partition(".")[0]) in words)
+    return Terms(owners, is_listing=True, has_address=lambda address: space.parse(address.partition(".")[0]) in words)
 
 
-def _calculated(registers: Mapping[str, Item], held: Mapping[str, Any], i: int) -> dict[str, Item]:
+def _calculated_item(registers: Mapping[str, Item], setup_values: Mapping[str, Any], i: int) -> dict[str, Item]:
     """Whether the PLC calculates loop ``i``, where a register says how many loops it does."""
-    item, count = registers.get(COUNT), held.get(COUNT)
+    item, count = registers.get(COUNT), setup_values.get(COUNT)
     if item is None or count is None:
         return {}
     value = CALCULATED if i < count else "not calculated"
     return {COUNT: replace(item, value=value, content=value, unit="", file_only=True)}
 
 
-def _shift(subject: Subject, held: Mapping[str, object]) -> int:
+def _loop_shift(subject: Subject, setup_values: Mapping[str, object]) -> int:
     """How far the loops of a listing stand behind those whose places it is compared at."""
-    start = held.get(TABLE)
+    start = setup_values.get(TABLE)
     if subject.reading is None or not subject.reading.fault or start is None:
         return 0
     return int(start - value_at(subject.config, parse_path(TABLE)))
 
 
-def _named(subject: Subject, number: int) -> str:
+def _address_name(subject: Subject, number: int) -> str:
     """An address; a set-up that is no value may place a loop where nothing is."""
     try:
         return str(subject.encoding.space.name(number))
@@ -110,7 +110,7 @@ def _named(subject: Subject, number: int) -> str:
         return "no register"
 
 
-def _tables(blocks: list[_Block]) -> Iterator[tuple[str, Item]]:
+def _table_items(blocks: list[_Block]) -> Iterator[tuple[str, Item]]:
     """The tables of a loop that a file may leave alone, ``ramp_soak.steps``: that it writes them, if only zeros."""
     for key in dict.fromkeys(block.prefix.rstrip(".0123456789") for block in blocks if block.prefix):
         yield key, Item(key, "the table is written", content=True, file_only=True)
@@ -128,35 +128,35 @@ class _Block:
         self.units = unit_names(model)
         self.is_own = subject.reading is None or not subject.reading.fault
 
-    def raw(self, offset: int) -> int | None:
+    def raw_content(self, offset: int) -> int | None:
         """The content of a register; None: the listing does not hold it."""
         if self.subject.reading is None:
             return self.block.encoded.words[offset]
         word: int | None = self.subject.reading.listing.words.get(self.block.start + offset)
         return word
 
-    def fault(self, offset: int) -> str:
+    def word_fault(self, offset: int) -> str:
         """Why the listing's word is no value."""
         reading = self.subject.reading
         return "" if reading is None else reading.unreadable.get(self.block.start + offset, "")
 
-    def values(self) -> Iterator[tuple[str, Any]]:
+    def row_values(self) -> Iterator[tuple[str, Any]]:
         """What the registers and choices mean, by their paths; None: nothing."""
         for row in self.block.table.points:
             if row.path is not None:
-                yield row.path, self.value(row)
+                yield row.path, self.row_value(row)
 
-    def value(self, row: Point) -> Any:
+    def row_value(self, row: Point) -> Any:
         """What a row means."""
-        raw = self.raw(row.offset)
+        raw = self.raw_content(row.offset)
         try:
-            if raw is None or self.fault(row.offset):
+            if raw is None or self.word_fault(row.offset):
                 return None
             return row.decode(raw, self.block.scales)
         except (DecodeError, ArithmeticError):
             return None
 
-    def instead(self) -> list[str]:
+    def other_keys(self) -> list[str]:
         """Keys that say in other words what a register holds."""
         return [row.other_key for row in self.block.table.words if row.other_key is not None]
 
@@ -170,86 +170,88 @@ class _Block:
                 continue
             rows = by_offset.get(word.offset, [])
             writer = writer_of(table, word.name, values)
-            yield from ((f"{self.prefix}{row.path}", self.choice(word, row)) for row in rows if row.path is not None)
+            yield from (
+                (f"{self.prefix}{row.path}", self.choice_item(word, row)) for row in rows if row.path is not None
+            )
             if not rows:
-                item = self.register(word, writer)
-                yield self.prefix + (word.path or word.name), replace(item, optional=bool(self.prefix))
-            if left := sum(row.mask for row in rows if row.path is None and row.access != "reserved"):
-                yield self.prefix + word.name, self.bits(word, word.name, left, "live")
+                item = self.register_item(word, writer)
+                yield self.prefix + (word.path or word.name), replace(item, is_optional=bool(self.prefix))
+            if bits_left := sum(row.mask for row in rows if row.path is None and row.access != "reserved"):
+                yield self.prefix + word.name, self.bits_item(word, word.name, bits_left, "live")
             if reserved := sum(row.mask for row in rows if row.access == "reserved"):
                 name = f"{word.name}.reserved"
-                yield self.prefix + name, self.bits(word, name, reserved, "reserved")
+                yield self.prefix + name, self.bits_item(word, name, reserved, "reserved")
 
-    def choice(self, word: Word, row: Bits) -> Item:
+    def choice_item(self, word: Word, row: Bits) -> Item:
         """A choice inside a word."""
-        raw, key = self.raw(row.offset), f"{self.prefix}{row.path}"
-        address, text = self.place(row.offset)
+        raw, key = self.raw_content(row.offset), f"{self.prefix}{row.path}"
+        address, text = self.address_and_text(row.offset)
         if raw is None:
-            return Item(key, address=address, known=False)
+            return Item(key, address=address, is_known=False)
         if len(row.bits) == 1:
             address, text = f"{address}.{row.bits[0]}", str(raw >> row.bits[0] & 1)
         access = row.access if row.access != "setting" else word.access
-        kind, value, fault = kind_by(access, None), self.value(row), self.fault(row.offset)
+        kind, value, fault = kind_by(access, None), self.row_value(row), self.word_fault(row.offset)
         at = self.block.start + row.offset
-        return Item(key, number(value), "", raw & row.mask, address, text, kind, fault=fault, number=at)
+        return Item(key, json_number(value), "", raw & row.mask, address, text, kind, fault=fault, number=at)
 
-    def bits(self, word: Word, name: str, mask: int, kind: Kind) -> Item:
+    def bits_item(self, word: Word, name: str, mask: int, kind: Kind) -> Item:
         """The bits of a word that the PLC sets, or that ask it for something; or those that are nobody's."""
-        raw, (address, text) = self.raw(word.offset), self.place(word.offset)
+        raw, (address, text) = self.raw_content(word.offset), self.address_and_text(word.offset)
         content = None if raw is None else raw & mask
         key, at = self.prefix + name, self.block.start + word.offset
-        return Item(key, None, "", content, address, text, kind, known=raw is not None, number=at)
+        return Item(key, None, "", content, address, text, kind, is_known=raw is not None, number=at)
 
-    def register(self, word: Word, writer: Writer | None) -> Item:
+    def register_item(self, word: Word, writer: Writer | None) -> Item:
         """A register of its own."""
-        raw, (address, text) = self.raw(word.offset), self.place(word.offset)
+        raw, (address, text) = self.raw_content(word.offset), self.address_and_text(word.offset)
         key = self.prefix + (word.path or word.name)
         if raw is None:
-            return Item(key, address=address, known=False)
-        key, value, unit = self.shown(word, raw, key)
+            return Item(key, address=address, is_known=False)
+        key, value, unit = self.describe_content(word, raw, key)
         kind, by = kind_by(word.access, writer), "" if writer is None else writer.writer
         if outer := self.outputs.get(address):
             kind, by = "live", f"{outer}, whose output it is"
         at = self.block.start + word.offset
-        return Item(key, value, unit, raw, address, text, kind, by, self.fault(word.offset), number=at)
+        return Item(key, value, unit, raw, address, text, kind, by, self.word_fault(word.offset), number=at)
 
-    def shown(self, word: Word, raw: int, key: str) -> tuple[str, object, str]:
+    def describe_content(self, word: Word, raw: int, key: str) -> tuple[str, object, str]:
         """The key of a register, what the file says of it, and its unit; else what its content means."""
         other = None if word.other_key is None or not self.is_own else value_at(self.model, parse_path(word.other_key))
         if other is not None and word.other_key is not None:
-            return word.other_key, number(other), ""
-        if self.fault(word.offset) or word.path is None:
+            return word.other_key, json_number(other), ""
+        if self.word_fault(word.offset) or word.path is None:
             return key, None, ""
         spelled = getattr(word.codec, "spelled", None)
         if spelled is not None:
             return key, spelled(raw, self.subject.encoding.space.name) if raw else None, ""
-        leaf = None if isinstance(word.codec, Choice) or not self.is_own else self.leaf(key)
+        leaf = None if isinstance(word.codec, Choice) or not self.is_own else self.find_leaf(key)
         if leaf is not None:
             return key, *value_and_unit(leaf, self.model, self.subject.vendor, self.units)
-        value = self.value(word)
+        value = self.row_value(word)
         is_given = bool(raw) or isinstance(word.codec, Choice) or word.path.endswith(LIMIT_ENDS)
         is_raw = isinstance(value, Quantity) and (value.counts or not self.block.scales[str(word.scale)].range)
         unit = "counts" if is_raw else unit_text(word.unit, self.units)
-        return key, number(value) if is_given else None, trim_unit(unit)
+        return key, json_number(value) if is_given else None, trim_unit(unit)
 
-    def leaf(self, key: str) -> Leaf | None:
+    def find_leaf(self, key: str) -> Leaf | None:
         """The value that the configuration gives for a key; None: it gives none."""
         path = parse_path(key)
         value = value_at(self.model, path)
         named = path[:-1] if isinstance(path[-1], int) else path
         model = value_at(self.model, named[:-1]) if named[:-1] else self.model
-        return None if value is None or model is None else Leaf(named, value, model, str(named[-1]), given=True)
+        return None if value is None or model is None else Leaf(named, value, model, str(named[-1]), is_given=True)
 
-    def place(self, offset: int) -> tuple[str, str]:
+    def address_and_text(self, offset: int) -> tuple[str, str]:
         """The address of a register, and its content as the PLC shows it."""
         space, address = self.subject.encoding.space, self.block.start + offset
-        raw = self.raw(offset)
+        raw = self.raw_content(offset)
         return space.name(address), "" if raw is None else space.content_text(address, raw)
 
 
 # --- Terms of a vendor whose parameters have names: every parameter of a loop, of a block, and the signals ------------
 
-TYPE_OF = {bool: BOOL, int: DINT, float: LREAL, str: LOOP_MODE}
+TYPES_BY_CONTENT = {bool: BOOL, int: DINT, float: LREAL, str: LOOP_MODE}
 """The type of a content that no table knows, as far as it is shown."""
 OUTPUT_DEVICE = ("devices", "MV")
 """Where a loop says in which device its output stands, in a cascade that of another loop's set point."""
@@ -257,13 +259,13 @@ OUTPUT_DEVICE = ("devices", "MV")
 
 def parameter_terms(subject: Subject) -> Terms:
     """The loops, blocks and signals of a file or listing."""
-    image, table, made = subject.encoding.image, tables_of(subject.vendor).WRITTEN, outputs_of(subject.vendor)
+    image, table, output_titles = subject.encoding.image, tables_of(subject.vendor).WRITTEN, outputs_of(subject.vendor)
     places: dict[str, int] = {}
     for i, entry in enumerate(image.settings):
         places.setdefault(owner_name(entry), i)
     models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     cells: dict[str, list[Entry]] = {name: [] for name in places}
-    for cell in (*image.cells, *_others(subject)):
+    for cell in (*image.cells, *_other_entries(subject)):
         cells.setdefault(owner_of(cell.address, cells), []).append(cell)
     loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
     owners, settings = [whole_file(subject, {})], subject.settings
@@ -275,11 +277,11 @@ def parameter_terms(subject: Subject) -> Terms:
         for cell in entries:
             key = cell.field or cell.address.removeprefix(f"{name}.")
             writer = writer_of(table, SIGNALS if model is None else key, values)
-            if writer is None and model is not None and key in made:
+            if writer is None and model is not None and key in output_titles:
                 writer = Writer(key, "live", "the block, whose output it is", D345)
             if outer := outputs.get(cell.device):
                 writer = Writer(key, "live", f"{outer}, whose output it is", D345)
-            items[key] = _item(subject, cell, key, model, units, writer)
+            items[key] = _parameter_item(subject, cell, key, model, units, writer)
         if model is not None:
             items |= settings_beside(settings[places[name]], model, {}, subject.faults(name))
             items |= dict(other_keys(model, subject, [*items, *image.settings[places[name]]]))
@@ -294,14 +296,14 @@ def outputs_of(vendor: Vendor) -> dict[str, str]:
     return {row.name: row.title for row in rows if row.access == "output"}
 
 
-def _others(subject: Subject) -> Iterator[Entry]:
+def _other_entries(subject: Subject) -> Iterator[Entry]:
     """The parameters of a listing that its configuration does not have."""
     if subject.reading is None or subject.reading.listing.is_mixed:
         return
     own = subject.encoding.image.words
     for name, raw in subject.reading.listing.words.items():
         if name not in own:
-            yield Entry(name, TYPE_OF.get(type(raw), LREAL), raw, "")
+            yield Entry(name, TYPES_BY_CONTENT.get(type(raw), LREAL), raw, "")
 
 
 def owner_of(address: str, names: Collection[str]) -> str:
@@ -309,52 +311,54 @@ def owner_of(address: str, names: Collection[str]) -> str:
     return next((name for name in outer_keys(address) if name in names), SIGNALS)
 
 
-def _content(cell: Entry, reading: Reading | None) -> tuple[object, str, bool]:
+def _cell_content(cell: Entry, reading: Reading | None) -> tuple[object, str, bool]:
     """The content of a parameter on a side, why it is no value, and whether the side has it."""
     if reading is None:
         return cell.raw, "", True
     raw = reading.listing.words.get(cell.address)
     if raw is None:
         return cell.raw, "", not (reading.partial or reading.fault)
-    held = None if isinstance(raw, Wire) else read_content(cell.type, raw)
-    return raw if held is None else held, reading.unreadable.get(cell.address, ""), True
+    content = None if isinstance(raw, Wire) else read_content(cell.type, raw)
+    return raw if content is None else content, reading.unreadable.get(cell.address, ""), True
 
 
-def _item(subject: Subject, cell: Entry, key: str, model: object, units: Mapping[str, str], who: Writer | None) -> Item:
+def _parameter_item(
+    subject: Subject, cell: Entry, key: str, model: object, units: Mapping[str, str], writer: Writer | None
+) -> Item:
     """A parameter; one that is wired is a setting, whoever writes what it is wired to."""
-    content, fault, known = _content(cell, subject.reading)
+    content, fault, is_known = _cell_content(cell, subject.reading)
     has_unit = model is not None and not isinstance(content, Wire)
-    is_mine = isinstance(content, Wire) or who is None or who.kind == "compared"
+    is_mine = isinstance(content, Wire) or writer is None or writer.kind == "compared"
     return Item(
         key,
-        None if fault else number(content),
-        partial(_unit, subject.vendor, model, key, content, units) if has_unit else "",
+        None if fault else json_number(content),
+        partial(_parameter_unit, subject.vendor, model, key, content, units) if has_unit else "",
         content_of(content),
         cell.device or cell.address,
-        _word(cell, content, fault),
-        "setting" if is_mine else kind_by("setting", who),
-        "" if who is None or isinstance(content, Wire) else who.writer,
+        _content_word(cell, content, fault),
+        "setting" if is_mine else kind_by("setting", writer),
+        "" if writer is None or isinstance(content, Wire) else writer.writer,
         fault,
-        known,
+        is_known,
         number=cell.number,
     )
 
 
-def _word(cell: Entry, content: Any, fault: str) -> str:
+def _content_word(cell: Entry, content: Any, fault: str) -> str:
     """A content as the PLC shows it."""
     if isinstance(content, Wire):
         return f":= {content.text}"
     return str(content) if fault else content_text(cell.type, content)
 
 
-def _unit(vendor: Vendor, model: Any, key: str, content: Any, units: Mapping[str, str]) -> str:
+def _parameter_unit(vendor: Vendor, model: Any, key: str, content: Any, units: Mapping[str, str]) -> str:
     """The unit of a parameter with a content, by its section of the model."""
     path = parse_path(key)
     named = path[:-1] if isinstance(path[-1], int) else path
     section = value_at(model, named[:-1]) if named[:-1] else model
     if section is None or named[-1] not in type(section).model_fields:
         return ""
-    return trim_unit(unit_of(Leaf(named, content, section, str(named[-1]), given=True), model, vendor, units))
+    return trim_unit(unit_of(Leaf(named, content, section, str(named[-1]), is_given=True), model, vendor, units))
 
 
 # --- Terms of what no configuration places: words by their addresses, settings by the names that they have ------------
@@ -363,9 +367,11 @@ def _unit(vendor: Vendor, model: Any, key: str, content: Any, units: Mapping[str
 def raw_terms(listing: Listing, vendor: Vendor) -> Terms:
     """Every word of a listing, and every setting beside them."""
     items = dict(unplaced_words(listing, vendor, (), ()))
-    items |= {key: Item(key, number(value), "", number(value)) for key, value in flat({"plc": dict(listing.plc)})}
+    items |= {
+        key: Item(key, json_number(value), "", json_number(value)) for key, value in flatten({"plc": dict(listing.plc)})
+    }
     owner = Owner("", "file", "", items, is_described=listing.has_settings)
-    return Terms((owner,), is_listing=True, holds=items.__contains__)
+    return Terms((owner,), is_listing=True, has_address=items.__contains__)
 
 
 def unplaced_words(
@@ -375,17 +381,17 @@ def unplaced_words(
     space = getattr(vendor.module("registers"), "SPACE", None)
     for address, raw in listing.words.items():
         if address not in words:
-            shown = listing.shown_addresses[address] if space is None else space.name(address)
+            name_shown = listing.shown_addresses[address] if space is None else space.name(address)
             value = raw if space is None else space.kind_of(address).show(raw)
             text = (
                 raw.text if isinstance(raw, Wire) else str(raw) if space is None else space.content_text(address, raw)
             )
-            yield shown, Item(shown, number(value), "", raw, shown, text, optional=True)
+            yield name_shown, Item(name_shown, json_number(value), "", raw, name_shown, text, is_optional=True)
     for entry in listing.settings:
         name = owner_name(entry)
         if name not in names:
-            for key, value in flat({name: {key: part for key, part in entry.items() if key not in NAMES}}):
-                yield key, Item(key, number(value), "", number(value))
+            for key, value in flatten({name: {key: part for key, part in entry.items() if key not in NAMES}}):
+                yield key, Item(key, json_number(value), "", json_number(value))
 
 
 # --- Terms of any vendor ----------------------------------------------------------------------------------------------
@@ -424,34 +430,36 @@ class Changes(NamedTuple):
 def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
     """What a PLC lacks that holds the words of a listing; ``live``: also words that the PLC or the process writes."""
     image = subject.encoding.image
-    written, left, operated = set[object](), list[str](), list[str]()
-    given = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
-    for owner, item, place in _differing(subject, listing):
-        told = [f"{owner} {item.key}".lstrip()] if place in listing.words else []
-        is_said = owner in given and is_given(given[owner], parse_path(item.key))
+    written, left_out, operated = set[object](), list[str](), list[str]()
+    items_by_name = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
+    for owner, item, place in _differing_items(subject, listing):
+        key_texts = [f"{owner} {item.key}".lstrip()] if place in listing.words else []
+        is_said = owner in items_by_name and is_given(items_by_name[owner], parse_path(item.key))
         if item.kind in {"live", "reserved"} and not (live or is_said):
-            left += told
+            left_out += key_texts
         else:
             written.add(place)
-            operated += told if item.kind in {"live", "operated"} else []
+            operated += key_texts if item.kind in {"live", "operated"} else []
     cells = tuple(cell for cell in image.cells if cell.number in written)
     notes = [f"written, although it may be set while the PLC runs: {shorten_names(operated)}"] if operated else []
-    notes += [f"left out, since the PLC or the process writes it: {shorten_names(left)} (--live)"] if left else []
-    held = {cell.number for cell in image.cells}
-    rest = [listing.shown_addresses[number] for number in listing.words if number not in held]
     notes += (
-        [f"stays as it is, since no loop has it any more: {shorten_names(rest)}"]
-        if rest and not listing.is_mixed
+        [f"left out, since the PLC or the process writes it: {shorten_names(left_out)} (--live)"] if left_out else []
+    )
+    own_numbers = {cell.number for cell in image.cells}
+    others = [listing.shown_addresses[number] for number in listing.words if number not in own_numbers]
+    notes += (
+        [f"stays as it is, since no loop has it any more: {shorten_names(others)}"]
+        if others and not listing.is_mixed
         else []
     )
     return Changes(replace(image, cells=cells), tuple(notes))
 
 
-def _differing(subject: Subject, listing: Listing) -> Iterator[tuple[str, Item, object]]:
+def _differing_items(subject: Subject, listing: Listing) -> Iterator[tuple[str, Item, object]]:
     """Every register or parameter whose content differs: its owner, what it is, and its number."""
     held = Subject(*subject[:3], Reading(listing, subject.config, subject.encoding, {}, partial=True))
     for new, old in zip(terms_of(subject).owners, terms_of(held).owners, strict=False):
         for key, item in new.items.items():
             other = old.items.get(key)
-            if item.number is not None and (other is None or not other.known or other.content != item.content):
+            if item.number is not None and (other is None or not other.is_known or other.content != item.content):
                 yield new.name, item, item.number

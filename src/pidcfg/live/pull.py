@@ -34,8 +34,8 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Data, parse_path, value_at
 from pidcfg.text.paths import Path as KeyPath
 from pidcfg.text.reader import DEFAULT, Files, Limits
-from pidcfg.validate.engine import Checked, Source, checked_of
-from pidcfg.validate.map_files import MapFile, numbering_of, stated_map
+from pidcfg.validate.engine import Checked, Source, check_source
+from pidcfg.validate.map_files import MapFile, map_of_source, numbering_of
 from pidcfg.vendors import VENDORS, Vendor, format_of
 
 # --- What a PLC holds, as a configuration or a memory listing: the result of `pidcfg.pull` ----------------------------
@@ -133,12 +133,12 @@ def plc_of(
 ) -> Plc:
     """The PLC that `pull` and `trend` read; ``given``: a configuration like it, its vendor, its map."""
     like, vendor, stated = given
-    other = None if like is None else checked_of(like, None, files, limits)
+    other = None if like is None else check_source(like, None, files, limits)
     if other is None and vendor is None:
         raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
     family = None if vendor is None else vendor_named(vendor)
     document = None if other is None else other.document
-    return source_of(plc, other, family, options or {}, stated_map(stated, document, files, limits))
+    return source_of(plc, other, family, options or {}, map_of_source(stated, document, files, limits))
 
 
 def source_of(
@@ -485,6 +485,6 @@ def compare(
 
     What runs is left out, and a set point that the operator has changed is told in ``notes``. Raises as `pull`.
     """
-    checked = checked_of(source, name, files, limits)
-    source_plc = source_of(plc, checked, None, {}, stated_map(map, checked.document, files, limits))
+    checked = check_source(source, name, files, limits)
+    source_plc = source_of(plc, checked, None, {}, map_of_source(map, checked.document, files, limits))
     return read_and_compare(checked, source_plc, patience_of(timeout, retries))

@@ -37,7 +37,7 @@ from pidcfg.study.scenario import load_scenario
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DEFAULT, Limits, reader_of
 from pidcfg.validate.engine import document_of
-from pidcfg.validate.map_files import named_map, numbering_of, stated_map
+from pidcfg.validate.map_files import map_of_source, named_map, numbering_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -513,7 +513,7 @@ def serve(
         raise ArgumentError(f"`others` has unit {place.unit}, which is that of the first PLC", "others")
     further = {number: document_of(one, None, files, limits) for number, one in (others or {}).items()}
     serving = Serving(place, speed, seconds, ready or _ignore_text, tell or _ignore_text)
-    stated = None if map is None else stated_map(map, None, files, limits)
+    stated = None if map is None else map_of_source(map, None, files, limits)
     return serve_document(document_of(source, name, files, limits), serving, reader_of(files), stated, further)
 
 

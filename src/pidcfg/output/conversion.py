@@ -263,7 +263,7 @@ def convert_checked(
         data=outcome.data,
         text=text,
         loops=outcome.loops,
-        losses=outcome.losses,
+        losses=outcome.has_losses,
         target_document=result.document,
         target_findings=result.findings,
     )

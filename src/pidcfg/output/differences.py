@@ -13,7 +13,7 @@ from pidcfg.conversion import ConvertError
 from pidcfg.conversion.comparison import (
     Comparison,
     NeutralSide,
-    compare,
+    compare_loops,
     fields_of,
     match_loops,
     neutral_fields,
@@ -34,7 +34,7 @@ from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import SUFFIXES, source_data
 from pidcfg.text.source import read_document
-from pidcfg.validate.engine import check_document, checked_of
+from pidcfg.validate.engine import check_document, check_source
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -325,7 +325,7 @@ def is_listing(name: str) -> bool:
 def side_of(source: Source, name: str | None, files: Files, limits: Limits) -> tuple[Checked | tuple[bytes, str], str]:
     """A side of a comparison, a checked configuration or the bytes and name of a listing; and what it is called."""
     if isinstance(source, Document):
-        return checked_of(source, name, files, limits), name or source.file
+        return check_source(source, name, files, limits), name or source.file
     data, label = source_data(source, name, files, limits.listing_bytes + 1)
     if is_listing(label):
         return (data, label), label
@@ -349,7 +349,7 @@ def compare_sides(
         if one.vendor is two.vendor:
             loops = _compare_within_vendor(one, two, live=options.live)
         else:
-            loops = compare(*(_neutral_side(name, *source) for name, source in zip(names, sources, strict=True)))
+            loops = compare_loops(*(_neutral_side(name, *source) for name, source in zip(names, sources, strict=True)))
     except SideError as error:
         return _compare_word_by_word(sides, names, options, limits) or DiffResult(
             *names, error.findings, error.document, error.name

@@ -194,14 +194,14 @@ def check_loaded(document: Document, reader: Reader, settings: CheckSettings) ->
 
         suppression = suppress(findings, document)
         findings, ignored = (
-            sort_findings(suppression.kept),
+            sort_findings(suppression.findings),
             [one for one in suppression.ignored if is_wanted(one.finding)],
         )
     if settings.baseline is not None:
-        from pidcfg.validate.baseline import compare, from_text
+        from pidcfg.validate.baseline import compare, parse_baseline
 
         files = {settings.file_of(document.file)}
-        comparison = compare(findings, is_wanted, from_text(settings.baseline), files, settings.file_of)
+        comparison = compare(findings, is_wanted, parse_baseline(settings.baseline), files, settings.file_of)
         findings, known = comparison.new, comparison.known
     return CheckResult(document, tuple(filter(is_wanted, findings)), tuple(ignored), tuple(known))
 
@@ -236,9 +236,9 @@ def check_with_words(doc: Document, reader: Reader = DISK) -> tuple[list[Diagnos
 
     if is_scenario(doc):
         from pidcfg.study.scenario import check_scenario
-        from pidcfg.validate.engine import odd_texts
+        from pidcfg.validate.engine import find_odd_texts
 
-        return [*check_scenario(doc, reader), *odd_texts(doc)], None
+        return [*check_scenario(doc, reader), *find_odd_texts(doc)], None
     checked = check_document(doc)
     if checked.vendor is None or checked.encoding is None or not checked.encoding.is_complete or not has_map(doc):
         return list(checked.findings), checked
@@ -297,6 +297,6 @@ def correct_file(
     from pidcfg.validate.fixes import Fixer
 
     def check(doc: Document) -> list[Diagnostic]:
-        return sort_findings(suppress(check_any(doc, reader), doc).kept)
+        return sort_findings(suppress(check_any(doc, reader), doc).findings)
 
     return Fixer(lambda text: read_document(text, doc.file, doc.limits), check, is_wanted).fix(data)

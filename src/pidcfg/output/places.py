@@ -16,7 +16,7 @@ from pidcfg.text.paths import parse_path
 from pidcfg.text.reader import read_other
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import is_configuration, is_scenario
-from pidcfg.validate.fixes import splice
+from pidcfg.validate.fixes import apply_edits
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -262,7 +262,7 @@ def rename_edits(docs: Sequence[Document], old: str, new: str, check: Check) -> 
     edits = {file: rows for file, rows in edits.items() if rows}
     before = {doc.file: doc for doc in docs}
     after = {
-        file: read_document(splice(doc.text, edits.get(file, ())).encode(), file, doc.limits)
+        file: read_document(apply_edits(doc.text, edits.get(file, ())).encode(), file, doc.limits)
         for file, doc in before.items()
     }
     for file, doc in after.items():

@@ -299,7 +299,7 @@ def _find_signs(checked: Checked, rises: Sequence[bool]) -> list[_PlantSign]:
         if purpose is None:
             signs.append(_PlantSign(by_action, assumed=True, key=key))
             continue
-        action_key = key if action is None else action.here
+        action_key = key if action is None else action.own_text
         text = CONTRADICTION_REMARK.format(
             here=action_key, place=purpose.place, word=purpose.word, purpose=purpose.text
         )

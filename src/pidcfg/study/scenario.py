@@ -18,7 +18,7 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.paths import dotted_text, leaves, parse_path
 from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, near_name, read_failure, read_other
 from pidcfg.text.source import read_document
-from pidcfg.validate.catalog import unusable
+from pidcfg.validate.catalog import is_unusable
 from pidcfg.validate.engine import check_document, is_scenario
 from pidcfg.validate.rule import SCENARIO_KINDS, key_of, value_of
 from pidcfg.validate.schema import read_model
@@ -136,7 +136,7 @@ def _use_own_units(loaded: LoadedScenario) -> None:
             if isinstance(value, str) and " " in value and value.split()[-1] not in SECONDS:
                 path = parse_path(loaded.new_plc().setpoint) if dotted_text(keys) == "setpoint" else keys
                 stated, place_of = stated_number(loaded.vendor, loop, path, value), ("events", i, "set", *below)
-                if stated is not None and stated.fits:
+                if stated is not None and stated.is_in_key_unit:
                     numbers[place_of] = stated.number
                 elif stated is not None:
                     loaded.cures[place_of] = stated.cure
@@ -154,7 +154,7 @@ def read_scenario(doc: Document) -> tuple[Scenario | None, list[Diagnostic]]:
 
 def is_unreadable(findings: Iterable[Diagnostic]) -> bool:
     """Whether a text can be read in more than one way, such as a key that stands twice: what runs would be a guess."""
-    return any(map(unusable, findings))
+    return any(map(is_unusable, findings))
 
 
 def check_scenario(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
@@ -228,7 +228,7 @@ def _use_configuration(loaded: LoadedScenario, data: bytes) -> None:
         return
     checked = check_document(doc)
     if is_unreadable(checked.findings):
-        first = next(d for d in checked.findings if unusable(d))
+        first = next(d for d in checked.findings if is_unusable(d))
         cure = f"run 'pidcfg validate {loaded.config}'"
         loaded.refuse_config(f"{loaded.config}:{first.span.line}:{first.span.column}: {first.message}", cure)
         return

@@ -55,14 +55,14 @@ def table_of(rows: list[RuleText]) -> str:
     return f"[\n{lines}\n]\n"
 
 
-def matches(code: str, beginning: str) -> bool:
+def has_prefix(code: str, beginning: str) -> bool:
     """Whether a code has a prefix; the prefix that all codes once had, and any part of it, matches every code."""
     return code.startswith(beginning) or PREFIX.startswith(beginning)
 
 
-def listed(begin: str) -> dict[str, RuleText]:
+def list_texts(begin: str) -> dict[str, RuleText]:
     """The texts of the rules whose codes have a prefix, in order."""
-    return {code: rule for code, rule in texts().items() if matches(code, begin)}
+    return {code: rule for code, rule in texts().items() if has_prefix(code, begin)}
 
 
 def as_data(rule: RuleText) -> dict[str, object]:
@@ -80,7 +80,7 @@ def as_data(rule: RuleText) -> dict[str, object]:
     }
 
 
-def page(rule: RuleText) -> str:
+def rule_page(rule: RuleText) -> str:
     """A rule as Markdown."""
     parts = [
         f"# {rule.code} {rule.name} ({rule.kind})",

@@ -14,8 +14,8 @@ from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
 from pidcfg.text.source import Comment, FindingLines, comments_in, read_document
 from pidcfg.text.writer import json_line
-from pidcfg.validate.catalog import LISTED, ignorable, rules, suggestion, unusable
-from pidcfg.validate.fixes import line_break, splice
+from pidcfg.validate.catalog import ALL_LISTED, find_rules, is_ignorable, is_unusable, suggest_code
+from pidcfg.validate.fixes import apply_edits, find_line_break
 from pidcfg.validate.rule import D315, D317, SUPPRESSION
 
 # --- Known findings: a list that is written once and from then on only shrinks ----------------------------------------
@@ -27,9 +27,9 @@ from pidcfg.validate.rule import D315, D317, SUPPRESSION
 
 VERSION = 3
 """Of the format; those before it were never released."""
-NEVER_KNOWN = frozenset(rule.code for rule in SUPPRESSION)
+NEVER_IN_BASELINE = frozenset(rule.code for rule in SUPPRESSION)
 """What is wrong with ignores and with the baseline itself is to be corrected, and never enters a baseline."""
-COUNT = "count"
+COUNT_KEY = "count"
 
 
 class Entry(NamedTuple):
@@ -57,7 +57,7 @@ class BaselineComparison:
     stale: list[Entry]
 
 
-def entry(finding: Diagnostic, file_of: Callable[[str], str]) -> Entry:
+def entry_of(finding: Diagnostic, file_of: Callable[[str], str]) -> Entry:
     """A finding as a baseline keeps it."""
     d = finding
     return Entry(file_of(d.file), d.code, d.severity.label, d.loop, d.key, d.value, d.quotes)
@@ -65,7 +65,7 @@ def entry(finding: Diagnostic, file_of: Callable[[str], str]) -> Entry:
 
 def may_be_in_baseline(finding: Diagnostic) -> bool:
     """Whether a finding may be in a baseline."""
-    return ignorable(finding) and finding.code not in NEVER_KNOWN
+    return is_ignorable(finding) and finding.code not in NEVER_IN_BASELINE
 
 
 def compare(
@@ -79,58 +79,58 @@ def compare(
 
     An entry is stale when its file was checked by every rule, and the finding was not there.
     """
-    left = Counter(entries)
+    remaining = Counter(entries)
     new: list[Diagnostic] = []
     known: list[Diagnostic] = []
     for d in findings:
-        key = entry(d, file_of)
-        if may_be_in_baseline(d) and left[key] > 0:
-            left[key] -= 1
+        key = entry_of(d, file_of)
+        if may_be_in_baseline(d) and remaining[key] > 0:
+            remaining[key] -= 1
             if is_selected(d):
                 known.append(d)
         elif is_selected(d):
             new.append(d)
     files = read_files(findings, checked_files, file_of)
-    stale = [e for e in entries if e.file in files and _take_one(left, e)]
+    stale = [e for e in entries if e.file in files and _take_one(remaining, e)]
     return BaselineComparison(new, known, stale)
 
 
 def read_files(findings: Sequence[Diagnostic], checked_files: set[str], file_of: Callable[[str], str]) -> set[str]:
     """The files that every rule has seen: of the others nobody can say what no longer occurs."""
-    return checked_files - {file_of(d.file) for d in findings if not ignorable(d)}
+    return checked_files - {file_of(d.file) for d in findings if not is_ignorable(d)}
 
 
-def _take_one(left: Counter[Entry], key: Entry) -> bool:
+def _take_one(remaining: Counter[Entry], key: Entry) -> bool:
     """Counts one down, if there is one."""
-    present = left[key] > 0
-    left[key] -= present
-    return present
+    is_left = remaining[key] > 0
+    remaining[key] -= is_left
+    return is_left
 
 
 def remove_entries(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
     """What is left of a baseline: never more than there was."""
-    left = Counter(stale)
-    return [e for e in entries if not _take_one(left, e)]
+    remaining = Counter(stale)
+    return [e for e in entries if not _take_one(remaining, e)]
 
 
-def to_text(entries: Iterable[Entry]) -> str:
+def baseline_text(entries: Iterable[Entry]) -> str:
     """A baseline as a file: one entry a line, in order, so that a diff shows what was removed."""
-    rows = [_row(e, count) for e, count in sorted(Counter(entries).items(), key=lambda row: _order(row[0]))]
+    rows = [_entry_row(e, count) for e, count in sorted(Counter(entries).items(), key=lambda row: _entry_order(row[0]))]
     body = "[\n" + ",\n".join(f"    {row}" for row in rows) + "\n  ]" if rows else "[]"
     return f'{{\n  "version": {VERSION},\n  "findings": {body}\n}}\n'
 
 
-def _order(e: Entry) -> tuple[str, ...]:
+def _entry_order(e: Entry) -> tuple[str, ...]:
     """By number of the code, as findings are."""
     return (number_of(e.code), *e[:-2], *("" if text is None else f"={text}" for text in e[-2:]))
 
 
-def _row(e: Entry, count: int) -> str:
+def _entry_row(e: Entry, count: int) -> str:
     """An entry as the file has it, without the comma behind it."""
-    return json_line({**e._asdict(), COUNT: count})
+    return json_line({**e._asdict(), COUNT_KEY: count})
 
 
-def from_text(text: str) -> list[Entry]:
+def parse_baseline(text: str) -> list[Entry]:
     """What a file says; raises `BaselineError`."""
     try:
         data = json.loads(text)
@@ -147,34 +147,36 @@ def from_text(text: str) -> list[Entry]:
         raise BaselineError(f"1:1: a baseline of version {version}; this pidcfg reads version {VERSION}")
     entries = list[Entry]()
     for number, row in enumerate(data["findings"]):
-        entries += _read(number, row)
+        entries += _read_entry(number, row)
         if len(entries) > MAX_FINDINGS:
             raise BaselineError(f"1:1: findings[{number}]: the counts up to here are more than {MAX_FINDINGS} findings")
     return entries
 
 
-def _read(number: int, row: object) -> list[Entry]:
+def _read_entry(number: int, row: object) -> list[Entry]:
     """One row of a file, as often as it counts."""
-    if not isinstance(row, dict) or row.keys() != {*Entry._fields, COUNT} or not _is_sound(row):
-        null = " and ".join(OR_NULL)
-        more = f" ({null}: text or null) and a {COUNT} above 0"
+    if not isinstance(row, dict) or row.keys() != {*Entry._fields, COUNT_KEY} or not _is_sound(row):
+        null = " and ".join(NULLABLE_KEYS)
+        more = f" ({null}: text or null) and a {COUNT_KEY} above 0"
         raise BaselineError(f"1:1: findings[{number}] must have the texts {', '.join(Entry._fields)}{more}")
-    count = row.pop(COUNT)
+    count = row.pop(COUNT_KEY)
     return [Entry(**row)] * count
 
 
 MAX_FINDINGS = 1_000_000
 """Findings that a baseline may stand for."""
-OR_NULL = ("value", "quotes")
+NULLABLE_KEYS = ("value", "quotes")
 """Keys of an entry that may have nothing to say."""
 
 
 def _is_sound(row: dict[str, object]) -> bool:
     """Whether a row has the right types."""
-    count = row[COUNT]
-    whole = isinstance(count, int) and not isinstance(count, bool) and 0 < count <= MAX_FINDINGS
-    return whole and all(
-        isinstance(text, str) or (text is None and key in OR_NULL) for key, text in row.items() if key != COUNT
+    count = row[COUNT_KEY]
+    is_count = isinstance(count, int) and not isinstance(count, bool) and 0 < count <= MAX_FINDINGS
+    return is_count and all(
+        isinstance(text, str) or (text is None and key in NULLABLE_KEYS)
+        for key, text in row.items()
+        if key != COUNT_KEY
     )
 
 
@@ -190,7 +192,7 @@ def stale_findings(
         place = " ".join(part for part in (e.loop, e.key) if part)
         message = f"{e.code} {status}{share} in {e.file}" + (f" at {place}" if place else "")
         message += "" if e.value is None else f": {e.value}"
-        findings.append(stale_finding(message, _row(e, counts[e]), text, file))
+        findings.append(stale_finding(message, _entry_row(e, counts[e]), text, file))
     return findings
 
 
@@ -217,10 +219,10 @@ HINT = re.compile(r"#[ \t]*pidcfg:[ \t]*(?:ignore|[\w-]+[ \t]*\[)", re.IGNORECAS
 DIRECTIVE = re.compile(
     r"#[ \t]*pidcfg:[ \t]*(?P<word>[\w-]+)[ \t]*(?:\[(?P<codes>[^\]#]*)\])?(?P<reason>.*?)(?=\s#|$)", re.IGNORECASE
 )
-WORD = "ignore"
-ONE = "put it first, with all its codes in one bracket"
-FORM = "write # pidcfg: ignore[DL211] reason"
-MOST_NEAR = 100
+IGNORE_WORD = "ignore"
+PUT_FIRST = "put it first, with all its codes in one bracket"
+WRITE_IGNORE = "write # pidcfg: ignore[DL211] reason"
+MAX_SUGGESTIONS = 100
 """Comments of a file whose unknown codes are compared with all there are."""
 
 
@@ -236,7 +238,7 @@ class Ignored:
 class Suppressed:
     """What is left of a file's findings, with what is wrong with its comments, and what was ignored."""
 
-    kept: list[Diagnostic]
+    findings: list[Diagnostic]
     ignored: list[Ignored] = field(default_factory=list)
 
 
@@ -249,31 +251,33 @@ class _Ignore:
     target: int
     codes: tuple[str, ...]
     reason: str
-    whole: bool
+    is_whole: bool
     """Whether the comment contains nothing else."""
 
 
 def suppress(findings: Sequence[Diagnostic], doc: Document) -> Suppressed:
     """Removes the findings that comments of the file ignore, and adds the mistakes in these comments."""
-    if not HINT.search(doc.text) or any(map(unusable, findings)):
+    if not HINT.search(doc.text) or any(map(is_unusable, findings)):
         return Suppressed(list(findings))
     ignores, problems = _read_comments(doc)
-    kept: list[Diagnostic] = []
+    remaining: list[Diagnostic] = []
     ignored: list[Ignored] = []
-    used: dict[int, set[str]] = defaultdict(set)
+    used_codes: dict[int, set[str]] = defaultdict(set)
     places = FindingLines(doc)
     by_place = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
     for d in findings:
-        match = by_place.get((places.line_of(d), d.code)) if ignorable(d) else None
+        match = by_place.get((places.line_of(d), d.code)) if is_ignorable(d) else None
         if match is None:
-            kept.append(d)
+            remaining.append(d)
         else:
-            used[match[0]].add(d.code)
+            used_codes[match[0]].add(d.code)
             ignored.append(Ignored(d, match[1].reason))
-    whole = all(map(ignorable, findings))
+    is_all_checked = all(map(is_ignorable, findings))
     for i, ignore in enumerate(ignores):
-        problems += _remarks(ignore, used[i], doc, checked=whole, near=i < MOST_NEAR)
-    return Suppressed(kept + problems, ignored)
+        problems += _comment_remarks(
+            ignore, used_codes[i], doc, is_checked=is_all_checked, may_suggest=i < MAX_SUGGESTIONS
+        )
+    return Suppressed(remaining + problems, ignored)
 
 
 def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
@@ -285,17 +289,21 @@ def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
     for comment in comments:
         first = DIRECTIVE.match(comment.text)
         for match in DIRECTIVE.finditer(comment.text):
-            span = _part(comment, match.start(), match.end())
-            if match.start() and match["word"].lower() == WORD:
+            span = _comment_part(comment, match.start(), match.end())
+            if match.start() and match["word"].lower() == IGNORE_WORD:
                 if first or not comment.is_alone:
-                    problems.append(_problem("PID045", "an ignore begins its comment", doc, span, ONE))
+                    problems.append(_comment_problem("PID045", "an ignore begins its comment", doc, span, PUT_FIRST))
                 continue
             codes = _codes_of(match)
-            if match["word"].lower() != WORD:
+            if match["word"].lower() != IGNORE_WORD:
                 if match["codes"] is not None:
-                    problems.append(_problem("PID045", f"{match['word']!r} is no word of pidcfg's", doc, span, FORM))
+                    problems.append(
+                        _comment_problem("PID045", f"{match['word']!r} is no word of pidcfg's", doc, span, WRITE_IGNORE)
+                    )
             elif not codes:
-                problems.append(_problem("PID045", "the comment names no code to ignore", doc, span, FORM))
+                problems.append(
+                    _comment_problem("PID045", "the comment names no code to ignore", doc, span, WRITE_IGNORE)
+                )
             else:
                 target = below[comment.line] if comment.is_alone else comment.line
                 whole = match.start() == 0 and match.end() == len(comment.text)
@@ -309,42 +317,48 @@ def _codes_of(match: re.Match[str]) -> list[str]:
     return [code.strip().upper() for code in (match["codes"] or "").split(",") if code.strip()]
 
 
-def _lines_below(alone: set[int], lines: list[str]) -> dict[int, int]:
-    """The next line that holds more than a comment, below each line of ``alone``; 0 at the end of the file."""
+def _lines_below(comment_lines: set[int], lines: list[str]) -> dict[int, int]:
+    """The next line that holds more than a comment, below each line of ``comment_lines``; 0 at the end of the file."""
     below, following = {}, 0
     for line in range(len(lines), 0, -1):
-        if line in alone:
+        if line in comment_lines:
             below[line] = following
         elif lines[line - 1].strip():
             following = line
     return below
 
 
-def _part(comment: Comment, start: int, end: int) -> Span:
+def _comment_part(comment: Comment, start: int, end: int) -> Span:
     """A part of a comment as a place in the file."""
     return Span(comment.line, comment.column + start, comment.line, comment.column + end)
 
 
-def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool, near: bool) -> Iterator[Diagnostic]:
-    """What is wrong with one comment; ``checked``: every rule has seen the file, so that unused is unused.
+def _comment_remarks(
+    ignore: _Ignore, used_codes: set[str], doc: Document, *, is_checked: bool, may_suggest: bool
+) -> Iterator[Diagnostic]:
+    """What is wrong with one comment; ``is_checked``: every rule has seen the file, so that unused is unused.
 
-    ``near``: the code that was probably meant is looked for.
+    ``may_suggest``: the code that was probably meant is looked for.
     """
     unused = []
-    for code in (c for c in ignore.codes if c not in used):
-        rule = rules(code).get(code)
+    for code in (c for c in ignore.codes if c not in used_codes):
+        rule = find_rules(code).get(code)
         if rule is None:
-            yield _unknown(code, doc, ignore, near=near)
-        elif not rule.ignorable:
-            yield _problem("PID047", f"{code} ({rule.name}) cannot be ignored", doc, ignore.span, "correct the error")
-        elif checked:
+            yield _unknown_code_remark(code, doc, ignore, may_suggest=may_suggest)
+        elif not rule.is_ignorable:
+            yield _comment_problem(
+                "PID047", f"{code} ({rule.name}) cannot be ignored", doc, ignore.span, "correct the error"
+            )
+        elif is_checked:
             unused.append(code)
     if unused:
         where = "the next line" if ignore.comment.is_alone else "this line"
         message = f"{', '.join(unused)}: no such finding on {where}"
-        yield _problem("PID043", message, doc, ignore.span, "delete it", _without(ignore, set(unused), doc))
+        yield _comment_problem(
+            "PID043", message, doc, ignore.span, "delete it", _edit_without(ignore, set(unused), doc)
+        )
     if not ignore.reason:
-        yield _problem(
+        yield _comment_problem(
             "PID046",
             f"no reason is given for ignoring {', '.join(ignore.codes)}",
             doc,
@@ -353,22 +367,26 @@ def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool, n
         )
 
 
-def _unknown(code: str, doc: Document, ignore: _Ignore, *, near: bool) -> Diagnostic:
+def _unknown_code_remark(code: str, doc: Document, ignore: _Ignore, *, may_suggest: bool) -> Diagnostic:
     """A code that no rule has: misspelt, or only the beginning of one."""
-    if rules(code):
-        return _problem("PID044", f"{code} is only the beginning of a code", doc, ignore.span, "write it in full")
-    return _problem("PID044", f"no rule is called {code!r}", doc, ignore.span, suggestion(code) if near else LISTED)
+    if find_rules(code):
+        return _comment_problem(
+            "PID044", f"{code} is only the beginning of a code", doc, ignore.span, "write it in full"
+        )
+    return _comment_problem(
+        "PID044", f"no rule is called {code!r}", doc, ignore.span, suggest_code(code) if may_suggest else ALL_LISTED
+    )
 
 
-def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:
+def _edit_without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:
     """The edit that takes the codes away: out of the bracket, or all but the reason, which may be worth keeping."""
     line, column = ignore.span.line, ignore.span.column
     row = doc.lines[line - 1]
-    left = [code for code in ignore.codes if code not in unused]
-    if left:
+    codes_left = [code for code in ignore.codes if code not in unused]
+    if codes_left:
         start, end = row.index("[", column - 1) + 1, row.index("]", column - 1)
-        return (Edit(Span(line, start + 1, line, end + 1), ", ".join(left)),)
-    if not ignore.whole:
+        return (Edit(Span(line, start + 1, line, end + 1), ", ".join(codes_left)),)
+    if not ignore.is_whole:
         return ()
     if ignore.reason:
         remark = f"# {ignore.reason}"
@@ -384,34 +402,36 @@ def ignore_edit(doc: Document, finding: Diagnostic, reason: str) -> Edit | None:
     The comment stands at the end of the line, or above it where there is another comment. None where the finding cannot
     be ignored, or where no comment can be put without changing what the file says.
     """
-    line = FindingLines(doc).line_of(finding) if ignorable(finding) and doc.data is not None else 0
+    line = FindingLines(doc).line_of(finding) if is_ignorable(finding) and doc.data is not None else 0
     if not 0 < line <= len(doc.lines):
         return None
     ignores = _read_comments(doc)[0] if HINT.search(doc.text) else []
-    there = next((ignore for ignore in ignores if ignore.target == line), None)
-    for edit, moved in _comments_for(doc, line, f"{finding.code}", reason, there):
-        new = read_document(splice(doc.text, [edit]).encode(), doc.file, doc.limits)
-        found = _read_comments(new)[0] if new.data == doc.data else ()
-        if any(ignore.target == line + moved and finding.code in ignore.codes for ignore in found):
+    existing = next((ignore for ignore in ignores if ignore.target == line), None)
+    for edit, moved in _comments_for(doc, line, f"{finding.code}", reason, existing):
+        new = read_document(apply_edits(doc.text, [edit]).encode(), doc.file, doc.limits)
+        ignores_after = _read_comments(new)[0] if new.data == doc.data else ()
+        if any(ignore.target == line + moved and finding.code in ignore.codes for ignore in ignores_after):
             return edit
     return None
 
 
 def _comments_for(
-    doc: Document, line: int, code: str, reason: str, there: _Ignore | None
+    doc: Document, line: int, code: str, reason: str, existing: _Ignore | None
 ) -> Iterator[tuple[Edit, int]]:
     """Ways to ignore a code at a line, and how far each moves the line down."""
     row = doc.lines[line - 1]
-    if there is not None:
-        at = there.span.line, doc.lines[there.span.line - 1].index("]", there.span.column - 1) + 1
+    if existing is not None:
+        at = existing.span.line, doc.lines[existing.span.line - 1].index("]", existing.span.column - 1) + 1
         yield Edit(Span(*at, *at), f", {code}"), 0
         return
-    text = f"# pidcfg: {WORD}[{code}] {reason}".rstrip()
+    text = f"# pidcfg: {IGNORE_WORD}[{code}] {reason}".rstrip()
     end = len(row.rstrip()) + 1
     yield Edit(Span(line, end, line, len(row) + 1), f"  {text}"), 0
     indent = row[: len(row) - len(row.lstrip())]
-    yield Edit(Span(line, 1, line, 1), f"{indent}{text}{line_break(doc.text)}"), 1
+    yield Edit(Span(line, 1, line, 1), f"{indent}{text}{find_line_break(doc.text)}"), 1
 
 
-def _problem(code: str, message: str, doc: Document, span: Span, cure: str, edits: tuple[Edit, ...] = ()) -> Diagnostic:
+def _comment_problem(
+    code: str, message: str, doc: Document, span: Span, cure: str, edits: tuple[Edit, ...] = ()
+) -> Diagnostic:
     return Diagnostic(code, Severity.WARNING, message, doc.file, span, reference=str(D315), help=cure, edits=edits)

@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 from pidcfg.about import SITE
 from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.references import Decision
-from pidcfg.validate import PREFIX, RuleText, listed, matches, texts
+from pidcfg.validate import PREFIX, RuleText, has_prefix, list_texts, texts
 from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION, Rule
 from pidcfg.vendors import VENDORS
 
@@ -21,11 +21,11 @@ CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS
 """A code as it is written in full."""
 NO_SIGN = re.compile("[^A-Z0-9]")
 """What people write within a code: blanks, hyphens, dots."""
-LISTED = "'pidcfg rule' lists all"
-FILES, COMMON = "reading", "common"
+ALL_LISTED = "'pidcfg rule' lists all"
+FILE_GROUP, COMMON_GROUP = "reading", "common"
 GROUPS = {
-    FILES: f"{PREFIX}0",
-    COMMON: f"{PREFIX}1",
+    FILE_GROUP: f"{PREFIX}0",
+    COMMON_GROUP: f"{PREFIX}1",
     **{vendor.key: vendor.prefix for vendor in VENDORS.values()},
 }
 """The prefixes of codes about any file, of the common rules, and of each vendor; no code changes its group."""
@@ -40,38 +40,38 @@ def group_of(code: str) -> str | None:
 
 def is_chosen(finding: Diagnostic, select: Iterable[str], ignore: Iterable[str]) -> bool:
     """Whether beginnings of codes leave a finding; what keeps a file from being used cannot be ignored."""
-    chosen = [*select]
-    wanted = not chosen or any(matches(finding.code, begin) for begin in chosen)
-    return (wanted and not any(matches(finding.code, begin) for begin in ignore)) or not ignorable(finding)
+    prefixes = [*select]
+    is_selected = not prefixes or any(has_prefix(finding.code, begin) for begin in prefixes)
+    return (is_selected and not any(has_prefix(finding.code, begin) for begin in ignore)) or not is_ignorable(finding)
 
 
-def rules(begin: str = "") -> dict[str, Rule]:
+def find_rules(begin: str = "") -> dict[str, Rule]:
     """The rules whose codes have a prefix, in order."""
-    groups = [group for group, start in GROUPS.items() if begin.startswith(start) or matches(start, begin)]
-    matching = {code: rule for group in groups for code, rule in _rules_of(group).items() if matches(code, begin)}
+    groups = [group for group, start in GROUPS.items() if begin.startswith(start) or has_prefix(start, begin)]
+    matching = {code: rule for group in groups for code, rule in _rules_of(group).items() if has_prefix(code, begin)}
     return dict(sorted(matching.items(), key=lambda row: number_of(row[0])))
 
 
 @lru_cache(maxsize=256)
-def suggestion(text: str) -> str:
+def suggest_code(text: str) -> str:
     """What to do about a code that no rule has: write the one that was probably meant."""
-    near = _nearest(NO_SIGN.sub("", text.upper()), text.lower())
-    return f"did you mean {near}?" if near else LISTED
+    near = _nearest_code(NO_SIGN.sub("", text.upper()), text.lower())
+    return f"did you mean {near}?" if near else ALL_LISTED
 
 
-def _nearest(code: str, name: str) -> str | None:
+def _nearest_code(code: str, name: str) -> str | None:
     """The code with the same number, which no two have, or of that name; the beginning of some; the most alike."""
     from pidcfg.text.signs import closest_name
 
     code = re.sub("(?<=[0-9])O|O(?=[0-9])", "0", code)
     number, begin = re.search("[0-9]{3}", code), re.match("[A-Z]+[0-9]{2}", code)
-    for known, rule in texts().items():
-        if name == rule.name or (number and number_of(known) == number[0]):
-            return known
+    for rule_code, rule in texts().items():
+        if name == rule.name or (number and number_of(rule_code) == number[0]):
+            return rule_code
     if begin and not number:
         digits = begin[0].removeprefix(PREFIX)
-        for known in listed(begin[0]) or (code for code in texts() if number_of(code).startswith(digits)):
-            return known.removesuffix(number_of(known)) + number_of(known)[:2]
+        for rule_code in list_texts(begin[0]) or (code for code in texts() if number_of(code).startswith(digits)):
+            return rule_code.removesuffix(number_of(rule_code)) + number_of(rule_code)[:2]
     return closest_name(code, texts()) if len(re.findall("[0-9]", code)) > 1 else None
 
 
@@ -86,22 +86,22 @@ def _rules_of(group: str | None) -> Mapping[str, Rule]:
     if group in VENDORS:
         rules: Mapping[str, Rule] = VENDORS[group].load("rules")
         return rules
-    if group == COMMON:
-        from pidcfg.validate.rules import collect
+    if group == COMMON_GROUP:
+        from pidcfg.validate.rules import collect_rules
 
-        return collect()
-    return FILE_RULES if group == FILES else {}
+        return collect_rules()
+    return FILE_RULES if group == FILE_GROUP else {}
 
 
-def ignorable(finding: Diagnostic) -> bool:
+def is_ignorable(finding: Diagnostic) -> bool:
     """Whether a user may ignore a finding: not where the file cannot be read or encoded."""
-    return finding.severity is not Severity.ERROR or rule_of(finding.code).ignorable
+    return finding.severity is not Severity.ERROR or rule_of(finding.code).is_ignorable
 
 
-def unusable(finding: Diagnostic) -> bool:
+def is_unusable(finding: Diagnostic) -> bool:
     """Whether a finding says that a text could not be read as a document (exit code 2); only file rules do."""
     rule = FILE_RULES.get(finding.code)
-    return rule is not None and rule.unusable
+    return rule is not None and rule.is_unusable
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -110,18 +110,18 @@ def unusable(finding: Diagnostic) -> bool:
 
 def is_to_check(d: Diagnostic) -> bool:
     """Whether a rule's result belongs on the checklist; one that is worse than an info is a finding."""
-    return d.severity is Severity.INFO and rule_of(d.code).checklist
+    return d.severity is Severity.INFO and rule_of(d.code).is_checklist
 
 
-def lines(checklist: Iterable[Diagnostic]) -> tuple[str, ...]:
+def checklist_lines(checklist: Iterable[Diagnostic]) -> tuple[str, ...]:
     """One line a rule: what it says of the first loop, the others that it says it of, and what to look at."""
     groups: dict[str, list[Diagnostic]] = {}
     for d in checklist:
         groups.setdefault(d.code, []).append(d)
-    return tuple(_line(group) for group in groups.values())
+    return tuple(_checklist_line(group) for group in groups.values())
 
 
-def _line(group: list[Diagnostic]) -> str:
+def _checklist_line(group: list[Diagnostic]) -> str:
     first = group[0]
     others = [name for name in dict.fromkeys(d.loop for d in group) if name and name != first.loop]
     also = f" (also {', '.join(others)})" if others else ""
@@ -141,9 +141,9 @@ def text_of(rule: Rule) -> RuleText:
         rule.kind,
         rule.title,
         rule.message,
-        rule.part("Why"),
-        rule.part("Fix"),
-        rule.part("Example"),
+        rule.doc_part("Why"),
+        rule.doc_part("Fix"),
+        rule.doc_part("Example"),
         str(rule.basis),
         rule.since,
     )
@@ -159,7 +159,7 @@ D970 = Decision(
 )
 
 
-def anchor(rule: Rule) -> str:
+def rule_anchor(rule: Rule) -> str:
     """Where a rule's heading is, as code-hosting sites and the documentation site both make it."""
     return f"{rule.code.lower()}-{rule.name}-{rule.kind}"
 
@@ -169,4 +169,4 @@ def url_of(code: str, *, absolute: bool = False) -> str:
     if absolute and not SITE:
         return ""
     group = group_of(code)
-    return f"{SITE}rules-{group}.html#{anchor(rule_of(code))}"
+    return f"{SITE}rules-{group}.html#{rule_anchor(rule_of(code))}"

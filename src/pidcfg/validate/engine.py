@@ -19,7 +19,7 @@ from pidcfg.text.reader import Files, Limits, source_data
 from pidcfg.text.signs import QUOTES, code_point, is_curly_quoted, same_word, to_ascii
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_line
-from pidcfg.validate.catalog import is_to_check, lines
+from pidcfg.validate.catalog import checklist_lines, is_to_check
 from pidcfg.validate.rule import D720, D931, LOOPS, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
 from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, quote_edit, read_model, value_edit
 from pidcfg.vendors import VENDORS, Vendor
@@ -100,20 +100,20 @@ def _has_keys_of(vendor: Vendor, doc: Document) -> bool:
 
 FREE_TEXTS = frozenset(("name", "description", "unit", "scenario"))
 """Keys whose values are texts for people, in which a # may stand."""
-CUT = re.compile(r" #(?! *pidcfg:).*")
+COMMENT_BEHIND = re.compile(r" #(?! *pidcfg:).*")
 """What follows a text that is cut off: two blanks and more are those of a comment (D931)."""
-CUT_OFF = re.compile(rf"[^ ]{CUT.pattern}")
+CUT_OFF = re.compile(rf"[^ ]{COMMENT_BEHIND.pattern}")
 """The same in any line."""
 
 
-def odd_texts(doc: Document) -> list[Diagnostic]:
+def find_odd_texts(doc: Document) -> list[Diagnostic]:
     """A warning for each plain text of a file that is not what it looks like."""
     if not (CUT_OFF.search(doc.text) or any(sign in doc.text for sign in QUOTES)):
         return []
     texts = [*_plain_texts(doc.data, ())]
-    quoted = [_quotes_warning(doc, path, text) for path, text in texts if is_curly_quoted(text)]
-    cut = [_cut_warning(doc, path, text, rest) for path, text in texts if (rest := _rest(doc, path))]
-    return quoted + cut
+    quote_warnings = [_quotes_warning(doc, path, text) for path, text in texts if is_curly_quoted(text)]
+    cut_warnings = [_cut_warning(doc, path, text, rest) for path, text in texts if (rest := _comment_behind(doc, path))]
+    return quote_warnings + cut_warnings
 
 
 def _plain_texts(data: object, path: Path) -> Iterator[tuple[Path, str]]:
@@ -132,12 +132,12 @@ def _quotes_warning(doc: Document, path: Path, text: str) -> Diagnostic:
     return _text_warning(doc, "PID018", D720, path, message, cure)
 
 
-def _rest(doc: Document, path: Path) -> str:
+def _comment_behind(doc: Document, path: Path) -> str:
     """What stands behind a text for people as a comment, and seems to belong to it."""
     if path[-1] not in FREE_TEXTS:
         return ""
     span = doc.locate(path)
-    match = CUT.fullmatch(doc.lines[span.end_line - 1], span.end_column - 1)
+    match = COMMENT_BEHIND.fullmatch(doc.lines[span.end_line - 1], span.end_column - 1)
     return match.group().rstrip() if match else ""
 
 
@@ -187,10 +187,10 @@ class QuotedNumbers:
             return None
         fields = PLACEHOLDER.findall(rule.message)
         own = (" | ".join(str(one.values[name]) for name in fields) for one in findings if not one.with_loops)
-        texts = dict.fromkeys(" ".join(self._numbers(text)) for text in own)
+        texts = dict.fromkeys(" ".join(self._find_numbers(text)) for text in own)
         return shorten_value("; ".join(filter(None, texts))) or None
 
-    def _numbers(self, text: str) -> list[str]:
+    def _find_numbers(self, text: str) -> list[str]:
         return QUOTED_NUMBER.findall(self._names_with_numbers.sub("", text) if self._names_with_numbers else text)
 
     @cached_property
@@ -212,7 +212,7 @@ def _is_named(item: object) -> bool:
 # keeps positions and addresses, and without these loops. What both readings find at a loop does not come from the
 # loops that are missing, and is told; what follows from several loops may do so, and waits until all can be read.
 
-MOST_LOOPS_NAMED = 3
+MAX_LOOPS_NAMED = 3
 """Loops that the remark names."""
 
 
@@ -224,40 +224,42 @@ class ReadableLoops:
     readable: Sequence[int]
     unreadable: Sequence[int]
 
-    def findings(self, judge: Judge) -> list[Diagnostic]:
+    def find(self, find_faults: Judge) -> list[Diagnostic]:
         """What both readings find at the sound loops, and the remark that something waits."""
-        full, short = judge(self._with_copies()), judge(self._without_unreadable())
-        if full is None or short is None:
+        with_copies, without_unreadable = find_faults(self._with_copies()), find_faults(self._without_unreadable())
+        if with_copies is None or without_unreadable is None:
             return []
-        places = {(d.code, self.readable[i], d.path[2:]) for d in short if (i := loop_index(d.path)) is not None}
-        kept = [d for d in full if (d.code, loop_index(d.path), d.path[2:]) in places]
-        return [*(d for d in kept if not self._names.intersection(d.with_loops)), self._remark()]
+        places = {
+            (d.code, self.readable[i], d.path[2:]) for d in without_unreadable if (i := loop_index(d.path)) is not None
+        }
+        confirmed = [d for d in with_copies if (d.code, loop_index(d.path), d.path[2:]) in places]
+        return [*(d for d in confirmed if not self._unreadable_names.intersection(d.with_loops)), self._make_remark()]
 
     @property
-    def _names(self) -> set[str]:
+    def _unreadable_names(self) -> set[str]:
         """The names of the loops that cannot be read, as far as they can."""
         return {loop_name(self.doc, (LOOPS, i)) for i in self.unreadable}
 
     def _with_copies(self) -> dict[str, Any]:
-        loops = list(self._loops)
+        loops = list(self._all_loops)
         for i in self.unreadable:
             name = loop_name(self.doc, (LOOPS, i))
             loops[i] = {**loops[self.readable[0]], **({"name": name} if name else {})}
         return {**(self.doc.data or {}), LOOPS: loops}
 
     def _without_unreadable(self) -> dict[str, object]:
-        return {**(self.doc.data or {}), LOOPS: [self._loops[i] for i in self.readable]}
+        return {**(self.doc.data or {}), LOOPS: [self._all_loops[i] for i in self.readable]}
 
     @property
-    def _loops(self) -> list[Any]:
+    def _all_loops(self) -> list[Any]:
         loops: list[Any] = (self.doc.data or {})[LOOPS]
         return loops
 
-    def _remark(self) -> Diagnostic:
+    def _make_remark(self) -> Diagnostic:
         names = [loop_name(self.doc, (LOOPS, i)) or f"loop {i + 1}" for i in self.unreadable]
-        more = f" and {len(names) - MOST_LOOPS_NAMED} more" if len(names) > MOST_LOOPS_NAMED else ""
+        more = f" and {len(names) - MAX_LOOPS_NAMED} more" if len(names) > MAX_LOOPS_NAMED else ""
         message = (
-            f"{', '.join(names[:MOST_LOOPS_NAMED])}{more} cannot be read: each other loop was checked by itself, "
+            f"{', '.join(names[:MAX_LOOPS_NAMED])}{more} cannot be read: each other loop was checked by itself, "
             "what concerns several loops was not"
         )
         cure = "correct the errors, and check again"
@@ -286,7 +288,7 @@ def loop_index(path: Path) -> int | None:
 
 # --- From a document to its findings: the text's problems, then the schema's, then the rules over model and image -----
 
-MOST_TEXTS = 8
+MAX_TEXTS = 8
 """Faults of one rule at one key that a message describes before it only counts."""
 
 
@@ -308,7 +310,7 @@ class Checked:
         if self.vendor is None or self.config is None:
             return ()
         of_vendor: tuple[str, ...] = formats_of(self.vendor).checklist(self.config)
-        return (*of_vendor, *lines(self.to_check))
+        return (*of_vendor, *checklist_lines(self.to_check))
 
     @property
     def failed(self) -> bool:
@@ -332,7 +334,7 @@ def check_document(doc: Document) -> Checked:
         return Checked(doc, tuple(sort_findings(findings)), vendor)
     config, errors = read_model(vendor.model, doc)
     if errors:
-        doc, config, errors = _in_own_units(vendor, doc, errors)
+        doc, config, errors = _read_in_own_units(vendor, doc, errors)
     if other := find_other_vendor(vendor, doc, errors):
         return Checked(doc, tuple(sort_findings([*findings, *other])), vendor)
     findings += errors
@@ -342,7 +344,7 @@ def check_document(doc: Document) -> Checked:
     encoding = encoder_of(vendor).encode(config)
     of_rules = _findings_of_rules(vendor, config, encoding, doc)
     findings += (d for d in of_rules if not is_to_check(d))
-    findings += odd_texts(doc)
+    findings += find_odd_texts(doc)
     to_check = tuple(sort_findings([d for d in of_rules if is_to_check(d)]))
     return Checked(doc, tuple(sort_findings(findings)), vendor, config, encoding, to_check)
 
@@ -358,19 +360,21 @@ def document_of(source: Source, name: str | None, files: Files, limits: Limits) 
     return read_document(*source_data(source, name, files, limits.listing_bytes + 1), limits)
 
 
-def checked_of(source: Source, name: str | None, files: Files, limits: Limits) -> Checked:
+def check_source(source: Source, name: str | None, files: Files, limits: Limits) -> Checked:
     """A source as a checked configuration."""
     return check_document(document_of(source, name, files, limits))
 
 
-def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tuple[Document, Any, list[Diagnostic]]:
+def _read_in_own_units(
+    vendor: Vendor, doc: Document, errors: list[Diagnostic]
+) -> tuple[Document, Any, list[Diagnostic]]:
     """The document read again where values carry the units of their keys."""
     from pidcfg.validate.terms import in_key_units, without_own_units
 
-    bare, config = without_own_units(vendor, doc, errors), None
-    if bare is not doc:
-        config, errors = read_model(vendor.model, bare)
-    return bare, config, in_key_units(vendor, bare, errors)
+    doc_without_units, config = without_own_units(vendor, doc, errors), None
+    if doc_without_units is not doc:
+        config, errors = read_model(vendor.model, doc_without_units)
+    return doc_without_units, config, in_key_units(vendor, doc_without_units, errors)
 
 
 def _findings_of_rules(vendor: Vendor, config: BaseModel, encoding: AnyEncoding, doc: Document) -> list[Diagnostic]:
@@ -387,7 +391,7 @@ def _findings_of_readable_loops(vendor: Vendor, doc: Document, errors: Sequence[
         return None if config is None else _findings_of_rules(vendor, config, encoder_of(vendor).encode(config), doc)
 
     loops = readable_loops(doc, errors)
-    return [d for d in loops.findings(judge) if not is_to_check(d)] if loops else []
+    return [d for d in loops.find(judge) if not is_to_check(d)] if loops else []
 
 
 def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
@@ -429,8 +433,8 @@ def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, quot
     finding = max(findings, key=lambda one: one.severity or rule.severity)
     severity = finding.severity or rule.severity
     is_certain = len(findings) == 1 and severity is Severity.ERROR and finding.correction is not None
-    texts = dict.fromkeys(rule.message.format(**one.values) for one in findings[:MOST_TEXTS])
-    more = f"; and {len(findings) - MOST_TEXTS} more" if len(findings) > MOST_TEXTS else ""
+    texts = dict.fromkeys(rule.message.format(**one.values) for one in findings[:MAX_TEXTS])
+    more = f"; and {len(findings) - MAX_TEXTS} more" if len(findings) > MAX_TEXTS else ""
     return Diagnostic(
         code=rule.code,
         severity=severity,
@@ -442,7 +446,7 @@ def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, quot
         with_loops=tuple(dict.fromkeys(name for one in findings for name in one.with_loops)),
         plc_effect=finding.plc_effect,
         reference=str(finding.basis or rule.basis),
-        help=finding.fix or rule.part("Fix"),
+        help=finding.fix or rule.doc_part("Fix"),
         edits=value_edit(doc, finding.path, finding.correction or "") if is_certain else (),
         key=key_of(doc, finding.path),
         value=value_of(doc, finding.path),

@@ -15,7 +15,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, has_key, set_value, value_at
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
-from pidcfg.validate.catalog import ignorable, unusable
+from pidcfg.validate.catalog import is_ignorable, is_unusable
 from pidcfg.validate.rule import READING, SCHEMA
 from pidcfg.validate.schema import QUOTES
 
@@ -24,9 +24,9 @@ from pidcfg.validate.schema import QUOTES
 # A correction counts when the new text can be read, its data differ from the old in the corrected places alone, its
 # finding has gone and none has come; otherwise it is not made.
 
-ROUNDS = 10
+MAX_ROUNDS = 10
 """A correction may uncover others; after so many rounds it is not going to end."""
-MOST_ONE_BY_ONE = 50
+MAX_ONE_BY_ONE = 50
 """Corrections that are tried alone when all together cannot be proven."""
 D316 = Decision(
     316,
@@ -44,8 +44,8 @@ D316 = Decision(
     "decision of the person who knows the plant.",
 )
 
-VENDORLESS = {"PID031", "PID032"}
-OF_THE_SCHEMA = {rule.code for rule in (*READING, *SCHEMA)} - VENDORLESS
+NO_VENDOR_CODES = {"PID031", "PID032"}
+SCHEMA_CODES = {rule.code for rule in (*READING, *SCHEMA)} - NO_VENDOR_CODES
 LAST_STAGE = 2
 PLACEHOLDER = "x"
 BOM = b"\xef\xbb\xbf"
@@ -59,21 +59,21 @@ class Fixed:
 
     data: bytes
     fixed: tuple[Diagnostic, ...]
-    left: tuple[Diagnostic, ...]
+    remaining: tuple[Diagnostic, ...]
 
 
-def splice(text: str, edits: Iterable[Edit]) -> str:
+def apply_edits(text: str, edits: Iterable[Edit]) -> str:
     """The text with every edit applied; of two that overlap, the first."""
     starts = [0, *(match.end() for match in LINE_BREAK.finditer(text))]
     parts, at = [], 0
-    for begin, end, new in sorted({(*_range(starts, edit.span), edit.text) for edit in edits}):
+    for begin, end, new in sorted({(*_offsets(starts, edit.span), edit.text) for edit in edits}):
         if begin >= at:
             parts += [text[at:begin], new]
             at = end
     return "".join([*parts, text[at:]])
 
 
-def _range(starts: Sequence[int], span: Span) -> tuple[int, int]:
+def _offsets(starts: Sequence[int], span: Span) -> tuple[int, int]:
     """A place as offsets into the text."""
     return starts[span.line - 1] + span.column - 1, starts[span.end_line - 1] + span.end_column - 1
 
@@ -90,23 +90,23 @@ D1032 = Decision(
 )
 NUMBER = r"(-?[0-9][^\s:,]*(?: [^\s:,]+)?)"
 """A number, or one with its unit."""
-MEANT = re.compile(rf"did you mean '?([^'?]+)'?\?|write {NUMBER}(?: or {NUMBER})?(?:: .*)?", re.DOTALL)
+SUGGESTION = re.compile(rf"did you mean '?([^'?]+)'?\?|write {NUMBER}(?: or {NUMBER})?(?:: .*)?", re.DOTALL)
 """A cure that is one word, or one or two numbers."""
 QUOTED = re.compile(r"'([^']+)'")
 
 
-def suggested(d: Diagnostic, doc: Document) -> list[Edit]:
+def suggest_edits(d: Diagnostic, doc: Document) -> list[Edit]:
     """The words that a finding asks for in place of the one that its message names (D1032)."""
-    match = MEANT.fullmatch(d.help or "")
+    match = SUGGESTION.fullmatch(d.help or "")
     if match is None or d.span.line != d.span.end_line or d.file != doc.file:
         return []
-    written = doc.lines[d.span.line - 1][d.span.column - 1 : d.span.end_column - 1]
-    quoted = QUOTED.search(d.message)
-    wrong = quoted[1] if quoted else written
-    if not wrong or written.count(wrong) != 1 or wrong not in d.message:
+    text_written = doc.lines[d.span.line - 1][d.span.column - 1 : d.span.end_column - 1]
+    match_quoted = QUOTED.search(d.message)
+    wrong_word = match_quoted[1] if match_quoted else text_written
+    if not wrong_word or text_written.count(wrong_word) != 1 or wrong_word not in d.message:
         return []
-    column = d.span.column + written.index(wrong)
-    span = Span(d.span.line, column, d.span.line, column + len(wrong))
+    column = d.span.column + text_written.index(wrong_word)
+    span = Span(d.span.line, column, d.span.line, column + len(wrong_word))
     return [Edit(span, word) for word in match.groups() if word]
 
 
@@ -128,94 +128,94 @@ class Fixer:
 
     read: Callable[[bytes], Document]
     check: Callable[[Document], list[Diagnostic]]
-    wanted: Callable[[Diagnostic], bool]
+    is_selected: Callable[[Diagnostic], bool]
 
     def fix(self, data: bytes) -> Fixed:
         """Corrects a file, round by round until nothing is left to correct."""
-        done: list[Diagnostic] = []
-        state = self._state(data)
-        for _ in range(ROUNDS):
-            after, fixed = self._round(state)
+        fixed_findings: list[Diagnostic] = []
+        state = self._read_state(data)
+        for _ in range(MAX_ROUNDS):
+            after, fixed = self._run_round(state)
             if not fixed:
                 break
             state = after
-            done += fixed
-        return Fixed(state.data, tuple(done), tuple(state.findings))
+            fixed_findings += fixed
+        return Fixed(state.data, tuple(fixed_findings), tuple(state.findings))
 
-    def _state(self, data: bytes) -> _State:
+    def _read_state(self, data: bytes) -> _State:
         doc = self.read(data)
         return _State(data, doc, self.check(doc))
 
-    def _round(self, state: _State) -> tuple[_State, list[Diagnostic]]:
+    def _run_round(self, state: _State) -> tuple[_State, list[Diagnostic]]:
         """All corrections together, or those that can be proven one by one."""
         if state.doc.data is None:
-            return self._quoted(state)
-        if any(map(unusable, state.findings)):
+            return self._fix_quotes(state)
+        if any(map(is_unusable, state.findings)):
             return state, []
-        candidates = list(separate_findings(d for d in state.findings if d.edits and self.wanted(d)))
-        after = self._attempt(state, candidates) if candidates else None
+        candidates = list(separate_findings(d for d in state.findings if d.edits and self.is_selected(d)))
+        after = self._try_corrections(state, candidates) if candidates else None
         if after is not None:
             return after, candidates
         best = state
         accepted: list[Diagnostic] = []
-        for d in candidates[:MOST_ONE_BY_ONE] if len(candidates) > 1 else ():
-            after = self._attempt(state, [*accepted, d])
+        for d in candidates[:MAX_ONE_BY_ONE] if len(candidates) > 1 else ():
+            after = self._try_corrections(state, [*accepted, d])
             if after is not None:
                 best, accepted = after, [*accepted, d]
         return best, accepted
 
-    def _quoted(self, state: _State) -> tuple[_State, list[Diagnostic]]:
+    def _fix_quotes(self, state: _State) -> tuple[_State, list[Diagnostic]]:
         """A text that can be read once some words are quoted, and would say the same with any other word there."""
         fixed: list[Diagnostic] = []
         current, other = state, state.doc.text
-        while current.doc.data is None and len(fixed) < MOST_ONE_BY_ONE:
-            edits = [edit for d in current.findings if self.wanted(d) for edit in d.edits]
+        while current.doc.data is None and len(fixed) < MAX_ONE_BY_ONE:
+            edits = [edit for d in current.findings if self.is_selected(d) for edit in d.edits]
             if len(current.findings) != 1 or len(edits) != 1:
                 return state, []
             fixed += current.findings
-            other = splice(other, [Edit(edits[0].span, PLACEHOLDER * len(edits[0].text))])
-            current = self._state(self._encoded(state, splice(current.doc.text, edits)))
+            other = apply_edits(other, [Edit(edits[0].span, PLACEHOLDER * len(edits[0].text))])
+            current = self._read_state(self._encode_text(state, apply_edits(current.doc.text, edits)))
         replaced = self.read(other.encode())
         if current.doc.data is None or not same_but_quotes(current.doc.data, replaced.data):
             return state, []
         return current, fixed
 
     @staticmethod
-    def _encoded(state: _State, text: str) -> bytes:
+    def _encode_text(state: _State, text: str) -> bytes:
         """A text as bytes, with the byte order mark that the file had."""
         return (BOM if state.data.startswith(BOM) else b"") + text.encode()
 
-    def _attempt(self, state: _State, fixed: list[Diagnostic]) -> _State | None:
+    def _try_corrections(self, state: _State, fixed: list[Diagnostic]) -> _State | None:
         """The file with some corrections, if they can be proven."""
-        if self._encoded(state, state.doc.text) != state.data:
+        if self._encode_text(state, state.doc.text) != state.data:
             return None
-        text = splice(state.doc.text, (edit for d in fixed for edit in d.edits))
-        after = self._state(self._encoded(state, text))
-        return after if proven(state.doc, state.findings, fixed, after.doc, after.findings) else None
+        text = apply_edits(state.doc.text, (edit for d in fixed for edit in d.edits))
+        after = self._read_state(self._encode_text(state, text))
+        return after if is_proven(state.doc, state.findings, fixed, after.doc, after.findings) else None
 
 
 def separate_findings(findings: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
     """The findings whose edits do not touch those of one before."""
-    taken = list[tuple[_Place, _Place]]()
+    stretches = list[tuple[_Place, _Place]]()
     points = set[_Place]()
     for d in findings:
         ends = [((s.line, s.column), (s.end_line, s.end_column)) for s in (edit.span for edit in d.edits)]
-        if not any(begin in points if begin == end else _touches(taken, begin, end) for begin, end in ends):
+        if not any(begin in points if begin == end else _has_overlap(stretches, begin, end) for begin, end in ends):
             for begin, end in ends:
                 if begin == end:
                     points.add(begin)
                 else:
-                    insort(taken, (begin, end))
+                    insort(stretches, (begin, end))
             yield d
 
 
-def _touches(taken: Sequence[tuple[_Place, _Place]], begin: _Place, end: _Place) -> bool:
+def _has_overlap(stretches: Sequence[tuple[_Place, _Place]], begin: _Place, end: _Place) -> bool:
     """Whether one of the stretches of a text, sorted and apart from each other, has a character of another one."""
-    i = bisect_left(taken, (begin, begin))
-    return (i < len(taken) and taken[i][0] < end) or (i > 0 and begin < taken[i - 1][1])
+    i = bisect_left(stretches, (begin, begin))
+    return (i < len(stretches) and stretches[i][0] < end) or (i > 0 and begin < stretches[i - 1][1])
 
 
-def proven(
+def is_proven(
     doc: Document, before: Sequence[Diagnostic], fixed: Sequence[Diagnostic], new: Document, after: Sequence[Diagnostic]
 ) -> bool:
     """Whether a new text says what the old one said but for the corrections, and has no finding that is new.
@@ -224,25 +224,27 @@ def proven(
     """
     if new.data is None or not same_data(new.data, expected_data(doc, fixed)):
         return False
-    old, left = Counter(_key(d) for d in before), Counter(_key(d) for d in after)
-    gone = Counter(_key(d) for d in fixed)
-    if any(left[key] > old[key] - gone[key] for key in gone):
+    keys_before, keys_after = Counter(_finding_key(d) for d in before), Counter(_finding_key(d) for d in after)
+    keys_fixed = Counter(_finding_key(d) for d in fixed)
+    if any(keys_after[key] > keys_before[key] - keys_fixed[key] for key in keys_fixed):
         return False
-    reached = min((_stage(d.code) for d in before if not ignorable(d)), default=LAST_STAGE)
-    may_warn = any(_stage(d.code) == LAST_STAGE and d.severity is Severity.ERROR for d in fixed)
+    stage_reached = min((_code_stage(d.code) for d in before if not is_ignorable(d)), default=LAST_STAGE)
+    may_warn = any(_code_stage(d.code) == LAST_STAGE and d.severity is Severity.ERROR for d in fixed)
     return all(
-        number <= old[key] or _stage(key[0]) > reached or (may_warn and key[1] != Severity.ERROR.label)
-        for key, number in left.items()
+        number <= keys_before[key]
+        or _code_stage(key[0]) > stage_reached
+        or (may_warn and key[1] != Severity.ERROR.label)
+        for key, number in keys_after.items()
     )
 
 
-def _key(d: Diagnostic) -> tuple[str, ...]:
+def _finding_key(d: Diagnostic) -> tuple[str, ...]:
     return (d.code, d.severity.label, d.where, d.message)
 
 
-def _stage(code: str) -> int:
+def _code_stage(code: str) -> int:
     """How far a file has come that has an error of this code: findings of later stages were not looked for."""
-    return 0 if code in VENDORLESS else 1 if code in OF_THE_SCHEMA else LAST_STAGE
+    return 0 if code in NO_VENDOR_CODES else 1 if code in SCHEMA_CODES else LAST_STAGE
 
 
 def expected_data(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
@@ -308,39 +310,43 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], after: M
     A text with a blank inside keeps the quotes that it had. ``after``: which key of the file a missing one goes behind.
     Raises `PlacingError`.
     """
-    wanted = _apart(doc.data)
+    expected = _copy_unshared(doc.data)
     edits: list[Edit] = []
     added: dict[Path, str] = {}
     for path, text in values.items():
         if has_key(doc.data, path):
-            place = _Target.of(doc, path)
+            place = _KeyPlace.of(doc, path)
             quote = place.quote if " " in text else ""
             edits.append(Edit(place.value, f"{quote}{text}{quote}"))
-            set_value(wanted, path, text if quote else Plain(text))
+            set_value(expected, path, text if quote else Plain(text))
         else:
             neighbour = after[path]
-            text_beside = _Target.of(doc, neighbour).beside(doc, str(path[-1]), text)
+            text_beside = _KeyPlace.of(doc, neighbour).text_behind(doc, str(path[-1]), text)
             added[neighbour] = added.get(neighbour, "") + text_beside
-            set_value(wanted, path, Plain(text))
-    edits += [Edit(_Target.of(doc, key).end(doc), text) for key, text in added.items()]
-    mark = BOM if data.startswith(BOM) else b""
-    made = mark + splice(doc.text, edits).encode()
-    new = read_document(made, doc.file)
-    if mark + doc.text.encode() != data or new.data is None or not same_data(_apart(new.data), wanted):
+            set_value(expected, path, Plain(text))
+    edits += [Edit(_KeyPlace.of(doc, key).end_span(doc), text) for key, text in added.items()]
+    byte_order_mark = BOM if data.startswith(BOM) else b""
+    new_data = byte_order_mark + apply_edits(doc.text, edits).encode()
+    new = read_document(new_data, doc.file)
+    if (
+        byte_order_mark + doc.text.encode() != data
+        or new.data is None
+        or not same_data(_copy_unshared(new.data), expected)
+    ):
         line = doc.locate(next(iter(values))).line
         raise PlacingError("the file shares what stands there with other places, by a template or an anchor (&)", line)
-    return made
+    return new_data
 
 
-def _apart(data: object) -> Any:
+def _copy_unshared(data: object) -> Any:
     """Data in which aliases share nothing."""
     if isinstance(data, dict):
-        return {key: _apart(value) for key, value in data.items()}
-    return [_apart(item) for item in data] if isinstance(data, list) else data
+        return {key: _copy_unshared(value) for key, value in data.items()}
+    return [_copy_unshared(item) for item in data] if isinstance(data, list) else data
 
 
 @frozen
-class _Target:
+class _KeyPlace:
     """Where a key and its value are written."""
 
     key: Span
@@ -350,7 +356,7 @@ class _Target:
     in_braces: bool
 
     @classmethod
-    def of(cls, doc: Document, path: Path) -> _Target:
+    def of(cls, doc: Document, path: Path) -> _KeyPlace:
         """The place of a key that is in the file."""
         node, in_braces, key = doc.root, False, None
         for step in path:
@@ -359,34 +365,34 @@ class _Target:
             if entry is None:
                 raise KeyError(path)
             key, node = entry
-        at, value = span_of(key), node.span
-        row = doc.lines[at.end_line - 1]
-        alias = ALIAS.match(row, at.end_column - 1)
+        key_span, value = span_of(key), node.span
+        row = doc.lines[key_span.end_line - 1]
+        alias = ALIAS.match(row, key_span.end_column - 1)
         if alias is not None:
-            value = Span(at.line, alias.start("name") + 1, at.line, alias.end("name") + 1)
+            value = Span(key_span.line, alias.start("name") + 1, key_span.line, alias.end("name") + 1)
         anchor = ANCHOR.match(doc.lines[value.line - 1], value.column - 1)
         if anchor is not None:
             value = Span(value.line, anchor.end() + 1, value.end_line, value.end_column)
-        first = doc.lines[value.line - 1][value.column - 1 : value.column]
-        return cls(at, value, first if first in {*QUOTES} else "", in_braces)
+        quote = doc.lines[value.line - 1][value.column - 1 : value.column]
+        return cls(key_span, value, quote if quote in {*QUOTES} else "", in_braces)
 
-    def beside(self, doc: Document, key: str, text: str) -> str:
+    def text_behind(self, doc: Document, key: str, text: str) -> str:
         """Another key with its value, to be put behind this one."""
         row = doc.lines[self.key.line - 1]
         mark = row[self.key.column - 1 : self.key.column]
         key = f"{mark}{key}{mark}" if mark in {*QUOTES} else key
         if self.in_braces:
             return f", {key}: {text}"
-        return f"{line_break(doc.text)}{' ' * (self.key.column - 1)}{key}: {text}"
+        return f"{find_line_break(doc.text)}{' ' * (self.key.column - 1)}{key}: {text}"
 
-    def end(self, doc: Document) -> Span:
+    def end_span(self, doc: Document) -> Span:
         """Where another key goes: behind the value within braces, else behind the line."""
         line = self.value.end_line
         column = self.value.end_column if self.in_braces else len(doc.lines[line - 1]) + 1
         return Span(line, column, line, column)
 
 
-def line_break(text: str) -> str:
+def find_line_break(text: str) -> str:
     """How lines of a file end: as its first one."""
-    found = LINE_BREAK.search(text)
-    return found.group() if found else "\n"
+    match = LINE_BREAK.search(text)
+    return match.group() if match else "\n"

@@ -38,7 +38,7 @@ class MapFile(NamedTuple):
 
     text: str
     name: str
-    quoted: bool = True
+    may_be_quoted: bool = True
     """Whether messages may say what stands in it."""
 
 
@@ -67,10 +67,10 @@ def named_map(document: Document | None, reader: Reader) -> MapFile | None:
         span = document.locate(PATH)
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
         raise UnusableMapError(f"{read_failure(name, error)}: {cure}", document.file, span.line, span.column) from None
-    return map_of_data(data, name, document.limits)._replace(quoted=may_be_quoted(reader, document.file, name))
+    return map_of_data(data, name, document.limits)._replace(may_be_quoted=may_be_quoted(reader, document.file, name))
 
 
-def stated_map(
+def map_of_source(
     source: Path | str | bytes | None, document: Document | None, files: Files, limits: Limits
 ) -> MapFile | None:
     """A Modbus map, else the one of the configuration's ``plc.map``; raises `UnusableMapError`, `OSError`."""
@@ -91,16 +91,16 @@ def numbering_of(
         try:
             numbering: Numbering = vendor.load("numbering")
         except LookupError:
-            raise UnusableMapError(_without(vendor, image, file)) from None
+            raise UnusableMapError(_no_map_text(vendor, image, file)) from None
         return numbering
     try:
-        return _stated(vendor, stated, image)
+        return _read_stated_map(vendor, stated, image)
     except MapError as error:
-        said = str(error) if stated.quoted else UNQUOTED
-        raise UnusableMapError(said, stated.name, error.line, error.column) from None
+        message = str(error) if stated.may_be_quoted else UNQUOTED
+        raise UnusableMapError(message, stated.name, error.line, error.column) from None
 
 
-def _stated(vendor: Vendor, stated: MapFile, image: Any) -> Numbering | NamedNumbering:
+def _read_stated_map(vendor: Vendor, stated: MapFile, image: Any) -> Numbering | NamedNumbering:
     space = space_of(vendor)
     if space is not None:
         numbering = read_map(stated.text, space)
@@ -109,7 +109,7 @@ def _stated(vendor: Vendor, stated: MapFile, image: Any) -> Numbering | NamedNum
         return numbering
     if image is None:
         raise UnusableMapError(f"the registers of {vendor.title} do not say what loops there are: name a configuration")
-    return read_symbol_map(stated.text, _points(vendor)(image))
+    return read_symbol_map(stated.text, _vendor_points(vendor)(image))
 
 
 def space_of(vendor: Vendor) -> Any:
@@ -118,26 +118,25 @@ def space_of(vendor: Vendor) -> Any:
     return getattr(registers, "MAP_SPACE", getattr(registers, "SPACE", None))
 
 
-def _points(vendor: Vendor) -> Any:
+def _vendor_points(vendor: Vendor) -> Any:
     try:
         return vendor.load("points")
     except LookupError:
         raise UnusableMapError(f"{vendor.title} is no PLC: it has no registers that a map could number") from None
 
 
-def _without(vendor: Vendor, image: AnyImage | None, file: str) -> str:
+def _no_map_text(vendor: Vendor, image: AnyImage | None, file: str) -> str:
     """That there is no map, with one that could be."""
     if space_of(vendor) is None:
-        _points(vendor)
-    said = f"the manual of {vendor.title} prints no Modbus map, and none is made up"
+        _vendor_points(vendor)
+    problem = f"the manual of {vendor.title} prints no Modbus map, and none is made up"
     cure = "state one by --map FILE, or by `plc: {map: FILE}` in the configuration"
     if image is None:
-        return f"{said}; {cure}"
+        return f"{problem}; {cure}"
     rows = [row for row in format_of(vendor, FORMAT).write(image, ()).splitlines() if not row.startswith("#")][1:]
-    write = f"`pidcfg encode {file} --format {FORMAT}` writes its rows for you to fill in"
-    return (
-        f"{said}; {cure}, with rows of symbol, table, register (from 0) and type such as {example_text(rows)}; {write}"
-    )
+    command = f"`pidcfg encode {file} --format {FORMAT}` writes its rows for you to fill in"
+    row = example_text(rows)
+    return f"{problem}; {cure}, with rows of symbol, table, register (from 0) and type such as {row}; {command}"
 
 
 def check_map(document: Document, vendor: Vendor, image: AnyImage, reader: Reader) -> list[Diagnostic]:

@@ -20,7 +20,7 @@ from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Path, value_at
 from pidcfg.text.signs import fold_word, key_of_term, lookalike_remark, same_word, to_ascii
-from pidcfg.validate.rule import BY_KIND, OTHER_KIND, loop_name
+from pidcfg.validate.rule import CODES_BY_KIND, OTHER_KIND_CODE, loop_name
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 """The words of a key: ``ControlON_OFF`` has three."""
-LETTERS = 5
+MIN_WORD_LETTERS = 5
 """A word has so many before and after its slip: in shorter ones (``MaxMV``, ``MinMV``) one letter is a meaning."""
-LEAST_APART = 2
+MIN_DISTANCE = 2
 """No other key of the place may be so near."""
 
 
@@ -41,46 +41,48 @@ def clear_match(key: str, known: Sequence[str]) -> str | None:
     It differs from what is written in capitals, hyphens and underscores alone, or by one slip inside a long word with
     every other key of the place clearly further. A valid key of any vendor is never replaced.
     """
-    same = [name for name in known if fold_word(name) == fold_word(key)]
-    if same:
-        return same[0] if len(same) == 1 and key not in all_keys() else None
-    near = [name for name in known if is_slip(key, name)]
-    if len(near) != 1 or any(slips(key, name) <= LEAST_APART for name in known if name != near[0]):
+    same_words = [name for name in known if fold_word(name) == fold_word(key)]
+    if same_words:
+        return same_words[0] if len(same_words) == 1 and key not in all_keys() else None
+    slips = [name for name in known if is_slip(key, name)]
+    if len(slips) != 1 or any(edit_distance(key, name) <= MIN_DISTANCE for name in known if name != slips[0]):
         return None
-    others = (name for name in all_keys() if name != near[0])
-    return None if any(fold_word(name) == fold_word(key) or is_slip(key, name) for name in others) else near[0]
+    others = (name for name in all_keys() if name != slips[0])
+    return None if any(fold_word(name) == fold_word(key) or is_slip(key, name) for name in others) else slips[0]
 
 
-INSIDE, SETTABLE = "set", ("setpoint", "output")
+EVENT_SET, SETTABLE = "set", ("setpoint", "output")
 """The key of an event that takes settings by their names."""
 
 
-def spoken_of(key: str, model: type[BaseModel]) -> str | None:
+def field_word_meaning(key: str, model: type[BaseModel]) -> str | None:
     """The key that a word of the field stands for at a place, or that stands one level below it; None: there is none.
 
     Only for the cure: whether the number means the same there (a time, a gain) is the writer's to say.
     """
     known = keys_of(model)
-    below = [f"{name}: {{{key}: …}}" for name, inner in _inner(model) if key in keys_of(inner)]
+    below = [f"{name}: {{{key}: …}}" for name, inner in _inner_models(model) if key in keys_of(inner)]
     if below:
         return " or ".join(dict.fromkeys(below))
-    events = [f"{INSIDE}: {{{name}: …}}" for name in SETTABLE] if {INSIDE, "at"} <= {*known} else []
-    return key_of_term(key, [*known, *events]) or next((n for n in known if _words(n) == _words(key)), None)
+    events = [f"{EVENT_SET}: {{{name}: …}}" for name in SETTABLE] if {EVENT_SET, "at"} <= {*known} else []
+    return key_of_term(key, [*known, *events]) or next(
+        (n for n in known if _sorted_words(n) == _sorted_words(key)), None
+    )
 
 
-def _words(key: str) -> list[str]:
+def _sorted_words(key: str) -> list[str]:
     """The words of a key in an order of their own: people turn ``freeze_bias`` round."""
     return sorted(key.casefold().split("_"))
 
 
 def places_of(key: str, root: type[BaseModel]) -> list[str]:
     """The only keys of a file below which a key is known, in words; empty: none, or more than one."""
-    found = _places(root).get(key, ())
-    return sorted(found) if len(found) == 1 else []
+    places = _places_by_key(root).get(key, ())
+    return sorted(places) if len(places) == 1 else []
 
 
 @cache
-def _places(root: type[BaseModel]) -> Mapping[str, set[str]]:
+def _places_by_key(root: type[BaseModel]) -> Mapping[str, set[str]]:
     """The keys of a file by what stands below them."""
     places: dict[str, set[str]] = {}
     for name, inner in _models_inside(root):
@@ -91,19 +93,19 @@ def _places(root: type[BaseModel]) -> Mapping[str, set[str]]:
 
 def _models_inside(root: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
     """The models inside of a model with the keys that they are the values of; at each place once."""
-    waiting = [root]
-    seen: set[type[BaseModel]] = set()
-    while waiting:
-        model = waiting.pop()
-        seen.add(model)
+    unvisited = [root]
+    visited: set[type[BaseModel]] = set()
+    while unvisited:
+        model = unvisited.pop()
+        visited.add(model)
         for name, field in model.model_fields.items():
             for inner in models_in(field.annotation):
                 yield field.alias or name, inner
-                waiting += [inner] if inner not in seen else []
+                unvisited += [inner] if inner not in visited else []
 
 
 @cache
-def _inner(model: type[BaseModel]) -> tuple[tuple[str, type[BaseModel]], ...]:
+def _inner_models(model: type[BaseModel]) -> tuple[tuple[str, type[BaseModel]], ...]:
     """The mappings inside of a model, by their keys; lists are none."""
     fields = [(field.alias or name, field.annotation) for name, field in model.model_fields.items()]
     return tuple((name, inner) for name, kind in fields if "tuple" not in str(kind) for inner in models_in(kind))
@@ -115,15 +117,20 @@ def is_slip(key: str, name: str) -> bool:
     A letter that is missing at an end of a word is none: ``limit`` and ``limits`` are two words.
     """
     longer = len(key) - len(name)
-    at = next((i for i, (a, b) in enumerate(zip(key, name, strict=False)) if a != b), min(len(key), len(name)))
-    if longer == 0 and at < len(name) and key[at].isalpha():
-        swapped = key[at : at + 2] == name[at + 1 : at + 2] + name[at] and key[at + 2 :] == name[at + 2 :]
-        wrong = key[at + 1 :] == name[at + 1 :]
-        return (wrong and _in_word(name, at, at, LETTERS)) or (swapped and _in_word(name, at, at + 1, LETTERS))
+    offset = next((i for i, (a, b) in enumerate(zip(key, name, strict=False)) if a != b), min(len(key), len(name)))
+    if longer == 0 and offset < len(name) and key[offset].isalpha():
+        swapped = (
+            key[offset : offset + 2] == name[offset + 1 : offset + 2] + name[offset]
+            and key[offset + 2 :] == name[offset + 2 :]
+        )
+        is_changed = key[offset + 1 :] == name[offset + 1 :]
+        return (is_changed and _in_word(name, offset, offset, MIN_WORD_LETTERS)) or (
+            swapped and _in_word(name, offset, offset + 1, MIN_WORD_LETTERS)
+        )
     if longer == -1:
-        return key[at:] == name[at + 1 :] and _in_word(name, at - 1, at + 1, LETTERS + 1)
-    doubled = longer == 1 and at > 0 and key[at] == key[at - 1]
-    return doubled and key[at + 1 :] == name[at:] and _in_word(name, at - 1, at - 1, LETTERS)
+        return key[offset:] == name[offset + 1 :] and _in_word(name, offset - 1, offset + 1, MIN_WORD_LETTERS + 1)
+    doubled = longer == 1 and offset > 0 and key[offset] == key[offset - 1]
+    return doubled and key[offset + 1 :] == name[offset:] and _in_word(name, offset - 1, offset - 1, MIN_WORD_LETTERS)
 
 
 def _in_word(name: str, first: int, last: int, letters: int) -> bool:
@@ -147,16 +154,16 @@ def keys_of(model: type[BaseModel]) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
-def slips(one: str, other: str) -> int:
+def edit_distance(first: str, other: str) -> int:
     """How many letters were left out, added, changed or swapped with their neighbour."""
-    last: list[int] = []
+    previous: list[int] = []
     row = list(range(len(other) + 1))
-    for i, a in enumerate(one, start=1):
-        before, last, row = last, row, [i]
+    for i, a in enumerate(first, start=1):
+        row_before_previous, previous, row = previous, row, [i]
         for j, b in enumerate(other, start=1):
-            best = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (a != b))
-            if i > 1 and j > 1 and a == other[j - 2] and b == one[i - 2]:
-                best = min(best, before[j - 2] + 1)
+            best = min(previous[j] + 1, row[j - 1] + 1, previous[j - 1] + (a != b))
+            if i > 1 and j > 1 and a == other[j - 2] and b == first[i - 2]:
+                best = min(best, row_before_previous[j - 2] + 1)
             row.append(best)
     return row[-1]
 
@@ -170,25 +177,25 @@ KINDS = {
     "list_type": "a list",
     "dict_type": "a mapping of keys",
 }
-OF_A_KEY = "[key]"
+KEY_MARK = "[key]"
 """pydantic's last step where the key itself is wrong."""
 UNION_KEY = "type"
 """The key that says which of several models an item of a list is."""
 UNION_KINDS = {"union_tag_invalid": "literal_error", "union_tag_not_found": "missing"}
 """Errors of that key, by what they are to the reader."""
 CHOICE_KINDS = {"literal_error", "union_tag_invalid"}
-EITHER = "write true or false"
+WRITE_TRUE_OR_FALSE = "write true or false"
 """The cure of a switch where no word is clearly meant."""
-NEAR = 0.7
+MIN_KEY_LIKENESS = 0.7
 """How like a key is to the one by which an item is known, where that one is missing."""
-LIKE, CLEARLY = 0.5, 0.05
+MIN_WORD_LIKENESS, MIN_LEAD = 0.5, 0.05
 """How like a word must be to one that is suggested, and how much more than to any other."""
 MAX_VALUE_LENGTH = 60
 DID_YOU_MEAN = "did you mean "
-BEHIND_WORD = re.compile(r"(?P<word>[\w -]*\w) *(?:#|//|\(\*|[;,]$)\s*(?P<rest>.*)")
+WORD_AND_REST = re.compile(r"(?P<word>[\w -]*\w) *(?:#|//|\(\*|[;,]$)\s*(?P<rest>.*)")
 """A word with a comment, or the end of a line of another language, behind it."""
-SWITCHED = {"on", "off", "yes", "no", "true", "false"}
-MEANT = re.compile(rf"{DID_YOU_MEAN}([^?]+)\?")
+SWITCH_WORDS = {"on", "off", "yes", "no", "true", "false"}
+SUGGESTED_WORD = re.compile(rf"{DID_YOU_MEAN}([^?]+)\?")
 WORD = re.compile(r"\w+")
 
 M = TypeVar("M", bound=BaseModel)
@@ -196,14 +203,14 @@ M = TypeVar("M", bound=BaseModel)
 
 def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic]]:
     """The document as a model, or what is wrong with it."""
-    findings = [_no_value(doc, path) for path in _nulls(doc.data, ())] if _has_null(doc.data) else []
+    findings = [_no_value_finding(doc, path) for path in _null_places(doc.data, ())] if _has_null(doc.data) else []
     try:
         config = model.model_validate(doc.data)
     except ValidationError as error:
         nulls = {d.path for d in findings}
         faults = error.errors(include_url=False)
-        errors = [(d, e) for d, e in ((_diagnostic(e, model, doc), e) for e in faults) if d.path not in nulls]
-        edits = renames(errors, model, doc)
+        errors = [(d, e) for d, e in ((_make_diagnostic(e, model, doc), e) for e in faults) if d.path not in nulls]
+        edits = rename_edits(errors, model, doc)
         with_edits = [replace(d, edits=edits[d.path]) if d.path in edits else d for d, _ in errors]
         return None, [*findings, *_without_echoes(with_edits)]
     return (None if findings else config), findings
@@ -215,41 +222,41 @@ def _has_null(value: object) -> bool:
     return any(inner is None or (isinstance(inner, dict | list) and _has_null(inner)) for inner in items)
 
 
-def _nulls(value: object, path: Path) -> Iterator[Path]:
+def _null_places(value: object, path: Path) -> Iterator[Path]:
     """Places of keys without a value."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for step, inner in items:
         if inner is None:
             yield (*path, step)
         else:
-            yield from _nulls(inner, (*path, step))
+            yield from _null_places(inner, (*path, step))
 
 
 def _without_echoes(errors: list[Diagnostic]) -> Iterator[Diagnostic]:
     """Without the errors for missing keys that another error suggests as the spelling of an unknown key."""
-    suggested = {path for d in errors if d.code == "PID020" for path in _suggested(d)}
+    suggested = {path for d in errors if d.code == "PID020" for path in _suggested_paths(d)}
     yield from (d for d in errors if d.code != "PID021" or d.path not in suggested)
 
 
-def _suggested(d: Diagnostic) -> Iterator[Path]:
+def _suggested_paths(d: Diagnostic) -> Iterator[Path]:
     """The keys that the cure of an unknown one names, beside it and below the loop."""
-    match = MEANT.search(d.help or "")
+    match = SUGGESTED_WORD.search(d.help or "")
     words = WORD.findall(match[1]) if match else []
     yield from ((*d.path[:-1], word) for word in words)
     yield from ((*d.path[:2], *words[: i + 1]) for i in range(len(words)))
 
 
-def _no_value(doc: Document, path: Path) -> Diagnostic:
+def _no_value_finding(doc: Document, path: Path) -> Diagnostic:
     key, parent = path[-1], next((step for step in reversed(path[:-1]) if isinstance(step, str)), "the list")
     if isinstance(key, int):
         message, help_text = f"item {key + 1} of {parent} has no value", "give a value, or remove the item"
     else:
-        message, help_text = f"{key} has no value", _comma(doc, path) or "give a value, or remove the key"
+        message, help_text = f"{key} has no value", _comma_cure(doc, path) or "give a value, or remove the key"
     span, loop = doc.locate(path, key=True), loop_name(doc, path)
     return Diagnostic("PID037", Severity.ERROR, message, doc.file, span, path, loop=loop, help=help_text)
 
 
-def _comma(doc: Document, path: Path) -> str | None:
+def _comma_cure(doc: Document, path: Path) -> str | None:
     """The cure of a decimal comma inside braces, where what stands behind it is a key without a value."""
     parent = value_at(doc.data, path[:-1])
     before = "".join(f"{key}={parent[key]}" for key, following in pairwise(parent) if following == path[-1])
@@ -262,22 +269,22 @@ def _comma(doc: Document, path: Path) -> str | None:
     return help_text and f"{help_text}; {number},{path[-1]} inside braces is two keys"
 
 
-def _diagnostic(error: ErrorDetails, model: type[BaseModel], doc: Document) -> Diagnostic:
-    place: Path = tuple(step for step in error["loc"] if step != OF_A_KEY)
+def _make_diagnostic(error: ErrorDetails, model: type[BaseModel], doc: Document) -> Diagnostic:
+    place: Path = tuple(step for step in error["loc"] if step != KEY_MARK)
     kind = error["type"]
     if kind in UNION_KINDS and not isinstance(error["input"], dict):
         kind = "model_type"
     elif kind in UNION_KINDS:
-        written = difflib.get_close_matches(UNION_KEY, map(str, error["input"]), 1, NEAR)
+        written = difflib.get_close_matches(UNION_KEY, map(str, error["input"]), 1, MIN_KEY_LIKENESS)
         if written and UNION_KEY not in error["input"]:
-            return _misspelt(file_place((*place, written[0]), doc.data), doc)
+            return _misspelt_finding(file_place((*place, written[0]), doc.data), doc)
         place, kind = (*place, UNION_KEY), UNION_KINDS[kind]
     path = file_place(place, doc.data)
-    code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)
-    message, cure = _wording({**error, "type": kind, "loc": place}, path, model)
+    code = "PID030" if path == ("pidcfg",) else CODES_BY_KIND.get(kind, OTHER_KIND_CODE)
+    message, cure = _message_and_cure({**error, "type": kind, "loc": place}, path, model)
     if "item" in error.get("ctx", {}):
         path = (*path, error["ctx"]["item"])
-    span = doc.locate(path, key=kind in {"missing", "extra_forbidden"} or OF_A_KEY in error["loc"])
+    span = doc.locate(path, key=kind in {"missing", "extra_forbidden"} or KEY_MARK in error["loc"])
     only = error.get("ctx", {}).get("only") or (_same_word(error) if kind in CHOICE_KINDS else None)
     edits = value_edit(doc, path, only) if only and doc.data else ()
     return Diagnostic(
@@ -285,7 +292,7 @@ def _diagnostic(error: ErrorDetails, model: type[BaseModel], doc: Document) -> D
     )
 
 
-def _misspelt(path: Path, doc: Document) -> Diagnostic:
+def _misspelt_finding(path: Path, doc: Document) -> Diagnostic:
     """The finding on a key by which the item of a list was to be known."""
     message, cure = unknown_key(str(path[-1]), [UNION_KEY])
     span = doc.locate(path, key=True)
@@ -296,7 +303,7 @@ def _same_word(error: ErrorDetails) -> str | None:
     """The only word of a choice that differs from the value in capitals alone."""
     value = error["input"].get(UNION_KEY) if isinstance(error["input"], dict) else error["input"]
     context = error.get("ctx", {})
-    return same_word(value, _choices(context.get("expected_tags") or context.get("expected", "")))
+    return same_word(value, _listed_choices(context.get("expected_tags") or context.get("expected", "")))
 
 
 def file_place(place: Path, data: object) -> Path:
@@ -315,7 +322,7 @@ def file_place(place: Path, data: object) -> Path:
     return tuple(path)
 
 
-def _wording(error: ErrorDetails, path: Path, model: type[BaseModel]) -> tuple[str, str | None]:
+def _message_and_cure(error: ErrorDetails, path: Path, model: type[BaseModel]) -> tuple[str, str | None]:
     """Message and cure, in place of pydantic's."""
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     key = str(path[-1]) if path else "the file"
@@ -324,41 +331,43 @@ def _wording(error: ErrorDetails, path: Path, model: type[BaseModel]) -> tuple[s
         return f"the format version {problem}", "write 'pidcfg: 1'"
     if kind == "extra_forbidden":
         keys = tuple(step for step in path[:-1] if isinstance(step, str))
-        return _unknown(key, model, model_at(model, error["loc"][:-1]), keys)
+        return _unknown_key_message(key, model, model_at(model, error["loc"][:-1]), keys)
     if "expected_tags" in context:
-        return not_a_choice(key, context["tag"], _choices(context["expected_tags"]))
+        return not_a_choice(key, context["tag"], _listed_choices(context["expected_tags"]))
     text = _text_of(model, error["loc"])
     if kind == "literal_error":
-        message, cure = not_a_choice(key, value, _choices(context["expected"]))
+        message, cure = not_a_choice(key, value, _listed_choices(context["expected"]))
         return message, cure or text
     if kind == "missing":
         one_too_many = len(path) > 1 and key == "name" and path[-2] != 0
         dash = "; if the keys belong to what stands above, take the dash away" * one_too_many
-        return f"{_below(path)}{key} is missing", f"add {key}" + (f": {text}" if text else "") + dash
+        return f"{_parent_text(path)}{key} is missing", f"add {key}" + (f": {text}" if text else "") + dash
     message = _plain_wording(kind, context, key, value) or f"{key}: {error['msg'].lower()}"
-    cure = context.get("help") or _shape(kind, key, value, model_at(model, error["loc"]))
+    cure = context.get("help") or _shape_cure(kind, key, value, model_at(model, error["loc"]))
     if (
         text
         and cure
         and ("without decimals" in cure or (cure == numbers.WRITE_ONE_NUMBER and re.match(r"[0-9] \w+, [0-9] ", text)))
     ):
         cure = f"{cure}: {text}"
-    return message, f"{cure}; {text}" if kind == "boolean_form" and text and cure == EITHER else cure
+    return message, f"{cure}; {text}" if kind == "boolean_form" and text and cure == WRITE_TRUE_OR_FALSE else cure
 
 
 @lru_cache(maxsize=1000)
-def _unknown(key: str, root: type[BaseModel], below: type[BaseModel] | None, place: Path) -> tuple[str, str | None]:
+def _unknown_key_message(
+    key: str, root: type[BaseModel], below: type[BaseModel] | None, place: Path
+) -> tuple[str, str | None]:
     """The message and cure for an unknown key at a place of a file."""
-    from pidcfg.validate.terms import foreign_key, pair_for, shown
+    from pidcfg.validate.terms import foreign_key, key_text, pair_for
 
     if below is None:
         return unknown_key(key, [])
     if pair := pair_for(key, keys_of(below)):
         return unknown_key(key, keys_of(below), pair)
     if (foreign := foreign_key(key, root, place)) is not None:
-        message, cure = unknown_key(key, keys_of(below), shown(foreign.key, place))
+        message, cure = unknown_key(key, keys_of(below), key_text(foreign.key, place))
         return message, f"{cure} {foreign.note}".rstrip()
-    return unknown_key(key, keys_of(below), spoken_of(key, below), places_of(key, root))
+    return unknown_key(key, keys_of(below), field_word_meaning(key, below), places_of(key, root))
 
 
 def _text_of(model: type[BaseModel], place: Path) -> str | None:
@@ -369,7 +378,7 @@ def _text_of(model: type[BaseModel], place: Path) -> str | None:
     return text and text.rstrip(".")
 
 
-def _shape(kind: str, key: str, value: object, inner: type[BaseModel] | None) -> str | None:
+def _shape_cure(kind: str, key: str, value: object, inner: type[BaseModel] | None) -> str | None:
     """The cure of anything else in the place of a list of mappings, or of a mapping."""
     if KINDS.get(kind) == "a list" and (inner or isinstance(value, dict)):
         given = value if isinstance(value, dict) else dict.fromkeys(keys_of(inner)) if inner else {}
@@ -392,27 +401,27 @@ def _plain_wording(kind: str, context: Any, key: str, value: object) -> str | No
     return f"{key}: {context['text']}" if "text" in context else None
 
 
-def _below(path: Path) -> str:
+def _parent_text(path: Path) -> str:
     """Where a key is missing, in words."""
     parents = [str(p) for p in path[:-1] if isinstance(p, str)]
     return f"{parents[-1]}." if parents and parents[-1] not in {"loops", "steps"} else ""
 
 
-def _choices(expected: str) -> list[str]:
+def _listed_choices(expected: str) -> list[str]:
     """The words as pydantic lists them: ``'a', 'b' or 'c'``."""
     return [part.strip().strip("'") for part in expected.replace(" or ", ", ").split(", ")]
 
 
 def unknown_key(
-    key: str, known: list[str], meant: str | None = None, places: Sequence[str] = ()
+    key: str, known: list[str], suggestion: str | None = None, places: Sequence[str] = ()
 ) -> tuple[str, str | None]:
     """The message and cure for a key that is not in the schema.
 
-    ``meant``: what it is known to stand for; ``places``: the keys below which it belongs.
+    ``suggestion``: what it is known to stand for; ``places``: the keys below which it belongs.
     """
-    near = [meant] if meant else difflib.get_close_matches(to_ascii(key), known, n=1, cutoff=0.6)
+    near = [suggestion] if suggestion else difflib.get_close_matches(to_ascii(key), known, n=1, cutoff=0.6)
     cure = f"{DID_YOU_MEAN}{near[0]}?" if near else f"known keys here: {', '.join(known)}"
-    if places and not meant and (not near or key in places):
+    if places and not suggestion and (not near or key in places):
         cure = f"it belongs below {places[0]}; {cure}"
     return f"unknown key {key!r}{lookalike_remark(key)}", cure
 
@@ -421,19 +430,19 @@ def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str 
     """The message and cure for a word that is not in a list."""
     word = to_ascii(str(value)).lower()
     ranked = sorted(((difflib.SequenceMatcher(None, c.lower(), word).ratio(), c) for c in choices), reverse=True)
-    clear = ranked[0][0] >= LIKE and (len(ranked) == 1 or ranked[0][0] - ranked[1][0] > CLEARLY)
-    odd = lookalike_remark(value) if isinstance(value, str) else ""
-    message = f"{key} is {quoted_value(value)}, not one of {', '.join(choices)}{odd}"
-    return message, _choice_cure(str(value), choices) or (f"{DID_YOU_MEAN}{ranked[0][1]}?" if clear else None)
+    is_clear = ranked[0][0] >= MIN_WORD_LIKENESS and (len(ranked) == 1 or ranked[0][0] - ranked[1][0] > MIN_LEAD)
+    remark = lookalike_remark(value) if isinstance(value, str) else ""
+    message = f"{key} is {quoted_value(value)}, not one of {', '.join(choices)}{remark}"
+    return message, _choice_cure(str(value), choices) or (f"{DID_YOU_MEAN}{ranked[0][1]}?" if is_clear else None)
 
 
 def _choice_cure(value: str, choices: Sequence[str]) -> str | None:
     """What to write for a word with something behind it, or for the state of a switch; None: nothing is certain."""
-    match = BEHIND_WORD.fullmatch(value)
+    match = WORD_AND_REST.fullmatch(value)
     if match and match["word"] in choices:
         rest = match["rest"]
         return f"write {match['word']}{numbers.comment_of(rest) if rest else ': nothing stands behind it'}"
-    if value.casefold() in SWITCHED and {"auto", "manual"} <= {*choices}:
+    if value.casefold() in SWITCH_WORDS and {"auto", "manual"} <= {*choices}:
         return "write auto for a loop that is to control, manual for one that is operated by hand"
     return None
 
@@ -457,18 +466,18 @@ def keys_at(model: type[BaseModel], place: Path) -> list[str]:
 def model_at(model: type[BaseModel], place: Path) -> type[BaseModel] | None:
     """The model that the schema has at a place, which names it where there are several."""
     current: list[type[BaseModel]] = [model]
-    free = False
+    is_free_key = False
     for step in place:
-        if not current or isinstance(step, int) or free:
-            free = False
+        if not current or isinstance(step, int) or is_free_key:
+            is_free_key = False
             continue
-        chosen = [m for m in current if _chosen_by(m) == step] if len(current) > 1 else []
-        if chosen:
-            current = chosen
+        matching = [m for m in current if _chosen_by(m) == step] if len(current) > 1 else []
+        if matching:
+            current = matching
             continue
         field = current[0].model_fields.get(step)
         current = models_in(field.annotation) if field else []
-        free = field is not None and get_origin(field.annotation) is dict
+        is_free_key = field is not None and get_origin(field.annotation) is dict
     return current[0] if current else None
 
 
@@ -478,11 +487,11 @@ def _chosen_by(model: type[BaseModel]) -> str | None:
     return next(iter(get_args(field.annotation)), None) if field else None
 
 
-def renames(
+def rename_edits(
     errors: list[tuple[Diagnostic, ErrorDetails]], model: type[BaseModel], doc: Document
 ) -> dict[Path, tuple[Edit, ...]]:
     """The edits that correct unknown keys, by their paths: where one key alone is likely and takes the value."""
-    unknown = [(d.path, e["loc"][:-1]) for d, e in errors if d.code == "PID020"][:MOST_KEYS]
+    unknown = [(d.path, e["loc"][:-1]) for d, e in errors if d.code == "PID020"][:MAX_KEYS]
     if not unknown:
         return {}
     new_keys = {path: key for path, place in unknown if (key := clear_match(str(path[-1]), keys_at(model, place)))}
@@ -491,7 +500,7 @@ def renames(
 
 # --- Edits that correct a finding without changing the meaning of the file; `fixes` applies them ----------------------
 
-MOST_KEYS, MOST_TRIES = 200, 30
+MAX_KEYS, MAX_TRIES = 200, 30
 """Unknown keys of one file that are looked at, and how often: each time costs a reading of the whole."""
 QUOTES = "'\""
 UNQUOTED = re.compile(r"[%@`][\w%/.°²³-]*(?=[ \t]*(?:$|[,}\]]|[ \t]#))")
@@ -547,9 +556,9 @@ def key_edits(
     new_keys = {path: key for path, key in new_keys.items() if uses[path[:-1], key] == 1}
     accepted: dict[Path, str] = {}
     waiting, tries = [new_keys] if new_keys else [], 0
-    while waiting and tries < MOST_TRIES:
+    while waiting and tries < MAX_TRIES:
         group, tries = waiting.pop(), tries + 1
-        if _fits(model, doc.data, group, faults):
+        if _has_fewer_faults(model, doc.data, group, faults):
             accepted |= group
         elif len(group) > 1:
             half = len(group) // 2
@@ -557,21 +566,23 @@ def key_edits(
     return {path: edits for path, key in accepted.items() if (edits := key_edit(doc, path, key))}
 
 
-def _fits(model: type[BaseModel], data: object, new_keys: dict[Path, str], faults: list[ErrorDetails]) -> bool:
+def _has_fewer_faults(
+    model: type[BaseModel], data: object, new_keys: dict[Path, str], faults: list[ErrorDetails]
+) -> bool:
     """Whether data with other keys lose faults, and get none that is new."""
     copy = deepcopy(data)
-    if not all(_rename(copy, path, key) for path, key in new_keys.items()):
+    if not all(_rename_key(copy, path, key) for path, key in new_keys.items()):
         return False
     try:
         model.model_validate(copy)
     except ValidationError as error:
-        old = {(e["type"], e["loc"]) for e in faults}
-        left = [(e["type"], e["loc"]) for e in error.errors(include_url=False)]
-        return old.issuperset(left) and len(left) <= len(faults) - len(new_keys)
+        faults_before = {(e["type"], e["loc"]) for e in faults}
+        faults_after = [(e["type"], e["loc"]) for e in error.errors(include_url=False)]
+        return faults_before.issuperset(faults_after) and len(faults_after) <= len(faults) - len(new_keys)
     return True
 
 
-def _rename(data: object, path: Path, key: str) -> bool:
+def _rename_key(data: object, path: Path, key: str) -> bool:
     """Renames one key, wherever an alias shares its mapping; False where the new key is taken or has no value."""
     parent = value_at(data, path[:-1])
     if path[-1] not in parent:

@@ -17,14 +17,14 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, value_at
 from pidcfg.text.references import Basis, Decision
-from pidcfg.validate.rule import Finding, Findings, finding
+from pidcfg.validate.rule import Finding, Findings, make_finding
 
 if TYPE_CHECKING:
     from pidcfg.vendors import Vendor
 
 # --- What the rules of all vendors look at: a configuration, its loops, and numbers as messages write them ------------
 
-DIGITS = 12
+MAX_DIGITS = 12
 """More of a number than a message shows."""
 Pair = tuple["Decimal", "Decimal"]
 
@@ -45,11 +45,11 @@ class PlacedLoop(Protocol):
         """The loop's name."""
 
     @property
-    def at(self) -> Callable[..., Finding]:
+    def report(self) -> Callable[..., Finding]:
         """Makes a finding at a place below the loop."""
 
     @property
-    def at_key(self) -> Callable[..., Finding]:
+    def report_key(self) -> Callable[..., Finding]:
         """Makes a finding at a key."""
 
 
@@ -71,7 +71,7 @@ class View(Generic[LoopT]):
         """The loop's name."""
         return self.loop.name
 
-    def at(
+    def report(
         self,
         *path: str | int,
         plc_effect: str | None = None,
@@ -84,7 +84,7 @@ class View(Generic[LoopT]):
         place = ("loops", self.index, *path)
         return Finding(place, values, plc_effect=plc_effect, severity=severity, fix=fix, basis=basis)
 
-    def at_key(
+    def report_key(
         self,
         *path: str | int,
         plc_effect: str | None = None,
@@ -152,7 +152,7 @@ def value_or_switch(part: object, key: str) -> str:
 def number_text(value: Decimal) -> str:
     """A number as people write it; more than 12 digits are shortened."""
     text = decimal_text(value)
-    return text if len(text) <= DIGITS else f"{float(value):.6g}"
+    return text if len(text) <= MAX_DIGITS else f"{float(value):.6g}"
 
 
 def number_with_unit(value: Decimal, unit: str | None) -> str:
@@ -189,7 +189,7 @@ class AlarmView(PlacedLoop, Protocol, Generic[Number]):
     def register_values(self, *names: str) -> list[Number]:
         """What several registers hold; empty as soon as one value does not fit."""
 
-    def shown(self, name: str) -> str:
+    def quote(self, name: str) -> str:
         """A register's value as a message quotes it."""
 
     def distance(self, value: Number) -> str:
@@ -214,11 +214,11 @@ def alarm_beyond(view: AlarmView[Number], value: Number) -> str | None:
     return "low" if value < points[0] else "high"
 
 
-def deadband_of_zero(view: AlarmView[Number]) -> Findings:
+def zero_deadband_findings(view: AlarmView[Number]) -> Findings:
     """A deadband that is on and ignores nothing."""
     if view.deadband_on and view.register_values("deadband") == [0]:
         key = "deadband_enabled" if view.value("deadband") is None else "deadband"
-        yield view.at("error", key, value=view.shown("deadband"))
+        yield view.report("error", key, value=view.quote("deadband"))
 
 
 def alarm_within(
@@ -236,12 +236,17 @@ def alarm_within(
     return next(((alarm, distance) for alarm, distance in distances if 0 < distance <= width), None)
 
 
-def hysteresis_spans_normal_zone(view: AlarmView[Number], most: Number | None = None) -> Findings:
-    """A hysteresis as wide as the zone between low and high alarm; above ``most`` another rule reports it."""
+def hysteresis_spans_normal_zone(view: AlarmView[Number], max_hysteresis: Number | None = None) -> Findings:
+    """A hysteresis as wide as the zone between low and high alarm; above ``max_hysteresis`` another rule reports it."""
     words = view.register_values("pv_low", "pv_high", "hysteresis")
-    if view.pv_alarms_on and words and 0 < words[1] - words[0] <= words[2] and (most is None or words[2] <= most):
+    if (
+        view.pv_alarms_on
+        and words
+        and 0 < words[1] - words[0] <= words[2]
+        and (max_hysteresis is None or words[2] <= max_hysteresis)
+    ):
         zone = view.distance(words[1] - words[0])
-        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), zone=zone)
+        yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"), zone=zone)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -280,23 +285,27 @@ def block_beyond_bank(view: BlockView, last: Mapping[str, int]) -> Findings:
         end = last[extent.prefix]
         if extent.last > end:
             latest = end - (extent.last - extent.first)
-            yield view.at(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=end, latest=latest)
+            yield view.report(
+                extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=end, latest=latest
+            )
 
 
 def blocks_overlap(views: Sequence[BlockView]) -> Findings:
     """Loops whose blocks share registers, at each of them."""
     for view, other in permutations(views, 2):
-        for extent, theirs in zip(view.extents, other.extents, strict=True):
-            if extent.first <= theirs.last and theirs.first <= extent.last:
+        for extent, other_extent in zip(view.extents, other.extents, strict=True):
+            if extent.first <= other_extent.last and other_extent.first <= extent.last:
                 key = extent.key
-                finding = view.at(key, block=key, extent=extent, loop=view.name, other_extent=theirs, other=other.name)
-                yield finding.shared_with(other.name)
+                finding = view.report(
+                    key, block=key, extent=extent, loop=view.name, other_extent=other_extent, other=other.name
+                )
+                yield finding.with_other_loops(other.name)
 
 
-def too_many_loops(views: Sequence[PlacedLoop], most: int) -> Findings:
+def too_many_loops(views: Sequence[PlacedLoop], max_loops: int) -> Findings:
     """A file with more loops than its PLC has room for."""
-    if len(views) > most:
-        yield finding("loops", key=True, count=len(views), limit=most)
+    if len(views) > max_loops:
+        yield make_finding("loops", key=True, count=len(views), limit=max_loops)
 
 
 # --- Cascades: loops that take their set points from each other -------------------------------------------------------
@@ -307,16 +316,16 @@ def find_circles(masters: Sequence[int | None]) -> Iterator[list[int]]:
 
     ``masters`` has the index of each loop's master; a loop that is its own master is a ring of one.
     """
-    done: set[int] = set()
+    visited: set[int] = set()
     for start in range(len(masters)):
-        way: dict[int, int] = {}
-        at: int | None = start
-        while at is not None and at not in way and at not in done:
-            way[at] = len(way)
-            at = masters[at]
-        done.update(way)
-        if at in way:
-            ring = list(way)[way[at] :]
+        steps_from_start: dict[int, int] = {}
+        current: int | None = start
+        while current is not None and current not in steps_from_start and current not in visited:
+            steps_from_start[current] = len(steps_from_start)
+            current = masters[current]
+        visited.update(steps_from_start)
+        if current in steps_from_start:
+            ring = list(steps_from_start)[steps_from_start[current] :]
             first = ring.index(min(ring))
             yield ring[first:] + ring[:first]
 
@@ -332,7 +341,7 @@ class HasName(Protocol):
         """Its name."""
 
 
-MOST_NAMES = 8
+MAX_NAMES = 8
 """Loops that a message names before it only counts."""
 Key = TypeVar("Key", bound="Hashable")
 ViewT = TypeVar("ViewT", bound=HasName)
@@ -350,10 +359,10 @@ def find_shared_keys(rows: Iterable[tuple[Key, ViewT]]) -> Iterator[tuple[Key, V
                 yield key, view, others
 
 
-def report_at_both(one: HasName, at_one: Finding, other: HasName, at_other: Finding, /, **values: object) -> Findings:
+def report_at_both(first: HasName, at_one: Finding, other: HasName, at_other: Finding, /, **values: object) -> Findings:
     """A finding at each of two loops, which names the other one; with the values of the message that both have."""
-    yield at_one.quoting(**values).shared_with(other.name)
-    yield at_other.quoting(**values).shared_with(one.name)
+    yield at_one.with_values(**values).with_other_loops(other.name)
+    yield at_other.with_values(**values).with_other_loops(first.name)
 
 
 D955 = Decision(
@@ -366,15 +375,17 @@ D955 = Decision(
 )
 
 
-def pairs_alike(views: Iterable[ViewT], key: Callable[[ViewT], Key | None]) -> Iterator[tuple[ViewT, ViewT, Key]]:
+def pairs_with_same_key(
+    views: Iterable[ViewT], key: Callable[[ViewT], Key | None]
+) -> Iterator[tuple[ViewT, ViewT, Key]]:
     """Pairs of views with one key, with that key, as `combinations` orders them; None: a view that has none."""
-    keyed = [(view, found) for view in views if (found := key(view)) is not None]
-    rest: dict[Key, list[ViewT]] = {}
-    for view, found in reversed(keyed):
-        rest.setdefault(found, []).append(view)
-    for view, found in keyed:
-        rest[found].pop()
-        yield from ((view, other, found) for other in reversed(rest[found]))
+    keyed = [(view, key_value) for view in views if (key_value := key(view)) is not None]
+    later_views: dict[Key, list[ViewT]] = {}
+    for view, key_value in reversed(keyed):
+        later_views.setdefault(key_value, []).append(view)
+    for view, key_value in keyed:
+        later_views[key_value].pop()
+        yield from ((view, other, key_value) for other in reversed(later_views[key_value]))
 
 
 def crossed_set_points(
@@ -396,8 +407,8 @@ def crossed_set_points(
 
 def list_names(names: Sequence[str]) -> str:
     """Names as a message lists them: ``A, B and C``; after eight of them only how many more there are."""
-    if len(names) > MOST_NAMES:
-        return f"{', '.join(names[:MOST_NAMES])} and {len(names) - MOST_NAMES} more"
+    if len(names) > MAX_NAMES:
+        return f"{', '.join(names[:MAX_NAMES])} and {len(names) - MAX_NAMES} more"
     return " and ".join(part for part in (", ".join(names[:-1]), *names[-1:]) if part)
 
 
@@ -407,7 +418,7 @@ NUMBER_FIELDS = ("value", "low", "high")
 """What a message quotes."""
 
 
-def outside_limits(
+def outside_limits_findings(
     view: PlacedLoop,
     *path: str | int,
     value: Number | None,
@@ -426,18 +437,18 @@ def outside_limits(
         return
     numbers = {"value": value, "low": limits[0], "high": limits[1]}
     texts = {key: shown(number) if key in units else number_text(Decimal(number)) for key, number in numbers.items()}
-    yield view.at(*path, **{field: texts.pop("value")}, **texts, **values)
+    yield view.report(*path, **{field: texts.pop("value")}, **texts, **values)
 
 
 # --- What a loop is for, heating or cooling, by words in English and German: the only list of them --------------------
 
 
-def _words(*patterns: str) -> re.Pattern[str]:
+def _word_pattern(*patterns: str) -> re.Pattern[str]:
     """Whole words; a number may follow (``OVEN2``)."""
     return re.compile(rf"\b(?:{'|'.join(patterns)})(?![^\W\d_])", re.IGNORECASE)
 
 
-HEATING = _words(
+HEATING_WORDS = _word_pattern(
     r"heat(?! (?:exchang|pump|recover|transfer|meter|sink|remov|loss|of ))",
     r"(?:re|pre)?heat(?:s|ed|ers?|ing)",
     r"ovens?|furnaces?|kilns?|boilers?|burners?",
@@ -447,20 +458,20 @@ HEATING = _words(
     r"ofen\w*|(?:\w*(?:[^\Wh]|[aceoü]h))?(?:ofen|öfen|oefen)",
     r"\w*brenner(?!ei)\w*|brennkammer\w*|dampfkessel\w*",
 )
-COOLING = _words(
+COOLING_WORDS = _word_pattern(
     r"cool(?:s|ed|ers?|ing)?|cold(?! (?:junction|start))|chill(?:s|ed|ers?|ing)?",
     r"fridges?|freez(?:ers?|ing)|refrigerat\w*|air condition\w*",
     r"\w*k(?:ü|ue)hl\w*",
     r"\w*k(?:ä|ae)lte\w*|kalt(?!leiter|st[ae])\w*|\w*gefrier\w*|eiswasser\w*",
 )
-OTHERWISE = _words(
+OTHER_ACTUATORS = _word_pattern(
     r"air to close|(?:normally|fails?) open|inver(?:ted|s|se|tiert)|reversed|bypass\w*",
     r"exhaust|draft|draught|vents?|vented|venting|ventilat\w*|fans?|dampers?|quench\w*",
     r"stromlos (?:offen|auf)|feder\w* (?:ö|oe)ffne\w*|umgekehrt\w*",
     r"\w*abluft\w*|\w*l(?:ü|ue)fte[rn]\w*|\w*l(?:ü|ue)ftung\w*|gebl(?:ä|ae)se\w*|\w*klappen?|abschreck\w*",
 )
 """An actuator that may work the other way round: nothing can be said then."""
-NO_TEMPERATURE = _words(
+OTHER_QUANTITIES = _word_pattern(
     r"[flpqsw][dfq]?[ir]?ca? ?\d*",
     r"flow|level|pressure|speed|vacuum|humidity",
     r"\w*druck\w*|\w*durchflu(?:ss|ß)\w*|\w*menge\w*|\w*f(?:ü|ue)llstand\w*|niveau\w*|\w*drehzahl\w*|\w*feuchte\w*",
@@ -492,15 +503,17 @@ class Purpose:
 def purpose_of(loop: Any) -> Purpose | None:
     """What a loop's words say that it does; None where they say nothing, or both."""
     texts = {place: WORD_BREAK.sub(" ", getattr(loop, place, None) or "") for place in PLACES}
-    whole, unit = " ".join(texts.values()), loop.pv.unit
-    if OTHERWISE.search(whole) or (NO_TEMPERATURE.search(whole) if unit is None else not TEMPERATURE.fullmatch(unit)):
+    all_text, unit = " ".join(texts.values()), loop.pv.unit
+    if OTHER_ACTUATORS.search(all_text) or (
+        OTHER_QUANTITIES.search(all_text) if unit is None else not TEMPERATURE.fullmatch(unit)
+    ):
         return None
-    heats, cools = HEATING.search(whole), COOLING.search(whole)
+    heats, cools = HEATING_WORDS.search(all_text), COOLING_WORDS.search(all_text)
     if (heats is None) is (cools is None):
         return None
-    pattern = HEATING if heats else COOLING
-    found = ((match[0], place) for place, text in texts.items() if (match := pattern.search(text)))
-    return next((Purpose(heats is not None, word, place) for word, place in found), None)
+    pattern = HEATING_WORDS if heats else COOLING_WORDS
+    words = ((match[0], place) for place, text in texts.items() if (match := pattern.search(text)))
+    return next((Purpose(heats is not None, word, place) for word, place in words), None)
 
 
 # --- The action, by the word that each vendor has for it --------------------------------------------------------------
@@ -516,9 +529,9 @@ class Action:
     key: str
     raises_pv: bool
     """Whether the loop takes it that the PV rises with the output."""
-    here: str
+    own_text: str
     """The key with its value."""
-    other: str
+    opposite_text: str
     """The key with the opposite value."""
 
 

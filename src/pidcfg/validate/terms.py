@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 # --- What the families have different keys for, beside the table of words that sheets use as well ---------------------
 
 ANTI_WINDUP = ("bias_freeze", "freeze_bias", "anti_windup")
-MORE_WORDS: dict[str, tuple[str, ...]] = {
+VENDOR_WORDS: dict[str, tuple[str, ...]] = {
     "bias offset": ("output.offset", "output.bias", "BIAS"),
     "windup integral_stop": ANTI_WINDUP,
     "rate_limit output_rate max_output_rate slew_rate ramp_rate rampe": ("output.max_rate",),
@@ -48,7 +48,9 @@ MORE_WORDS: dict[str, tuple[str, ...]] = {
 GAIN = WORDS["gain kp p kr proportional_gain verstärkung"]
 RESET = WORDS["reset ti tn integral integral_time nachstellzeit"]
 SAMPLE = WORDS["sample sample_time sample_rate abtastzeit"]
-ROWS = {word: keys for table in (WORDS, MORE_WORDS) for words, keys in table.items() for word in words.split()}
+KEYS_BY_WORD = {
+    word: keys for table in (WORDS, VENDOR_WORDS) for words, keys in table.items() for word in words.split()
+}
 GAIN_UNITS = {
     "dl06": "% of output per % of PV",
     "click": "% of output per unit of the PV",
@@ -60,7 +62,7 @@ GAIN_UNITS = {
 """What a gain is in a file of each family."""
 SAMPLE_UNITS = {"dl06": "s", "ezlogix": "s", "nextopid": "s", "dpide": "ms"}
 """What a bare sample time is in; the others want a unit."""
-REPEATS = {"repeats_per_minute", "repeats_per_min", "repeats", "reset_rate"}
+REPEAT_WORDS = {"repeats_per_minute", "repeats_per_min", "repeats", "reset_rate"}
 PAIRS = {
     ("limits", "lower_limit"): "lower_limit and upper_limit",
     ("lower_limit", "limits"): "limits: [low, high]",
@@ -79,19 +81,19 @@ class Foreign(NamedTuple):
 def foreign_key(key: str, root: type[BaseModel], place: Path) -> Foreign | None:
     """What a key of another family, or a word of the field, is in a file of this family; None where nothing tells."""
     own = next((vendor.key for vendor in VENDORS.values() if vendor.model is root), None)
-    if own is None or place[:1] != ("loops",) or fold_word(key) in {fold_word(_last(k)) for k in _keys(own)}:
+    if own is None or place[:1] != ("loops",) or fold_word(key) in {fold_word(_last_step(k)) for k in _loop_keys(own)}:
         return None
     word = key.casefold().replace("-", "_").replace(" ", "_")
     if word in BAND_WORDS:
-        return Foreign(_known(GAIN, own), _of_band(own))
-    if word in REPEATS:
-        return Foreign(_known(RESET, own), "60 / repeats per minute is the time in s")
+        return Foreign(_first_known_key(GAIN, own), _band_note(own))
+    if word in REPEAT_WORDS:
+        return Foreign(_first_known_key(RESET, own), "60 / repeats per minute is the time in s")
     keys = _row_of(key, word)
-    target = _known(keys, own)
+    target = _first_known_key(keys, own)
     if not target:
         return None
-    owners = [vendor.key for vendor in VENDORS.values() if vendor.key != own and _has(vendor.key, key, keys)]
-    return Foreign(target, _note(keys, owners, own))
+    owners = [vendor.key for vendor in VENDORS.values() if vendor.key != own and _has_key(vendor.key, key, keys)]
+    return Foreign(target, _number_note(keys, owners, own))
 
 
 def pair_for(key: str, known: Sequence[str]) -> str | None:
@@ -99,7 +101,7 @@ def pair_for(key: str, known: Sequence[str]) -> str | None:
     return next((text for (written, other), text in PAIRS.items() if written == key and other in known), None)
 
 
-def shown(target: str, place: Path) -> str:
+def key_text(target: str, place: Path) -> str:
     """A key of a loop as it is written at a place of it."""
     section, _, last = target.removesuffix(PAIR_ENDS[0]).removesuffix(PAIR_ENDS[1]).rpartition(".")
     pair = ": [low, high]" * target.endswith(PAIR_ENDS)
@@ -109,22 +111,22 @@ def shown(target: str, place: Path) -> str:
 
 def _row_of(key: str, word: str) -> tuple[str, ...]:
     """All keys for what a word stands for."""
-    if word in ROWS:
-        return ROWS[word]
-    named = (keys for keys in (DIRECTION, ANTI_WINDUP, *WORDS.values()) if key in map(_last, keys))
-    return next(named, ()) if key not in AMBIGUOUS else ()
+    if word in KEYS_BY_WORD:
+        return KEYS_BY_WORD[word]
+    rows = (keys for keys in (DIRECTION, ANTI_WINDUP, *WORDS.values()) if key in map(_last_step, keys))
+    return next(rows, ()) if key not in AMBIGUOUS else ()
 
 
 AMBIGUOUS = {"value", "low", "high", "limits", "range", "unit", "low_low", "high_high", "source", "name", "use"}
 """Last words of keys that stand below several others."""
 
 
-def _last(key: str) -> str:
+def _last_step(key: str) -> str:
     return key.removesuffix(PAIR_ENDS[0]).removesuffix(PAIR_ENDS[1]).rpartition(".")[2]
 
 
 @cache
-def _keys(vendor: str) -> Mapping[str, None]:
+def _loop_keys(vendor: str) -> Mapping[str, None]:
     """The keys of a family's loops, from the loop, sections with them."""
     keys: dict[str, None] = {}
     for model in models_in(VENDORS[vendor].model.model_fields["loops"].annotation):
@@ -133,39 +135,39 @@ def _keys(vendor: str) -> Mapping[str, None]:
     return keys
 
 
-def _known(keys: Sequence[str], vendor: str) -> str:
-    return next((key for key in keys if key in _keys(vendor)), "")
+def _first_known_key(keys: Sequence[str], vendor: str) -> str:
+    return next((key for key in keys if key in _loop_keys(vendor)), "")
 
 
-def _has(vendor: str, key: str, keys: Sequence[str]) -> bool:
+def _has_key(vendor: str, key: str, keys: Sequence[str]) -> bool:
     """Whether a family has a key of this name for the same thing."""
-    return any(fold_word(_last(one)) == fold_word(key) for one in keys if one in _keys(vendor))
+    return any(fold_word(_last_step(name)) == fold_word(key) for name in keys if name in _loop_keys(vendor))
 
 
-def _of_band(own: str) -> str:
+def _band_note(own: str) -> str:
     """The gain of a proportional band in %."""
     spans = {"span": "", "percent": " * 100 / PV span", "engineering": " * output span / PV span"}[_counted_in(own)]
     return f"100 / proportional band{spans} is the gain, in {GAIN_UNITS[own]}"
 
 
-def _note(keys: Sequence[str], owners: Sequence[str], own: str) -> str:
+def _number_note(keys: Sequence[str], owners: Sequence[str], own: str) -> str:
     """What to know of the number of a key of other families."""
     if keys == DIRECTION:
         others: dict[str, list[str]] = {}
         for owner in owners:
-            others.setdefault(_heating(owner), []).append(owner)
-        there = "".join(f"{text} in {' and '.join(names)}, " for text, names in others.items())
-        return f"Heating is {there}{_heating(own)} here"
+            others.setdefault(_heating_text(owner), []).append(owner)
+        notes = "".join(f"{text} in {' and '.join(names)}, " for text, names in others.items())
+        return f"Heating is {notes}{_heating_text(own)} here"
     if keys == GAIN:
-        there = "".join(f"; {owner}: {GAIN_UNITS[owner]}, {_factor(owner, own)}" for owner in owners)
-        return f"Here it is in {GAIN_UNITS[own]}{there}"
+        notes = "".join(f"; {owner}: {GAIN_UNITS[owner]}, {_gain_factor(owner, own)}" for owner in owners)
+        return f"Here it is in {GAIN_UNITS[own]}{notes}"
     if keys == SAMPLE:
         unit = SAMPLE_UNITS.get(own)
         return f"A bare number is in {unit} here" if unit else "Write it with its unit here, as in 500 ms"
     return ""
 
 
-def _factor(owner: str, own: str) -> str:
+def _gain_factor(owner: str, own: str) -> str:
     """What the gain of another family is times, to be one here."""
     there, here = _counted_in(owner), _counted_in(own)
     if (there == "span") != (here == "span"):
@@ -178,7 +180,7 @@ def _counted_in(family: str) -> GainUnit:
     return tables_of(VENDORS[family]).TUNED.gain_unit
 
 
-def _heating(family: str) -> str:
+def _heating_text(family: str) -> str:
     """How a family writes that the PV rises with the output."""
     vendor = VENDORS[family]
     return f"{action_key(vendor)}: {action_word(vendor, raises_pv=True)}"
@@ -195,16 +197,16 @@ NO_SCALE = "PID039"
 RANGES = ("range", "input_range")
 SAME_UNITS = {"°C": "degC", "℃": "degC", "°F": "degF", "℉": "degF", "degK": "K", "°": "deg"}
 """Spellings of one unit."""
-OPEN = re.compile(" or |, ")
+OPEN_UNIT = re.compile(" or |, ")
 """Stands in a unit that depends on another setting."""
 
 
 def without_own_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Document:
     """The document with the number alone wherever a refused value carries the unit of its key."""
     data: Any = doc.data
-    for path, said in _stated(vendor, doc, errors):
-        if said.fits:
-            data = _with(data, path, type(value_at(doc.data, path))(said.number))
+    for path, stated in _stated_numbers(vendor, doc, errors):
+        if stated.is_in_key_unit:
+            data = _with_value(data, path, type(value_at(doc.data, path))(stated.number))
     return doc if data is doc.data else replace(doc, data=data)
 
 
@@ -214,37 +216,37 @@ def in_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) ->
 
 
 def _in_key_unit(vendor: Vendor, doc: Document, error: Diagnostic) -> Diagnostic:
-    stated = (said for path, said in _stated(vendor, doc, [error]) if path[: len(error.path)] == error.path)
-    other = next((said for said in stated if not said.fits), None)
-    if other is None:
+    stated = (number for path, number in _stated_numbers(vendor, doc, [error]) if path[: len(error.path)] == error.path)
+    unfit = next((number for number in stated if not number.is_in_key_unit), None)
+    if unfit is None:
         return error
-    if other.bare is None:
-        return replace(error, help=other.cure)
+    if unfit.side_without_range is None:
+        return replace(error, help=unfit.cure)
     key = next(step for step in reversed(error.path) if isinstance(step, str))
-    return replace(error, help=other.cure, code=NO_SCALE, message=f"{key} is {other.text}, {other.fault}")
+    return replace(error, help=unfit.cure, code=NO_SCALE, message=f"{key} is {unfit.text}, {unfit.fault}")
 
 
 def with_numbers(doc: Document, numbers: Mapping[Path, str]) -> Document:
     """The document with numbers in the place of texts."""
     data: Any = doc.data
     for path, number in numbers.items():
-        data = _with(data, path, Plain(number))
+        data = _with_value(data, path, Plain(number))
     return replace(doc, data=data)
 
 
-class Stated(NamedTuple):
+class StatedNumber(NamedTuple):
     """A number as written, the unit that it carries, and the unit of its key where the loop says it."""
 
     number: str
     unit: str
-    own: str | None
-    bare: str | None = None
+    key_unit: str | None
+    side_without_range: str | None = None
     """The side of the loop whose counts the key is in, where it has no range; None: there is nothing to convert."""
 
     @property
-    def fits(self) -> bool:
+    def is_in_key_unit(self) -> bool:
         """Whether the number alone says the same."""
-        return self.unit == self.own and self.bare is None
+        return self.unit == self.key_unit and self.side_without_range is None
 
     @property
     def text(self) -> str:
@@ -254,41 +256,44 @@ class Stated(NamedTuple):
     @property
     def fault(self) -> str:
         """Why no unit can be read here."""
-        return f"and {self.bare} has no range that makes counts of it"
+        return f"and {self.side_without_range} has no range that makes counts of it"
 
     @property
     def cure(self) -> str:
         """What to do about the unit."""
-        if self.bare is not None:
+        side = self.side_without_range
+        if side is not None:
             ends = "0, 100" if self.unit == "%" else "LOW, HIGH"
             return (
-                f"give {self.bare}.range, what 0 % and 100 % of the signal stand for, as in {self.bare}: "
+                f"give {side}.range, what 0 % and 100 % of the signal stand for, as in {side}: "
                 f"{{range: [{ends}]}}; or write counts, as in '2048 counts'"
             )
-        return f"the key is in {self.own}, not in {self.unit}: write the number of {self.own} alone"
+        return f"the key is in {self.key_unit}, not in {self.unit}: write the number of {self.key_unit} alone"
 
 
-def stated_number(vendor: Vendor, loop: object, path: Path, text: str) -> Stated | None:
+def stated_number(vendor: Vendor, loop: object, path: Path, text: str) -> StatedNumber | None:
     """A number with a unit, for a key of a loop that has one, too, or is held in counts; None for any other text."""
     match = WITH_UNIT.fullmatch(text)
     if not match or not NUMBER.fullmatch(match["number"]):
         return None
-    own, bare = _unit_of(vendor, loop, path), side_without_range(vendor, loop, path)
-    if not own and bare is None:
+    key_unit, side = _unit_of(vendor, loop, path), side_without_range(vendor, loop, path)
+    if not key_unit and side is None:
         return None
-    return Stated(match["number"], _spelling(match["unit"]), _spelling(own) if own else None, bare)
+    return StatedNumber(
+        match["number"], _normal_unit(match["unit"]), _normal_unit(key_unit) if key_unit else None, side
+    )
 
 
 def side_without_range(vendor: Vendor, loop: object, path: Path) -> str | None:
     """The side whose counts a key of a loop is in, for want of a range; None: its numbers are in their unit."""
-    side = next(iter(_sides(_table_unit(vendor, path) or "")), None)
+    side = next(iter(_unit_sides(_table_unit(vendor, path) or "")), None)
     if side is None or value_at(loop, (side, "range")) is not None:
         return None
     keys = [step for step in path if isinstance(step, str)]
     return side if is_scaled(vendor.model, ("loops", *keys)) else None
 
 
-def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iterator[tuple[Path, Stated]]:
+def _stated_numbers(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iterator[tuple[Path, StatedNumber]]:
     """The refused numbers with a unit whose key has one, too; with one end of a pair the other one."""
     for d in errors:
         if d.code != WRONG_TYPE or len(d.path) < 3 or d.path[0] != "loops":
@@ -300,9 +305,9 @@ def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iter
             if not isinstance(item, str) or range_cure(item) is not None:
                 continue
             path = place if i is None else (*place, i)
-            said = stated_number(vendor, value_at(doc.data, path[:2]), path[2:], item)
-            if said is not None:
-                yield path, said
+            stated = stated_number(vendor, value_at(doc.data, path[:2]), path[2:], item)
+            if stated is not None:
+                yield path, stated
 
 
 def _table_unit(vendor: Vendor, path: Path) -> str | None:
@@ -312,7 +317,7 @@ def _table_unit(vendor: Vendor, path: Path) -> str | None:
     return next((table[place] for place in (dotted, f"{dotted}.0", str(path[-1])) if place in table), None)
 
 
-def _sides(unit: str) -> list[str]:
+def _unit_sides(unit: str) -> list[str]:
     """The sides of a loop that a unit of a table is made of."""
     return [part for part in re.split("/| per ", unit) if part in SIDES]
 
@@ -323,20 +328,20 @@ def _unit_of(vendor: Vendor, loop: object, path: Path) -> str | None:
     if len(path) > 1 and path[1] in RANGES:
         return units.get(str(path[0]))
     unit = _table_unit(vendor, path)
-    if unit is None or OPEN.search(unit):
+    if unit is None or OPEN_UNIT.search(unit):
         return None
-    return unit_text(unit, units) if set(_sides(unit)) <= set(units) else None
+    return unit_text(unit, units) if set(_unit_sides(unit)) <= set(units) else None
 
 
-def _spelling(unit: str) -> str:
+def _normal_unit(unit: str) -> str:
     """A unit in one spelling, without blanks around its signs."""
     unit = re.sub(r"\s*/\s*", "/", unit.strip())
     return "/".join(SAME_UNITS.get(part, part) for part in unit.split("/"))
 
 
-def _with(data: Any, path: Path, value: object) -> Any:
+def _with_value(data: Any, path: Path, value: object) -> Any:
     """A copy of plain data with another value at a place; what does not hold the place is shared."""
     step, *rest = path
     copy = data.copy()
-    copy[step] = _with(data[step], tuple(rest), value) if rest else value
+    copy[step] = _with_value(data[step], tuple(rest), value) if rest else value
     return copy

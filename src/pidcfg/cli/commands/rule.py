@@ -21,27 +21,27 @@ EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24
 @options.output_format("text", "json")
 def command(code: str | None, fmt: str) -> None:
     """Explain the rule CODE, or list those whose code begins so, or all."""
-    from pidcfg.validate import listed, text_by_code
+    from pidcfg.validate import list_texts, text_by_code
 
     begin = (code or "").upper()
     if (rule := text_by_code(begin)) is not None:
         _one(rule, fmt)
-    elif found := listed(begin):
+    elif found := list_texts(begin):
         _list(list(found.values()), fmt)
     else:
-        from pidcfg.validate.catalog import suggestion
+        from pidcfg.validate.catalog import suggest_code
 
-        raise click.ClickException(f"no rule begins with {code}; {suggestion(code or '')}")
+        raise click.ClickException(f"no rule begins with {code}; {suggest_code(code or '')}")
 
 
 def _one(rule: RuleText, fmt: str) -> None:
     """A rule's page."""
-    from pidcfg.validate import as_data, page
+    from pidcfg.validate import as_data, rule_page
 
     if fmt == "json":
         echo_json(json_text({"version": 1, **as_data(rule)}))
     else:
-        markdown(page(rule))
+        markdown(rule_page(rule))
 
 
 def _list(rules: list[RuleText], fmt: str) -> None:

@@ -22,7 +22,7 @@ from pidcfg.cli.formats.findings import (
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.signs import to_printable
 from pidcfg.text.writer import json_text
-from pidcfg.validate import page
+from pidcfg.validate import rule_page
 from pidcfg.validate.catalog import rule_of, text_of, url_of
 
 if TYPE_CHECKING:
@@ -245,13 +245,13 @@ def findings_sarif(findings: Findings) -> str:
 
 
 def _rule(rule: Rule) -> Data:
-    why, fix = (part[:1].upper() + part[1:] for part in (rule.part("Why"), rule.part("Fix")))
+    why, fix = (part[:1].upper() + part[1:] for part in (rule.doc_part("Why"), rule.doc_part("Fix")))
     return {
         "id": rule.code,
         "name": rule.name,
         "shortDescription": {"text": rule.title},
         "fullDescription": {"text": f"{rule.title} {why}"},
-        "help": {"text": f"Why: {why}\n\nCure: {fix}\n\nBasis: {rule.basis}.", "markdown": page(text_of(rule))},
+        "help": {"text": f"Why: {why}\n\nCure: {fix}\n\nBasis: {rule.basis}.", "markdown": rule_page(text_of(rule))},
         "defaultConfiguration": {"level": LEVELS[rule.severity]},
     }
 

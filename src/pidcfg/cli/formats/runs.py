@@ -414,7 +414,7 @@ def _rule_cases(reported: Sequence[Diagnostic], fails: Severity) -> Iterator[Cas
     for code in dict.fromkeys(d.code for d in reported):
         of_rule = [d for d in reported if d.code == code]
         rule = rule_of(code)
-        yield _case(f"{code} {rule.name}", of_rule, lambda d: d.severity >= fails, unusable=rule.unusable)
+        yield _case(f"{code} {rule.name}", of_rule, lambda d: d.severity >= fails, unusable=rule.is_unusable)
 
 
 def runs_junit(outcomes: Sequence[Outcome], fails: Severity) -> str:

@@ -16,11 +16,11 @@ from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Data, Path, value_at
 from pidcfg.text.reader import Overlay, data_of, read_other
 from pidcfg.text.source import comments_in, read_document
-from pidcfg.validate import page, text_by_code
+from pidcfg.validate import rule_page, text_by_code
 from pidcfg.validate.baseline import DIRECTIVE, ignore_edit
 from pidcfg.validate.catalog import url_of
 from pidcfg.validate.engine import is_scenario
-from pidcfg.validate.fixes import MEANT, splice, suggested
+from pidcfg.validate.fixes import SUGGESTION, apply_edits, suggest_edits
 
 SOURCE = "pidcfg"
 LEVELS = {
@@ -114,7 +114,7 @@ def _of_comment(analysis: Analysis, line: int, column: int) -> types.Hover | Non
     if comment is None or match is None or not match["codes"]:
         return None
     codes = [code.strip().upper() for code in match["codes"].split(",")]
-    text = "\n---\n".join(page(rule) for code in codes if (rule := text_by_code(code)) is not None)
+    text = "\n---\n".join(rule_page(rule) for code in codes if (rule := text_by_code(code)) is not None)
     span = Span(line, comment.column, line, comment.column + match.end())
     return types.Hover(_markdown(text), analysis.buffer.range(span)) if text else None
 
@@ -232,7 +232,7 @@ def actions(analysis: Analysis, files: Files, wanted: types.Range, *, lazy: bool
             if sum(bool(one.edits) for one in analysis.findings if one.code == d.code) > 1:
                 found.append(_action(f"Correct every {d.code} of this file", {"code": d.code}, d, analysis))
         else:
-            words = [edit.text for edit in suggested(d, doc)]
+            words = [edit.text for edit in suggest_edits(d, doc)]
             told = {"code": d.code, "at": _at(d)}
             found += [_action(f"Write {word}", {**told, "write": word}, d, analysis) for word in words]
     if any(d.edits for d in analysis.findings):
@@ -250,7 +250,7 @@ def _title(d: Diagnostic) -> str:
     """What a correction does, as an order: ``Write setpoint``."""
     if d.help is None:
         return f"Correct: {d.message}"
-    meant = MEANT.fullmatch(d.help)
+    meant = SUGGESTION.fullmatch(d.help)
     return f"Write {meant[1]}" if meant is not None and meant[1] else d.help[0].upper() + d.help[1:]
 
 
@@ -282,7 +282,7 @@ def with_edit(action: types.CodeAction, analysis: Analysis, files: Files) -> typ
     wanted = [d for d in analysis.findings if rest["code"] in {None, d.code} and rest["at"] in (None, _at(d))]
     if "ignore" in data:
         edit = ignore_edit(doc, wanted[0], "") if wanted else None
-        after = before if edit is None else before.removesuffix(doc.text) + splice(doc.text, [edit])
+        after = before if edit is None else before.removesuffix(doc.text) + apply_edits(doc.text, [edit])
     elif "write" in data:
         after = _written(doc, before, wanted, files, data["write"])
     else:
@@ -298,10 +298,10 @@ def with_edit(action: types.CodeAction, analysis: Analysis, files: Files) -> typ
 
 def _written(doc: Document, before: str, wanted: list[Diagnostic], files: Files, word: object) -> str:
     """A text with a word that its finding asks for, if the finding then has gone."""
-    edit = next((one for d in wanted for one in suggested(d, doc) if one.text == word), None)
+    edit = next((one for d in wanted for one in suggest_edits(d, doc) if one.text == word), None)
     if edit is None:
         return before
-    after = before.removesuffix(doc.text) + splice(doc.text, [edit])
+    after = before.removesuffix(doc.text) + apply_edits(doc.text, [edit])
     left = check_any(read_document(data_of(after), doc.file), files.reader)
     return before if any((d.code, _at(d)) == (wanted[0].code, _at(wanted[0])) for d in left) else after
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.text.frozen import frozen
 from pidcfg.validate import RuleText, as_data, text_by_code
-from pidcfg.validate import page as rule_text
+from pidcfg.validate import rule_page as rule_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

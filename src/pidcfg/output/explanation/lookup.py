@@ -30,7 +30,7 @@ from pidcfg.output.explanation.wording import (
 )
 from pidcfg.text.references import Decision
 from pidcfg.validate import texts
-from pidcfg.validate.catalog import CODE, suggestion
+from pidcfg.validate.catalog import CODE, suggest_code
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -413,7 +413,7 @@ def _rule_pages(question: Question) -> list[Page]:
         return []
     rule = texts().get(code)
     if rule is None:
-        raise QuestionError(f"no rule {code}; {suggestion(code)}")
+        raise QuestionError(f"no rule {code}; {suggest_code(code)}")
     return [rule_page(rule)]
 
 

@@ -201,7 +201,7 @@ def setting(leaf: Leaf, loop: object, vendor: Vendor, written: Any, place: str) 
     address = spelled and not _is_number(written.strip("-"))
     value = str(written) if address else cell_value(leaf)
     unit = "" if address else unit_of(leaf, loop, vendor, sides(loop))
-    return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.given, place)
+    return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.is_given, place)
 
 
 def _is_number(text: str) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from pidcfg.conversion import LOSSES, Change, ConvertError, number_of, overlap
+from pidcfg.conversion import LOSSES, Change, ConvertError, do_overlap, number_of
 from pidcfg.conversion import operation as rules_of_operation
 from pidcfg.conversion.builder import flatten
 from pidcfg.conversion.operation import PREFIX, Answer, Operation, WithoutIntegral, first_output, source_of, target_of
@@ -109,7 +109,7 @@ def reported_loops(
         if loop is None or other is None:
             continue
         changes = report[i].changes
-        places = {entry.path: entry.to for entry in fields[j].fields}
+        places = {entry.path: entry.neutral for entry in fields[j].fields}
         told = dict(_told(loop, other, changes, places))
         begun = {} if loop.mode != "manual" else {MANUAL_OUTPUT: first_output(operations[i], loop)}
         twin.loops[i] = with_fields(loop, begun | {path: value for path, (value, _) in told.items()})
@@ -161,7 +161,7 @@ def _acts_as(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
 
 def _is_about(row: Change, path: str, places: Mapping[str, Sequence[str]]) -> bool:
     names = (*row.neutral, *places.get(row.target_field, ()))
-    return not row.field.startswith(PREFIX) and any(overlap(path, name) for name in names)
+    return not row.field.startswith(PREFIX) and any(do_overlap(path, name) for name in names)
 
 
 def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: Decimal = NONE) -> bool:
@@ -369,7 +369,7 @@ def key_of(difference: SignalDifference, loop: Loop, side: Side, j: int, told: I
 
 def _key_in_file(field: str, entries: Sequence[SourceField]) -> str:
     """The key of a file that says a neutral field; empty where none does."""
-    return next((entry.path for entry in entries if any(overlap(field, to) for to in entry.to)), "")
+    return next((entry.path for entry in entries if any(do_overlap(field, to) for to in entry.neutral)), "")
 
 
 def _key_not_given(field: str, loop: Loop, vendor: Vendor) -> str:
@@ -379,7 +379,7 @@ def _key_not_given(field: str, loop: Loop, vendor: Vendor) -> str:
         file = target_of(vendor).from_neutral(GenericFile(pidcfg=1, vendor="generic", loops=[alone]), {})
     except ConvertError:
         return ""
-    return next((entry.path for entry in file.fields[0] if entry.neutral and overlap(field, entry.neutral)), "")
+    return next((entry.path for entry in file.fields[0] if entry.neutral and do_overlap(field, entry.neutral)), "")
 
 
 def field_of(difference: SignalDifference, loop: Loop, other: Loop, told: Iterable[str] = ()) -> str:
@@ -402,7 +402,7 @@ def _fields(difference: SignalDifference, loop: Loop, other: Loop, told: Sequenc
     fields = [
         field
         for field in differing(one, two)
-        if field not in elsewhere and is_material(field, one, two) and not any(overlap(field, name) for name in told)
+        if field not in elsewhere and is_material(field, one, two) and not any(do_overlap(field, name) for name in told)
     ]
     kinds = (*_first_kinds(difference, fields, loop, other), *_kinds(difference, loop))
     yield from (field for kind in kinds for field in fields if field.startswith(kind))

@@ -10,7 +10,7 @@ from math import expm1
 from pathlib import Path
 from typing import Any
 
-from pidcfg.conversion import Change, overlap
+from pidcfg.conversion import Change, do_overlap
 from pidcfg.conversion.builder import flatten, has_alarms
 from pidcfg.conversion.comparison import NeutralSide
 from pidcfg.conversion.operation import PREFIX, Operation, differing_rules, source_of
@@ -593,7 +593,7 @@ def _named(original: Reference, battery: Battery, lines: Sequence[ReportLine]) -
     for difference in shown.differences():
         line = next((line for line in lines if difference.stage in _stages_of_rule(line)), None)
         field = field_of(difference, original.loop, battery.side.loop(battery.j))
-        line = line or next((line for line in lines if field and overlap(field, line.neutral)), None)
+        line = line or next((line for line in lines if field and do_overlap(field, line.neutral)), None)
         if line is None and len(lines) == 1:
             (line,) = lines
         if lines:

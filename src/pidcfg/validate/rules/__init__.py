@@ -23,7 +23,7 @@ from pidcfg.text.diagnostics import number_of
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, value_at
 from pidcfg.text.references import Decision
-from pidcfg.validate.rule import D930, Finding, Findings, Rule, always, checklist, error, finding, warning
+from pidcfg.validate.rule import D930, Finding, Findings, Rule, checklist, error, make_finding, never_ignorable, warning
 from pidcfg.validate.shared_checks import Context, action_of, list_names, number_text, purpose_of
 from pidcfg.vendors import VENDORS
 
@@ -118,7 +118,7 @@ def beyond_limits(model: BaseModel, path: Path) -> Iterator[tuple[Path, Decimal,
             yield from beyond_limits(value, (*path, name))
 
 
-def _outside(context: AnyContext) -> Iterator[tuple[Path, Decimal, Limits]]:
+def _numbers_outside_limits(context: AnyContext) -> Iterator[tuple[Path, Decimal, Limits]]:
     """Every number outside the limits of its field, as the register holds it."""
     outside = list(beyond_limits(context.config, ()))
     stored = dict(context.encoding.rounded) if outside else {}
@@ -128,7 +128,7 @@ def _outside(context: AnyContext) -> Iterator[tuple[Path, Decimal, Limits]]:
             yield path, value, limits
 
 
-def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -> str:
+def _range_text(low: Decimal | str | None, high: Decimal | str | None, unit: str) -> str:
     shown = [number_text(Decimal(end)) if end is not None else None for end in (low, high)]
     suffix = f" {unit}" if unit else ""
     if shown[0] is None or shown[1] is None:
@@ -146,12 +146,12 @@ def value_out_of_range(context: AnyContext) -> Findings:
 
     Fix: choose a value inside the limits.
     """
-    for path, value, limits in _outside(context):
+    for path, value, limits in _numbers_outside_limits(context):
         if path in context.explained:
             continue
         unit = f" {limits.unit}" if limits.unit else ""
-        allowed = _between(limits.low, limits.high, limits.unit)
-        values = {"key": path[-1], "value": _text(value), "unit": unit, "allowed": allowed}
+        allowed = _range_text(limits.low, limits.high, limits.unit)
+        values = {"key": path[-1], "value": _short_text(value), "unit": unit, "allowed": allowed}
         yield Finding(path, values, basis=limits.basis, plc_effect=limits.effect)
 
 
@@ -181,8 +181,8 @@ def value_exceeds_word(context: AnyContext) -> Findings:
     """
     for path, misfit in _misfits(context, "range"):
         low, high = misfit.error.low, misfit.error.high
-        unit, value = unit_of(context, path, misfit), _text(misfit.value)
-        allowed = str(misfit.error) if high is None else _between(low, high, unit.strip())
+        unit, value = unit_of(context, path, misfit), _short_text(misfit.value)
+        allowed = str(misfit.error) if high is None else _range_text(low, high, unit.strip())
         if value in allowed.split():  # alike in six digits
             value, *ends = (f"{Decimal(str(number)):.9g}" for number in (misfit.value, low, high))
             allowed = f"{' to '.join(ends)}{unit}"
@@ -243,7 +243,9 @@ def rounds_onto_off_code(context: AnyContext) -> Findings:
     """
     for path, misfit in _misfits(context, "off"):
         unit = unit_of(context, path, misfit)
-        yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit, effect=str(misfit.error))
+        yield make_finding(
+            *path, field=misfit.word.name, value=_short_text(misfit.value), unit=unit, effect=str(misfit.error)
+        )
 
 
 WHOLE_CURES = {
@@ -264,7 +266,7 @@ def fractional_counts(context: AnyContext) -> Findings:
     for path, misfit in _misfits(context, "form"):
         kind = getattr(misfit.word, "type", None)
         fix = WHOLE_CURES.get(getattr(kind, "name", ""))
-        yield Finding(path, {"field": misfit.word.name, "value": _text(misfit.value)}, fix=fix)
+        yield Finding(path, {"field": misfit.word.name, "value": _short_text(misfit.value)}, fix=fix)
 
 
 @warning("PID105", D07, "{field} {value}{unit} is stored as {stored}{unit}, {percent} % off")
@@ -276,7 +278,7 @@ def rounded_value(context: AnyContext) -> Findings:
     Fix: write the stored value if it will do; otherwise change the unit or the sample rate so that more digits count.
     """
     all_outside = {path for path, _, _ in beyond_limits(context.config, ())} if context.encoding.rounded else set()
-    outside = {path for path, _, _ in _outside(context)} if all_outside else set()
+    outside = {path for path, _, _ in _numbers_outside_limits(context)} if all_outside else set()
     into_limits = all_outside - outside
     for path, rounded in context.encoding.rounded:
         tolerance = getattr(rounded.word.codec, "tolerance", ROUNDING_WARNING)
@@ -285,10 +287,10 @@ def rounded_value(context: AnyContext) -> Findings:
             percent = abs(rounded.stored / rounded.value - 1) * 100
             shown = f"{percent:.1f}" if percent >= SHOWN_PERCENT else f"less than {SHOWN_PERCENT}"
             unit = unit_of(context, path, rounded)
-            yield finding(
+            yield make_finding(
                 *path,
                 field=rounded.word.name,
-                value=_text(rounded.value),
+                value=_short_text(rounded.value),
                 unit=unit,
                 stored=decimal_text(rounded.stored),
                 percent=shown,
@@ -334,7 +336,7 @@ def bare_number_under_a_unit(context: AnyContext) -> Findings:
                     yield Finding(("loops", i, *path), values)
 
 
-@always
+@never_ignorable
 @error("PID106", D08, "the name {name} is used by {count} loops")
 def duplicate_loop_name(context: AnyContext) -> Findings:
     """Two loops have the same name.
@@ -347,7 +349,7 @@ def duplicate_loop_name(context: AnyContext) -> Findings:
     counts = Counter(loop.name for loop in context.config.loops)
     for i, loop in enumerate(context.config.loops):
         if counts[loop.name] > 1:
-            yield finding("loops", i, "name", name=loop.name, count=counts[loop.name])
+            yield make_finding("loops", i, "name", name=loop.name, count=counts[loop.name])
 
 
 @error("PID107", D09, "the list of loops is empty: there is nothing to calculate")
@@ -359,7 +361,7 @@ def no_loops(context: AnyContext) -> Findings:
     Fix: add a loop under loops, beginning with '- name:', or leave the file out.
     """
     if not context.config.loops:
-        yield finding("loops", key=True)
+        yield make_finding("loops", key=True)
 
 
 @warning("PID108", D08, "the name {name} differs from {other} in capitals only")
@@ -377,7 +379,7 @@ def same_name_but_for_capitals(context: AnyContext) -> Findings:
         for i, name in loops:
             others = tuple(dict.fromkeys(other for _, other in loops if other != name))
             if others and ("loops", i, "name") not in context.explained:
-                yield finding("loops", i, "name", name=name, other=list_names(others)).shared_with(*others)
+                yield make_finding("loops", i, "name", name=name, other=list_names(others)).with_other_loops(*others)
 
 
 @warning(
@@ -403,16 +405,16 @@ def action_against_words(context: AnyContext) -> Findings:
         if purpose is None or action is None or action.raises_pv is purpose.heats or path in context.explained:
             continue
         way = "rises" if action.raises_pv else "falls"
-        yield finding(
+        yield make_finding(
             "loops",
             i,
             action.key,
-            here=action.here,
+            here=action.own_text,
             way=way,
             place=purpose.place,
             word=purpose.word,
             purpose=purpose.text,
-            other=action.other,
+            other=action.opposite_text,
         )
 
 
@@ -443,10 +445,10 @@ def pulses_of_one_period(context: AnyContext) -> Findings:
     counts = Counter(periods)
     for i, period in enumerate(periods):
         if period is not None and counts[period] > 1:
-            yield finding(items, i, *path, count=counts[period], period=_text(period), unit=unit)
+            yield make_finding(items, i, *path, count=counts[period], period=_short_text(period), unit=unit)
 
 
-def _text(value: object) -> str:
+def _short_text(value: object) -> str:
     """A value as a message quotes it: one of very many digits to six of them."""
     text = decimal_text(value) if isinstance(value, Decimal) else str(value)
     number = getattr(value, "value", value)
@@ -487,7 +489,7 @@ SWITCH = Decimal("0.0125")
 # --- Where each vendor has its scales, and what an error makes of the output ------------------------------------------
 
 
-def _pair(loop: object, *keys: str) -> Ends | None:
+def _number_pair(loop: object, *keys: str) -> Ends | None:
     """Two numbers under one key or two; None where they are not given, are counts, or an expression."""
     held = [value_at(loop, key.split(".")) for key in keys]
     ends = [
@@ -511,14 +513,14 @@ class Scales:
 
     def output(self, loop: Any) -> Ends | None:
         """What 0 % and 100 % of the output are; None: the file does not say."""
-        return self.whole or _pair(loop, "output.range")
+        return self.whole or _number_pair(loop, "output.range")
 
     def share(self, loop: object) -> Decimal | None:
         """Output ranges that an error of the whole PV range makes; None: the file does not say, or not by a gain."""
         gain, pv, output = (
             value_at(loop, self.gain.split(".")),
-            _pair(loop, *self.pv),
-            self.output(loop) or _pair(loop, *self.limits),
+            _number_pair(loop, *self.pv),
+            self.output(loop) or _number_pair(loop, *self.limits),
         )
         if (
             not isinstance(gain, Decimal)
@@ -595,7 +597,7 @@ def gain_like_a_switch(context: AnyContext) -> Findings:
         keys = scales.gain.split(".")
         if ("loops", i, *keys) not in refused and ("loops", i) not in misfits:
             gain = number_text(value_at(loop, keys))
-            yield finding("loops", i, *keys, field=keys[-1], gain=gain, error=_percent(100 / share))
+            yield make_finding("loops", i, *keys, field=keys[-1], gain=gain, error=_percent_text(100 / share))
 
 
 def _share(loop: Any, scales: Scales) -> Decimal | None:
@@ -604,7 +606,7 @@ def _share(loop: Any, scales: Scales) -> Decimal | None:
     return share if share is not None and share * SWITCH >= 1 else None
 
 
-def _percent(value: Decimal) -> str:
+def _percent_text(value: Decimal) -> str:
     """A small number of percent, without an exponent."""
     return "less than 0.01" if value < LEAST else f"{float(value):.3g}"
 
@@ -619,19 +621,19 @@ def output_limits_are_the_pv_range(context: AnyContext) -> Findings:
     Fix: write the limits in the unit of the output, such as 0 to 100 %.
     """
     for i, loop, scales in _loops(context):
-        limits, pv, output = _pair(loop, *scales.limits), _pair(loop, *scales.pv), scales.output(loop)
+        limits, pv, output = _number_pair(loop, *scales.limits), _number_pair(loop, *scales.pv), scales.output(loop)
         if limits is None or output is None or limits != pv or limits[0] >= limits[1]:
             continue
         if 2 * (limits[1] - limits[0]) < output[1] - output[0]:
             texts = [number_text(end) for end in (*limits, *output)]
             path = scales.limits[-1].split(".")
-            yield finding("loops", i, *path, low=texts[0], high=texts[1], scale=f"{texts[2]} to {texts[3]}")
+            yield make_finding("loops", i, *path, low=texts[0], high=texts[1], scale=f"{texts[2]} to {texts[3]}")
 
 
 # --- A vendor's rules: those of every vendor, and those of its modules, which its list names --------------------------
 
 
-def collect(*modules: ModuleType) -> dict[str, Rule]:
+def collect_rules(*modules: ModuleType) -> dict[str, Rule]:
     """The rules for every vendor and those of some modules by code, in order; two with one code are a bug."""
     tables = (globals(), *map(vars, modules))
     rules = [value for names in tables for value in names.values() if isinstance(value, Rule)]

@@ -16,7 +16,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import closest_name, same_word
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
-from pidcfg.validate.rules import collect
+from pidcfg.validate.rules import collect_rules
 from pidcfg.validate.shared_checks import (
     PV_POINTS,
     Context,
@@ -25,7 +25,7 @@ from pidcfg.validate.shared_checks import (
     find_circles,
     number_text,
     number_with_unit,
-    outside_limits,
+    outside_limits_findings,
     report_at_both,
 )
 
@@ -77,7 +77,9 @@ def output_limits_outside_range(view: LoopView) -> Findings:
     Fix: write limits inside `output.range`, or correct the range.
     """
     for i, end in enumerate(view.loop.output.limits or ()):
-        yield from outside_limits(view, "output", "limits", i, value=end, limits=view.loop.output.range, shown=view.out)
+        yield from outside_limits_findings(
+            view, "output", "limits", i, value=end, limits=view.loop.output.range, shown=view.out
+        )
 
 
 @per_loop
@@ -90,7 +92,9 @@ def set_point_limits_outside_range(view: LoopView) -> Findings:
     Fix: write limits inside `pv.range`, or correct the range.
     """
     for i, end in enumerate(view.loop.setpoint.limits or ()):
-        yield from outside_limits(view, "setpoint", "limits", i, value=end, limits=view.loop.pv.range, shown=view.pv)
+        yield from outside_limits_findings(
+            view, "setpoint", "limits", i, value=end, limits=view.loop.pv.range, shown=view.pv
+        )
 
 
 @per_loop
@@ -105,7 +109,7 @@ def set_point_out_of_reach(view: LoopView) -> Findings:
     """
     value, limits = view.loop.setpoint.value, view.loop.setpoint.limits
     ends, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
-    yield from outside_limits(view, "setpoint", "value", value=value, limits=ends, shown=view.pv, what=what)
+    yield from outside_limits_findings(view, "setpoint", "value", value=value, limits=ends, shown=view.pv, what=what)
 
 
 @per_loop
@@ -119,7 +123,7 @@ def bias_outside_limits(view: LoopView) -> Findings:
     Fix: write a bias between the limits; it is in units of the output.
     """
     bias = view.loop.output.bias or None
-    yield from outside_limits(view, "output", "bias", value=bias, limits=view.limits, shown=view.out)
+    yield from outside_limits_findings(view, "output", "bias", value=bias, limits=view.limits, shown=view.out)
 
 
 @per_loop
@@ -132,7 +136,7 @@ def manual_outside_limits(view: LoopView) -> Findings:
     Fix: write a value between the limits; it is in units of the output.
     """
     manual = view.loop.output.manual
-    yield from outside_limits(view, "output", "manual", value=manual, limits=view.limits, shown=view.out)
+    yield from outside_limits_findings(view, "output", "manual", value=manual, limits=view.limits, shown=view.out)
 
 
 @per_loop
@@ -146,7 +150,7 @@ def square_root_off_zero(view: LoopView) -> Findings:
     Fix: write a range from 0, or `square_root: false` if the transmitter takes the root.
     """
     if view.loop.pv.square_root and view.loop.pv.range[0] != 0:
-        yield view.at("pv", "range", low=view.pv(view.loop.pv.range[0]))
+        yield view.report("pv", "range", low=view.pv(view.loop.pv.range[0]))
 
 
 @per_loop
@@ -159,7 +163,7 @@ def output_cannot_move(view: LoopView) -> Findings:
     Fix: leave `max_rate` out where the change is not limited, or write a rate above 0.
     """
     if view.loop.output.max_rate == 0:
-        yield view.at("output", "max_rate")
+        yield view.report("output", "max_rate")
 
 
 # --- The three actions: whether they act, and how their times fit together --------------------------------------------
@@ -180,7 +184,7 @@ def no_sample_time(view: LoopView) -> Findings:
     Fix: write a time above 0, for example a tenth of the shortest time of the loop.
     """
     if view.loop.sample_time == 0:
-        yield view.at("sample_time")
+        yield view.report("sample_time")
 
 
 @warning("GN822", D299, "sample_time {sample} s is longer than a tenth of {name}, {time} s")
@@ -196,7 +200,7 @@ def sample_time_too_long(context: GenericContext) -> Findings:
         for name in ("integral_time", "derivative_time"):
             time, sample = getattr(view.loop.tuning, name), view.loop.sample_time
             if 0 < SHARE * time < sample:
-                yield view.at("sample_time", sample=number_text(sample), name=name, time=number_text(time))
+                yield view.report("sample_time", sample=number_text(sample), name=name, time=number_text(time))
                 break
 
 
@@ -211,7 +215,7 @@ def derivative_longer_than_integral(view: LoopView) -> Findings:
     """
     tuning = view.loop.tuning
     if 0 < tuning.integral_time < tuning.derivative_time:
-        yield view.at(
+        yield view.report(
             "tuning",
             "derivative_time",
             derivative=number_text(tuning.derivative_time),
@@ -229,7 +233,7 @@ def gain_of_zero(view: LoopView) -> Findings:
     Fix: write a gain above 0. Without a proportional action write `proportional: false` and keep the gain.
     """
     if view.loop.tuning.gain == 0:
-        yield view.at("tuning", "gain")
+        yield view.report("tuning", "gain")
 
 
 @per_loop
@@ -243,7 +247,7 @@ def no_action_at_all(view: LoopView) -> Findings:
     """
     tuning = view.loop.tuning
     if not (tuning.proportional or tuning.integral_time or tuning.derivative_time):
-        yield view.at("tuning", "proportional")
+        yield view.report("tuning", "proportional")
 
 
 @per_loop
@@ -257,7 +261,7 @@ def deadband_covers_range(view: LoopView) -> Findings:
     """
     low, high = view.loop.pv.range
     if view.loop.deadband >= high - low:
-        yield view.at("deadband", value=view.pv(view.loop.deadband), low=number_text(low), high=view.pv(high))
+        yield view.report("deadband", value=view.pv(view.loop.deadband), low=number_text(low), high=view.pv(high))
 
 
 @per_loop
@@ -272,7 +276,7 @@ def proportional_without_bias(view: LoopView) -> Findings:
     """
     tuning, bias = view.loop.tuning, view.loop.output.bias
     if not tuning.integral_time and tuning.gain and tuning.proportional and not bias:
-        yield view.at("tuning", "integral_time", bias=view.out(bias))
+        yield view.report("tuning", "integral_time", bias=view.out(bias))
 
 
 # --- Alarm points: their order, and whether they can come -------------------------------------------------------------
@@ -302,7 +306,7 @@ def alarm_points_out_of_order(view: LoopView) -> Findings:
     """
     for (lower, below), (upper, above) in pairwise(given_points(view.loop.alarms.pv, PV_POINTS)):
         if above <= below:
-            yield view.at(
+            yield view.report(
                 "alarms",
                 "pv",
                 upper,
@@ -326,7 +330,7 @@ def deviation_points_out_of_order(view: LoopView) -> Findings:
     for (_, below), (_, above) in pairwise(given_points(view.loop.alarms.deviation, DEVIATIONS)):
         if above <= below:
             severity = severity_of(above, below)
-            yield view.at(
+            yield view.report(
                 "alarms", "deviation", "high_high", severity=severity, above=view.pv(above), below=view.pv(below)
             )
 
@@ -342,7 +346,9 @@ def alarm_point_outside_range(view: LoopView) -> Findings:
     """
     for name, value in given_points(view.loop.alarms.pv, PV_POINTS):
         place = ("alarms", "pv", name)
-        yield from outside_limits(view, *place, value=value, limits=view.loop.pv.range, shown=view.pv, name=name)
+        yield from outside_limits_findings(
+            view, *place, value=value, limits=view.loop.pv.range, shown=view.pv, name=name
+        )
 
 
 # --- The time-proportioned output: its period and shortest times ------------------------------------------------------
@@ -365,7 +371,7 @@ def no_pulse_period(context: GenericContext) -> Findings:
     """
     for view, pulse in loops_with_pulse_output(context):
         if pulse.period == 0:
-            yield view.at("output", "pulse", "period")
+            yield view.report("output", "pulse", "period")
 
 
 @warning("GN842", D303, "the pulses' period {period} s is shorter than sample_time {sample} s")
@@ -379,7 +385,7 @@ def pulse_period_below_sample_time(context: GenericContext) -> Findings:
     """
     for view, pulse in loops_with_pulse_output(context):
         if 0 < pulse.period < view.loop.sample_time:
-            yield view.at(
+            yield view.report(
                 "output", "pulse", "period", period=number_text(pulse.period), sample=number_text(view.loop.sample_time)
             )
 
@@ -394,7 +400,7 @@ def pulse_without_room(context: GenericContext) -> Findings:
     """
     for view, pulse in loops_with_pulse_output(context):
         if pulse.period > 0 and pulse.min_on + pulse.min_off > pulse.period:
-            yield view.at(
+            yield view.report(
                 "output",
                 "pulse",
                 "period",
@@ -425,7 +431,9 @@ def unknown_cascade_source(context: GenericContext) -> Findings:
         if source is not None and source not in context.by_name:
             near = closest_name(source, context.by_name)
             cure = f"; did you mean {near}?" if near else ""
-            yield view.at("setpoint", "source", source=source, cure=cure).correct_to(same_word(source, context.by_name))
+            yield view.report("setpoint", "source", source=source, cure=cure).correct_to(
+                same_word(source, context.by_name)
+            )
 
 
 @per_loop
@@ -438,7 +446,7 @@ def cascade_to_itself(view: LoopView) -> Findings:
     Fix: write the name of the master.
     """
     if view.loop.setpoint.source == view.name:
-        yield view.at("setpoint", "source", name=view.name)
+        yield view.report("setpoint", "source", name=view.name)
 
 
 @error("GN833", D302, "the cascade goes in a ring: {names}")
@@ -457,7 +465,7 @@ def cascade_ring(context: GenericContext) -> Findings:
             for i in ring:
                 view = context.loops[i]
                 others = (name for name in names if name != view.name)
-                yield view.at("setpoint", "source", names=way).shared_with(*others)
+                yield view.report("setpoint", "source", names=way).with_other_loops(*others)
 
 
 @per_loop
@@ -470,7 +478,7 @@ def cascade_without_source(view: LoopView) -> Findings:
     Fix: write `setpoint: {source: …}` with the master's name, or `mode: auto`.
     """
     if view.loop.mode == "cascade" and view.loop.setpoint.source is None:
-        yield view.at("mode")
+        yield view.report("mode")
 
 
 @warning(
@@ -499,8 +507,8 @@ def cascade_scales_differ(context: GenericContext) -> Findings:
                 "own_low": pv[0],
                 "own_high": view.pv(pv[1]),
             }
-            at_slave, at_master = view.at("setpoint", "source"), master.at("output", "range")
+            at_slave, at_master = view.report("setpoint", "source"), master.report("output", "range")
             yield from report_at_both(view, at_slave, master, at_master, **values)
 
 
-RULES = collect(sys.modules[__name__])
+RULES = collect_rules(sys.modules[__name__])

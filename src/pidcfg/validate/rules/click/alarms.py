@@ -77,15 +77,15 @@ def pv_alarms_out_of_order(view: LoopView) -> Findings:
             effect = (
                 "every PV is in alarm" if leaves_no_normal_zone(below) else f"{_inner_alarm(below, above)} comes last"
             )
-            yield view.at(
+            yield view.report(
                 "alarms",
                 "pv",
                 above,
                 severity=Severity.ERROR if leaves_no_normal_zone(below) else None,
                 above=above,
                 below=below,
-                high=view.shown(f"pv_{above}"),
-                low=view.shown(f"pv_{below}"),
+                high=view.quote(f"pv_{above}"),
+                low=view.quote(f"pv_{below}"),
                 effect=effect,
             )
 
@@ -115,7 +115,7 @@ def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
     severity, effect = _effect_of_missing(view, missing)
     one = len(missing) == 1
     registers = list_names([view.register(f"pv_{point}") for point in missing])
-    return view.at(
+    return view.report(
         "alarms",
         "pv",
         missing[0],
@@ -159,7 +159,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Findings:
     for point in PV_POINTS if view.pv_alarms_on else ():
         value = view.register_value(f"pv_{point}")
         if value is not None and has_pv_point(view, point) and not low - view.span <= value <= high + view.span:
-            yield view.at(
+            yield view.report(
                 "alarms", "pv", point, point=point, value=view.eu(value), low=view.eu(low), high=view.eu(high)
             )
 
@@ -183,7 +183,7 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
     setpoint = limited_setpoint(view, setpoint)
     alarm = alarm_beyond(view, setpoint)
     if alarm is not None:
-        yield view.at("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.shown(f"pv_{alarm}"))
+        yield view.report("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.quote(f"pv_{alarm}"))
 
 
 def deviation_points(view: LoopView) -> dict[str, Decimal]:
@@ -207,7 +207,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """
     for key, value in deviation_points(view).items():
         if value <= 0:
-            yield view.at("alarms", "deviation", key, point=key, value=view.shown(f"deviation_{key}"))
+            yield view.report("alarms", "deviation", key, point=key, value=view.quote(f"deviation_{key}"))
 
 
 @per_loop
@@ -225,12 +225,12 @@ def deviation_alarms_out_of_order(view: LoopView) -> Findings:
     """
     points = deviation_points(view)
     if len(points) == len(DEVIATIONS) and points["high"] > points["high_high"] > 0:
-        yield view.at(
+        yield view.report(
             "alarms",
             "deviation",
             "high_high",
-            high=view.shown("deviation_high"),
-            high_high=view.shown("deviation_high_high"),
+            high=view.quote("deviation_high"),
+            high_high=view.quote("deviation_high_high"),
         )
 
 
@@ -250,7 +250,7 @@ def deviation_alarm_beyond_range(view: LoopView) -> Findings:
     """
     for key, value in deviation_points(view).items():
         if view.span is not None and value > view.span:
-            yield view.at("alarms", "deviation", key, point=key, value=view.eu(value), span=view.eu(view.span))
+            yield view.report("alarms", "deviation", key, point=key, value=view.eu(value), span=view.eu(view.span))
 
 
 # --- The hysteresis of alarms, the rate-of-change alarm, and alarms that are switched off -----------------------------
@@ -295,7 +295,7 @@ def alarms_without_hysteresis(view: LoopView) -> Findings:
     Fix: give `alarms.hysteresis`, a little more than the PV's noise.
     """
     if (view.pv_alarms_on or view.deviation_alarms_on) and view.register_value("hysteresis") == 0:
-        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))
+        yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"))
 
 
 @error(
@@ -318,7 +318,7 @@ def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Findings:
         for key in ("high", "high_high"):
             limit = view.register_value(f"deviation_{key}")
             if limit is not None and 0 < limit <= hysteresis:
-                yield view.at("alarms", "hysteresis", value=view.eu(hysteresis), point=key, limit=view.eu(limit))
+                yield view.report("alarms", "hysteresis", value=view.eu(hysteresis), point=key, limit=view.eu(limit))
                 break
 
 
@@ -353,7 +353,7 @@ def hysteresis_without_effect(view: LoopView) -> Findings:
     Fix: remove it, or switch on the alarms it was meant for.
     """
     if view.loop.alarms.hysteresis and not view.pv_alarms_on and not view.deviation_alarms_on:
-        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))
+        yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"))
 
 
 def rate_text(view: LoopView) -> str:
@@ -374,7 +374,7 @@ def rate_of_change_alarm_always_on(view: LoopView) -> Findings:
     limit = view.register_value("rate_of_change")
     if view.rate_alarm_on and limit is not None and limit <= 0:
         key = value_or_switch(view.loop.alarms, "rate_of_change")
-        yield view.at("alarms", key, value=rate_text(view))
+        yield view.report("alarms", key, value=rate_text(view))
 
 
 @per_loop
@@ -394,7 +394,7 @@ def rate_of_change_finer_than_pv(view: LoopView) -> Findings:
     """
     limit, step = view.register_value("rate_of_change"), resolution(view)
     if view.rate_alarm_on and limit is not None and 0 < limit < step:
-        yield view.at(
+        yield view.report(
             "alarms", "rate_of_change", value=rate_text(view), stored=number_text(limit), step=f"{float(step):.3g}"
         )
 
@@ -416,7 +416,7 @@ def rate_of_change_never_reached(view: LoopView) -> Findings:
     limit = view.register_value("rate_of_change")
     span = view.span
     if view.rate_alarm_on and limit is not None and span is not None and limit > span:
-        yield view.at("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit), span=view.eu(span))
+        yield view.report("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit), span=view.eu(span))
 
 
 @per_loop
@@ -436,9 +436,9 @@ def alarms_switched_off(view: LoopView) -> Findings:
     for key, title, register, on in groups:
         group = getattr(alarms, key)
         if not on and group is not None and any(v is not None for k, v in group if k != "enabled"):
-            yield view.at("alarms", key, "enabled", alarms=title, register=view.register(register))
+            yield view.report("alarms", key, "enabled", alarms=title, register=view.register(register))
     if alarms.rate_of_change is not None and not view.rate_alarm_on:
-        yield view.at(
+        yield view.report(
             "alarms",
             "rate_of_change_enabled",
             alarms="rate-of-change limits",

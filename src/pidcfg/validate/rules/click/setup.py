@@ -78,7 +78,7 @@ class LoopView(SwitchedView[Loop]):
         key, (prefix, _) = PREFIXES[block]
         return f"{prefix}{getattr(self.loop, key) + word.offset}"
 
-    def shown(self, name: str) -> str:
+    def quote(self, name: str) -> str:
         """A register's value as a message quotes it, marked where the file does not give it."""
         value = self.register_value(name)
         text = "out of its range" if value is None else self.eu(value)
@@ -233,7 +233,7 @@ def pwm_output_shared(context: ClickContext) -> Findings:
     """
     pulsed = ((view.loop.output.pwm.bit, view) for view in context.loops if view.loop.output.pwm is not None)
     for bit, view, others in find_shared_keys(pulsed):
-        yield view.at("output", "pwm", "bit", bit=bit, others=list_names(others)).shared_with(*others)
+        yield view.report("output", "pwm", "bit", bit=bit, others=list_names(others)).with_other_loops(*others)
 
 
 # --- Names of loops as the beginning of nicknames ---------------------------------------------------------------------
@@ -278,7 +278,7 @@ def nickname_too_long(view: LoopView) -> Findings:
     too_long = [suffix for suffix in suffixes_by_length() if len(name) + len(suffix) > LONGEST]
     if too_long:
         example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
-        yield view.at(
+        yield view.report(
             "name",
             length=len(name),
             count=len(too_long),
@@ -301,9 +301,9 @@ def name_not_usable_in_nicknames(view: LoopView) -> Findings:
     name = view.name
     wrong = sorted(c for c in set(name) if c in FORBIDDEN or not c.isascii())
     if wrong:
-        yield view.at("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
+        yield view.report("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
     elif name.startswith("_"):
-        yield view.at("name", name=name, reason="it begins with an underscore")
+        yield view.report("name", name=name, reason="it begins with an underscore")
 
 
 @warning("CK307", D131, "{mine} of this loop and {theirs} of loop {other} are one nickname")
@@ -324,7 +324,7 @@ def nicknames_collide(context: ClickContext) -> Findings:
         shared = (owners[(view.name + suffix).lower()] for suffix in SUFFIXES.values())
         pairs = {other: (group[view.name], group[other]) for group in shared for other in group if other != view.name}
         for other, (mine, theirs) in pairs.items():
-            yield view.at("name", mine=mine, theirs=theirs, other=other).shared_with(other)
+            yield view.report("name", mine=mine, theirs=theirs, other=other).with_other_loops(other)
 
 
 # --- What decides whether a loop runs at all, and which way: its action, and the PID errors that its values cause -----
@@ -357,7 +357,7 @@ def action_not_verified(view: LoopView) -> Findings:
     """
     action = view.loop.action
     if not view.loop.action_verified:
-        yield view.at(
+        yield view.report(
             "action",
             register=view.register("action"),
             bit=int(action == "reverse"),
@@ -384,7 +384,7 @@ def several_pid_errors(view: LoopView) -> Findings:
     if len(view.errors) > 1:
         first, *more = view.errors
         others = ", then ".join(str(error.number) for error in more)
-        yield view.at_key(
+        yield view.report_key(
             plc_effect=pid_error_text(first.number),
             register=view.register("error_code"),
             shown=f"error {first.number} ({first.title})",
@@ -403,7 +403,7 @@ def auto_with_pid_error(view: LoopView) -> Findings:
     """
     if view.loop.mode == "auto" and len(view.errors) == 1:
         error = view.errors[0]
-        yield view.at(
+        yield view.report(
             "mode",
             plc_effect=pid_error_text(error.number),
             number=error.number,
@@ -423,7 +423,7 @@ def auto_is_not_downloaded(view: LoopView) -> Findings:
     Fix: let the ladder program set the request once the plant is ready, or tell the operators.
     """
     if view.loop.mode == "auto" and not view.errors:
-        yield view.at("mode", register=view.register("auto_request"))
+        yield view.report("mode", register=view.register("auto_request"))
 
 
 # --- What the autotune needs, and registers that the controller itself writes -----------------------------------------
@@ -457,7 +457,7 @@ def autotune_drops_derivative(view: LoopView) -> Findings:
     """
     gain = view.loop.tuning.derivative_gain
     if view.loop.autotune.type == "PI" and gain > 0:
-        yield view.at("autotune", "type", gain=decimal_text(gain))
+        yield view.report("autotune", "type", gain=decimal_text(gain))
 
 
 @per_loop
@@ -473,7 +473,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
     limits = view.register_values("output_lower", "output_upper")
     planned = "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
     if planned and limits and 0 <= limits[0] < limits[1] and (limits[0] > FULL[0] or limits[1] < FULL[1]):
-        yield view.at("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
+        yield view.report("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
 
 
 @per_loop
@@ -492,7 +492,7 @@ def stored_output_outside_limits(view: LoopView) -> Findings:
         inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
         if getattr(view.loop.state, name) is not None and value is not None and not inside:
             effect = OUTSIDE[name]
-            yield view.at(
+            yield view.report(
                 "state",
                 name,
                 effect=effect,
@@ -515,4 +515,4 @@ def stored_pv_differs_from_raw(view: LoopView) -> Findings:
     """
     state = view.loop.state
     if state.pv is not None and state.raw_pv is not None and state.pv != state.raw_pv and not view.pv_filter_on:
-        yield view.at("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))
+        yield view.report("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))

@@ -12,7 +12,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.setup import NO_LIMIT, LoopView
-from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, outside_limits, value_or_switch
+from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, outside_limits_findings, value_or_switch
 
 # --- The process variable: its range and its filter -------------------------------------------------------------------
 
@@ -66,7 +66,7 @@ def pv_range_without_width(view: LoopView) -> Findings:
         fault = f"it is twice the same number in {registers}, which have single precision"
     else:
         return
-    yield view.at("pv", "range", low=decimal_text(low), high=decimal_text(high), fault=fault)
+    yield view.report("pv", "range", low=decimal_text(low), high=decimal_text(high), fault=fault)
 
 
 @per_loop
@@ -81,7 +81,7 @@ def filter_without_effect(view: LoopView) -> Findings:
     """
     pv = view.loop.pv
     if view.pv_filter_on and view.register_value("filter") == NO_LIMIT:
-        yield view.at(
+        yield view.report(
             "pv",
             value_or_switch(pv, "filter"),
             value="no constant, which is 100 %" if pv.filter is None else "100 %",
@@ -105,7 +105,7 @@ def filter_lags(view: LoopView) -> Findings:
     """
     tau, reset = time_constant(view), view.loop.tuning.reset_time
     if tau is not None and tau * SHARE > reset and view.has_no_error_at("reset_time", "sample_rate"):
-        yield view.at(
+        yield view.report(
             "pv",
             "filter",
             constant=view.loop.pv.filter,
@@ -126,7 +126,7 @@ def filter_switched_off(view: LoopView) -> Findings:
     """
     pv = view.loop.pv
     if pv.filter is not None and pv.filter != NO_LIMIT and not view.pv_filter_on:
-        yield view.at("pv", "filter_enabled", constant=Decimal(pv.filter), register=view.register("filter_enable"))
+        yield view.report("pv", "filter_enabled", constant=Decimal(pv.filter), register=view.register("filter_enable"))
 
 
 # --- The set point: its limits, the process range, and what the PLC makes of it ---------------------------------------
@@ -193,7 +193,7 @@ def setpoint_limits_crossed(view: LoopView) -> Findings:
     both = all(view.value(f"setpoint_{end}") is not None for end in ENDS)
     if both and ends and ends[0] > ends[1]:
         active = limits_crossed(view)
-        yield view.at(
+        yield view.report(
             "setpoint",
             "lower_limit",
             plc_effect=CROSSED_EFFECT if active else None,
@@ -221,7 +221,7 @@ def setpoint_limit_without_value(view: LoopView) -> Findings:
         consequence = f"set points {'below' if end == 'lower' else 'above'} 0 are replaced by 0"
         if broken:
             consequence = "the limits are crossed"
-        yield view.at(
+        yield view.report(
             "setpoint",
             f"{end}_limit_enabled",
             plc_effect=CROSSED_EFFECT if broken else None,
@@ -243,7 +243,7 @@ def setpoint_limits_equal(view: LoopView) -> Findings:
     """
     ends = limits_on(view)
     if len(ends) == len(ENDS) and ends["lower"] == ends["upper"] and not limits_without_value(view):
-        yield view.at("setpoint", "upper_limit", value=view.shown("setpoint_upper"))
+        yield view.report("setpoint", "upper_limit", value=view.quote("setpoint_upper"))
 
 
 @per_loop
@@ -264,10 +264,10 @@ def setpoint_outside_limits(view: LoopView) -> Findings:
     kept = limited_setpoint(view, value)
     if kept != value:
         end, side = ("lower", "below") if kept > value else ("upper", "above")
-        yield view.at(
+        yield view.report(
             "setpoint",
             "value",
-            value=view.shown("setpoint"),
+            value=view.quote("setpoint"),
             end=end,
             limit=view.eu(kept),
             side=side,
@@ -288,7 +288,7 @@ def setpoint_outside_range(view: LoopView) -> Findings:
     """
     value = setpoint_in_file(view)
     kept = None if value is None else limited_setpoint(view, value)
-    yield from outside_limits(
+    yield from outside_limits_findings(
         view, "setpoint", "value", value=kept, limits=view.process_range, shown=view.eu, units=NUMBER_FIELDS
     )
 
@@ -311,7 +311,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Findings:
     limits = view.process_range
     for end, value in limits_on(view).items():
         if view.value(f"setpoint_{end}") is not None:
-            yield from outside_limits(
+            yield from outside_limits_findings(
                 view,
                 "setpoint",
                 f"{end}_limit",
@@ -334,11 +334,11 @@ def setpoint_limit_switched_off(view: LoopView) -> Findings:
     """
     for end in ENDS:
         if view.value(f"setpoint_{end}") is not None and not view.setpoint_limit_on(end):
-            yield view.at(
+            yield view.report(
                 "setpoint",
                 f"{end}_limit_enabled",
                 end=end,
-                value=view.shown(f"setpoint_{end}"),
+                value=view.quote(f"setpoint_{end}"),
                 register=view.register(f"setpoint_{end}_enable"),
             )
 
@@ -357,7 +357,7 @@ def setpoint_replaced_by_pv(view: LoopView) -> Findings:
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take `bumpless: 2`.
     """
     if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None:
-        yield view.at("setpoint", "value", value=view.shown("setpoint"))
+        yield view.report("setpoint", "value", value=view.quote("setpoint"))
 
 
 @per_loop
@@ -373,7 +373,9 @@ def setpoint_left_at_zero(view: LoopView) -> Findings:
     loop = view.loop
     setpoint = view.register_value("setpoint")
     if loop.mode == "auto" and loop.bumpless == 2 and loop.setpoint.value is None and setpoint is not None:
-        yield view.at("setpoint", register=view.register("setpoint"), zero=view.eu(limited_setpoint(view, setpoint)))
+        yield view.report(
+            "setpoint", register=view.register("setpoint"), zero=view.eu(limited_setpoint(view, setpoint))
+        )
 
 
 # --- The control output: its limits, and pulses in place of an analog signal ------------------------------------------
@@ -414,7 +416,7 @@ def output_upper_limit_zero(view: LoopView) -> Findings:
     """
     high = view.register_value("output_upper")
     if high is not None and high <= 0:
-        yield view.at("output", "limits", 1, high=view.co(high), register=view.register("output"))
+        yield view.report("output", "limits", 1, high=view.co(high), register=view.register("output"))
 
 
 @per_loop
@@ -429,7 +431,7 @@ def output_limits_not_ascending(view: LoopView) -> Findings:
     """
     limits = view.register_values("output_lower", "output_upper")
     if limits and limits[0] >= limits[1] > 0:
-        yield view.at("output", "limits", 1, high=view.co(limits[1]), low=view.co(limits[0]))
+        yield view.report("output", "limits", 1, high=view.co(limits[1]), low=view.co(limits[0]))
 
 
 @per_loop
@@ -444,7 +446,7 @@ def output_lower_limit_negative(view: LoopView) -> Findings:
     """
     low = view.register_value("output_lower")
     if low is not None and low < 0:
-        yield view.at("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
+        yield view.report("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
 
 
 @per_loop
@@ -463,9 +465,9 @@ def output_limit_beyond_full(view: LoopView) -> Findings:
         return
     if view.loop.output.pwm is not None:
         effect = "the pulses are on all the time from 100 % on"
-        yield view.at("output", "limits", 1, severity=Severity.WARNING, high=view.co(high), effect=effect)
+        yield view.report("output", "limits", 1, severity=Severity.WARNING, high=view.co(high), effect=effect)
     elif output_is_percent(view):
-        yield view.at("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
+        yield view.report("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
 
 
 @per_loop
@@ -480,7 +482,7 @@ def output_limit_looks_like_fraction(view: LoopView) -> Findings:
     """
     limits = view.register_values("output_lower", "output_upper")
     if limits and limits[0] < limits[1] and 0 < limits[1] <= 1 and (output_is_percent(view) or view.loop.output.pwm):
-        yield view.at("output", "limits", 1, high=view.co(limits[1]))
+        yield view.report("output", "limits", 1, high=view.co(limits[1]))
 
 
 @per_loop
@@ -499,7 +501,7 @@ def pwm_period_beyond_reset(view: LoopView) -> Findings:
     """
     pwm, reset = view.loop.output.pwm, view.loop.tuning.reset_time
     if pwm is not None and reset < pwm.period and view.has_no_error_at("reset_time", "pwm_period"):
-        yield view.at("output", "pwm", "period", period=decimal_text(pwm.period), reset=decimal_text(reset))
+        yield view.report("output", "pwm", "period", period=decimal_text(pwm.period), reset=decimal_text(reset))
 
 
 @per_loop
@@ -519,7 +521,7 @@ def pwm_period_below_sample_rate(view: LoopView) -> Findings:
     """
     pwm, sample = view.loop.output.pwm, view.loop.sample_rate
     if pwm is not None and pwm.period < sample and view.has_no_error_at("sample_rate", "pwm_period"):
-        yield view.at(
+        yield view.report(
             "output",
             "pwm",
             "period",

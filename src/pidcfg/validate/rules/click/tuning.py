@@ -60,7 +60,7 @@ def integral_faster_than_proportional(view: LoopView) -> Findings:
     """
     reset, sample = view.loop.tuning.reset_time, view.loop.sample_rate
     if reset < sample and view.has_no_error_at("reset_time", "sample_rate"):
-        yield view.at(
+        yield view.report(
             "tuning",
             "reset_time",
             reset=decimal_text(reset),
@@ -84,7 +84,7 @@ def integral_as_good_as_off(view: LoopView) -> Findings:
     Fix: see that a loop without an integral (or a very slow process) is meant; otherwise shorten the reset time.
     """
     if view.loop.tuning.reset_time >= NO_INTEGRAL and view.has_no_error_at("reset_time"):
-        yield view.at("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
+        yield view.report("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
 
 
 @per_loop
@@ -109,7 +109,7 @@ def gain_acts_like_a_switch(view: LoopView) -> Findings:
         and error * BAND < view.span
         and view.has_no_error_at("proportional_gain")
     ):
-        yield view.at(
+        yield view.report(
             "tuning",
             "proportional_gain",
             gain=number_text(view.loop.tuning.proportional_gain),
@@ -132,7 +132,7 @@ def gain_moves_nothing(view: LoopView) -> Findings:
         return
     moves = gain * (width * width if view.error_squared_on else width)
     if moves < 1 and view.has_no_error_at("proportional_gain"):
-        yield view.at(
+        yield view.report(
             "tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width), moves=f"{float(moves):.2g} %"
         )
 
@@ -164,7 +164,7 @@ def windup_not_prevented(view: LoopView) -> Findings:
         and output_travel(view) is not None
     ):
         low, high = view.loop.output.limits
-        yield view.at(
+        yield view.report(
             "freeze_bias", low=view.co(low), high=view.co(high), reset=decimal_text(view.loop.tuning.reset_time)
         )
 
@@ -180,7 +180,7 @@ def freeze_without_integral(view: LoopView) -> Findings:
     Fix: leave `freeze_bias` out, or shorten the reset time if an integral is meant.
     """
     if view.loop.freeze_bias and view.loop.tuning.reset_time >= NO_INTEGRAL:
-        yield view.at("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))
+        yield view.report("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))
 
 
 # --- The derivative term and its gain limit ---------------------------------------------------------------------------
@@ -242,7 +242,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Findings:
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if view.derivative_limit_on and not limit and loop.tuning.derivative_gain > 0:
         key = value_or_switch(loop, "derivative_gain_limit")
-        yield view.at(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
+        yield view.report(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
 
 
 @per_loop
@@ -256,7 +256,7 @@ def derivative_limit_without_derivative(view: LoopView) -> Findings:
     """
     limit = derivative_limit_in_use(view)
     if limit and view.loop.tuning.derivative_gain == 0:
-        yield view.at("derivative_gain_limit", limit=decimal_text(limit))
+        yield view.report("derivative_gain_limit", limit=decimal_text(limit))
 
 
 @per_loop
@@ -283,7 +283,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
         times = tuning.derivative_gain / sample
         if times > TYPICAL[1]:
             moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
-            yield view.at(
+            yield view.report(
                 "tuning",
                 "derivative_gain",
                 gain=decimal_text(tuning.derivative_gain),
@@ -310,7 +310,7 @@ def derivative_limit_untypical(view: LoopView) -> Findings:
         effect = "little of the derivative is left" if limit < TYPICAL[0] else "much of the noise passes"
         if limit >= NO_LIMIT:
             effect = "100 filters nothing"
-        yield view.at("derivative_gain_limit", limit=decimal_text(limit), effect=effect)
+        yield view.report("derivative_gain_limit", limit=decimal_text(limit), effect=effect)
 
 
 @per_loop
@@ -325,7 +325,7 @@ def derivative_exceeds_reset(view: LoopView) -> Findings:
     """
     tuning = view.loop.tuning
     if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.has_no_error_at(*TIMES):
-        yield view.at(
+        yield view.report(
             "tuning",
             "derivative_gain",
             gain=decimal_text(tuning.derivative_gain),
@@ -359,7 +359,7 @@ def setpoint_step_kicks_output(view: LoopView) -> Findings:
     step = STEP * view.span
     kick = tuning.proportional_gain * tuning.derivative_gain / sample * step
     if kick >= FULL:
-        yield view.at("tuning", "derivative_gain", step=view.eu(step), kick=f"{float(kick):.4g}")
+        yield view.report("tuning", "derivative_gain", step=view.eu(step), kick=f"{float(kick):.4g}")
 
 
 # --- The error term: its square and its deadband ----------------------------------------------------------------------
@@ -409,7 +409,7 @@ def squared_error_in_squared_units(view: LoopView) -> Findings:
     """
     full = saturating_error(view)
     if view.error_squared_on and full is not None:
-        yield view.at(
+        yield view.report(
             "error",
             "curve",
             gain=view.loop.tuning.proportional_gain,
@@ -435,7 +435,7 @@ def deadband_of_squared_error(view: LoopView) -> Findings:
     """
     width, value = deadband_half_width(view), view.register_value("deadband")
     if view.error_squared_on and width is not None and value is not None and width != value:
-        yield view.at(
+        yield view.report(
             "error",
             "deadband",
             value=view.loop.error.deadband,
@@ -453,7 +453,7 @@ def deadband_of_zero(view: LoopView) -> Findings:
 
     Fix: give a deadband, or switch it off.
     """
-    return shared_checks.deadband_of_zero(view)
+    return shared_checks.zero_deadband_findings(view)
 
 
 @per_loop
@@ -473,7 +473,7 @@ def deadband_spans_range(view: LoopView) -> Findings:
     """
     width = deadband_half_width(view)
     if width is not None and view.span is not None and width >= view.span:
-        yield view.at("error", "deadband", width=four_digits_text(view, width), span=view.eu(view.span))
+        yield view.report("error", "deadband", width=four_digits_text(view, width), span=view.eu(view.span))
 
 
 @per_loop
@@ -496,7 +496,7 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
         setpoint = None if setpoint is None else limited_setpoint(view, setpoint)
         alarm = shared_checks.alarm_within(view, width, setpoint, ("deviation", "deviation_high"))
         if alarm is not None:
-            yield view.at(
+            yield view.report(
                 "error", "deadband", width=four_digits_text(view, width), alarm=alarm[0], limit=view.distance(alarm[1])
             )
 
@@ -511,6 +511,6 @@ def deadband_switched_off(view: LoopView) -> Findings:
     Fix: remove `deadband_enabled: false`, or the deadband.
     """
     if view.loop.error.deadband and not view.deadband_on:
-        yield view.at(
-            "error", "deadband_enabled", value=view.shown("deadband"), register=view.register("deadband_enable")
+        yield view.report(
+            "error", "deadband_enabled", value=view.quote("deadband"), register=view.register("deadband_enable")
         )

@@ -124,7 +124,7 @@ class LoopView(SwitchedView[Loop]):
             None if "soak" in misfits else Decimal(bcd_digits(soak)) / 10,
         )
 
-    def shown(self, name: str) -> str:
+    def quote(self, name: str) -> str:
         """A register's value as a message quotes it: ``2.5 m3/h (205 counts)``."""
         value = self.value(name)
         if value is None:
@@ -280,16 +280,16 @@ def manual_mode_effect(view: LoopView) -> str:
 def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:
     """Two alarm points in the wrong order, both with their addresses."""
     below, above = f"{group}_{low}", f"{group}_{high}"
-    shown = {name: f"{view.shown(name)} in {view.address_of(name)}" for name in (below, above)}
-    return view.at(
+    texts = {name: f"{view.quote(name)} in {view.address_of(name)}" for name in (below, above)}
+    return view.report(
         "alarms",
         group,
         high,
         plc_effect=manual_mode_effect(view),
         above=high,
         below=low,
-        high=shown[above],
-        low=shown[below],
+        high=texts[above],
+        low=texts[below],
     )
 
 
@@ -343,7 +343,7 @@ def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
     }[severity]
     verb = "is" if len(missing) == 1 else "are"
     words = list_names([view.address_of(f"pv_{key}") for key in missing])
-    return view.at(
+    return view.report(
         "alarms",
         "pv",
         missing[0],
@@ -387,7 +387,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """
     words = view.register_values("deviation_yellow", "deviation_red")
     if view.deviation_alarms_on and words and words[0] == 0 < words[1]:
-        yield view.at("alarms", "deviation", "yellow", value=view.shown("deviation_yellow"))
+        yield view.report("alarms", "deviation", "yellow", value=view.quote("deviation_yellow"))
 
 
 @per_loop
@@ -406,7 +406,7 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Findings:
     Fix: sample more slowly, use the 15-bit format, or raise the limit.
     """
     if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
-        yield view.at(
+        yield view.report(
             "alarms",
             value_or_switch(view.loop.alarms, "rate_of_change"),
             value=rate_text(view),
@@ -459,7 +459,7 @@ def rate_of_change_limit_never_reached(view: LoopView) -> Findings:
     """
     counts = view.counts("rate_of_change")
     if rate_alarm_on(view) and counts is not None and counts >= view.scales["pv"].format.span:
-        yield view.at("alarms", "rate_of_change", value=rate_text(view), counts=counts)
+        yield view.report("alarms", "rate_of_change", value=rate_text(view), counts=counts)
 
 
 @per_loop
@@ -482,7 +482,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Findings:
         exact = rate_in_counts(view)
         error = abs(counts - exact) / exact
         if error > COARSE:
-            yield view.at(
+            yield view.report(
                 "alarms",
                 "rate_of_change",
                 value=rate_text(view),
@@ -515,8 +515,8 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
     alarm = alarm_beyond(view, raw)
     if alarm is not None:
         squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
-        yield view.at(
-            "setpoint", "value", value=view.shown("setpoint") + squared, alarm=alarm, limit=view.shown(f"pv_{alarm}")
+        yield view.report(
+            "setpoint", "value", value=view.quote("setpoint") + squared, alarm=alarm, limit=view.quote(f"pv_{alarm}")
         )
 
 
@@ -565,7 +565,7 @@ def hysteresis_of_zero(view: LoopView) -> Findings:
     Fix: give at least one count; 0.1 % to 5 % of the range is the feature table's advice.
     """
     if view.loop.alarms.hysteresis is not None and hysteresis_in_use(view) == 0:
-        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), least=view.distance(1))
+        yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"), least=view.distance(1))
 
 
 @per_loop
@@ -588,7 +588,7 @@ def hysteresis_wide(view: LoopView) -> Findings:
         as_counts = f"more than 200 hex if these are counts ({MAX_COUNTS})"
         readings = f"{as_counts}, within them if they grow with the format ({largest})"
         passed = readings if counts <= widest else f"{passed}, {readings}"
-    yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), passed=passed)
+    yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"), passed=passed)
 
 
 @per_loop
@@ -604,7 +604,7 @@ def hysteresis_beyond_range(view: LoopView) -> Findings:
     counts = hysteresis_in_use(view)
     if counts is not None and counts > span_share(view, LARGEST_HYSTERESIS):
         limit = view.distance(span_share(view, LARGEST_HYSTERESIS))
-        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
+        yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"), limit=limit)
 
 
 @per_loop
@@ -620,11 +620,11 @@ def hysteresis_swallows_deviation_alarm(view: LoopView) -> Findings:
     yellow, counts = view.counts("deviation_yellow"), view.counts("hysteresis")
     if view.deviation_alarms_on and yellow and counts is not None and counts >= yellow:
         key = "hysteresis" if view.loop.alarms.hysteresis is not None else "deviation"
-        yield view.at(
+        yield view.report(
             "alarms",
             key,
-            value=view.shown("hysteresis"),
-            limit=view.shown("deviation_yellow"),
+            value=view.quote("hysteresis"),
+            limit=view.quote("deviation_yellow"),
             word=view.address_of("deviation_yellow"),
         )
 
@@ -656,7 +656,7 @@ def hysteresis_not_given(view: LoopView) -> Findings:
     Fix: give `alarms.hysteresis`, 0.1 % to 5 % of the range.
     """
     if view.loop.alarms.hysteresis is None and hysteresis_in_use(view) is not None:
-        yield view.at("alarms", "hysteresis", least=view.distance(1))
+        yield view.report("alarms", "hysteresis", least=view.distance(1))
 
 
 @per_loop
@@ -674,4 +674,4 @@ def hysteresis_without_effect(view: LoopView) -> Findings:
     Fix: remove it, or switch on the alarms it was meant for.
     """
     if view.loop.alarms.hysteresis is not None and not view.pv_alarms_on and not view.deviation_alarms_on:
-        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))
+        yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"))

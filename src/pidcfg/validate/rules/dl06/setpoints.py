@@ -57,7 +57,7 @@ def unknown_major_loop(context: Dl06Context) -> Findings:
         if name is not None and name not in names:
             near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
             cure = f"did you mean {near[0]}?" if near else None
-            yield view.at("cascade_from", fix=cure, name=name).correct_to(same_word(name, names))
+            yield view.report("cascade_from", fix=cure, name=name).correct_to(same_word(name, names))
 
 
 @error("DL257", POINTER, "the remote set point of {name} is its own output in {word}")
@@ -70,7 +70,7 @@ def loop_cascaded_to_itself(context: Dl06Context) -> Findings:
     """
     for view in context.loops:
         if context.majors[view.index] == view.index:
-            yield view.at(link_key(view), name=view.name, word=view.address_of("output"))
+            yield view.report(link_key(view), name=view.name, word=view.address_of("output"))
 
 
 def link_key(view: LoopView) -> str:
@@ -93,8 +93,8 @@ def cascade_cycle(context: Dl06Context) -> Findings:
             circle = " from ".join((*names, names[0]))
             for i in ring:
                 view = context.loops[i]
-                finding = view.at(link_key(view), circle=circle, plc_effect="the loops stay in Manual")
-                yield finding.shared_with(*(name for name in names if name != view.name))
+                finding = view.report(link_key(view), circle=circle, plc_effect="the loops stay in Manual")
+                yield finding.with_other_loops(*(name for name in names if name != view.name))
 
 
 @error("DL259", CASCADED, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
@@ -112,7 +112,7 @@ def cascade_format_mismatch(context: Dl06Context) -> Findings:
             key = ("pv", "format") if "format" in minor.loop.pv.model_fields_set else (link_key(minor),)
             word = major.address_of("output")
             values = {"minor": minor.name, "format": read, "major": major.name, "other": written, "word": word}
-            yield from report_at_both(minor, minor.at(*key), major, major.at("output", "format"), **values)
+            yield from report_at_both(minor, minor.report(*key), major, major.report("output", "format"), **values)
 
 
 @error("DL260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
@@ -132,14 +132,14 @@ def cascade_range_mismatch(context: Dl06Context) -> Findings:
         elif written is not None and read is not None and (written != read or not same_unit):
             key = "range" if written != read else "unit"
             values = _scales(major, minor)
-            yield from report_at_both(major, major.at("output", key), minor, minor.at("pv", key), **values)
+            yield from report_at_both(major, major.report("output", key), minor, minor.report("pv", key), **values)
 
 
 def _one_range(major: LoopView, minor: LoopView) -> Findings:
     """Only one side has a scale: it cannot be compared, and the other side's values are raw counts."""
     values = _scales(major, minor)
     at_major, at_minor = (
-        view.at(part, "range", severity=Severity.WARNING) for view, part in ((major, "output"), (minor, "pv"))
+        view.report(part, "range", severity=Severity.WARNING) for view, part in ((major, "output"), (minor, "pv"))
     )
     yield from report_at_both(major, at_major, minor, at_minor, **values)
 
@@ -174,9 +174,9 @@ def cascade_into_square_root(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         most, top = major.counts("output_high"), minor.scales["sp"].full_counts
         if minor.loop.pv.square_root and most is not None and most > round(top):
-            most_text = major.shown("output_high")
+            most_text = major.quote("output_high")
             values = {"minor": minor.name, "top": round(top), "major": major.name, "most": most_text}
-            at_minor, at_major = minor.at("pv", "square_root"), major.at("output", "limits")
+            at_minor, at_major = minor.report("pv", "square_root"), major.report("output", "limits")
             yield from report_at_both(minor, at_minor, major, at_major, **values)
 
 
@@ -191,8 +191,8 @@ def shared_major_loop(context: Dl06Context) -> Findings:
     """
     for index, minor, others in find_shared_keys((major.index, minor) for major, minor in context.cascades):
         major = context.loops[index].name
-        finding = minor.at(link_key(minor), major=major, others=list_names(others), name=minor.name)
-        yield finding.shared_with(*others)
+        finding = minor.report(link_key(minor), major=major, others=list_names(others), name=minor.name)
+        yield finding.with_other_loops(*others)
 
 
 @error("DL263", POINTER, "remote_setpoint is {address}, but cascade_from {major} points {word} at {output}")
@@ -208,7 +208,7 @@ def two_remote_setpoints(context: Dl06Context) -> Findings:
         if loop.cascade_from is not None and loop.remote_setpoint is not None and major is not None:
             output = loop_start(context.config.plc, major) + OUTPUT_OFFSET
             if output != loop.remote_setpoint:
-                yield view.at(
+                yield view.report(
                     "remote_setpoint",
                     address=v_name(loop.remote_setpoint),
                     major=loop.cascade_from,
@@ -231,7 +231,7 @@ def remote_setpoint_not_an_output(context: Dl06Context) -> Findings:
         address = view.loop.remote_setpoint
         if address is not None and view.loop.cascade_from is None and address not in outputs:
             first, last = context.table
-            yield view.at("remote_setpoint", address=v_name(address), table=f"{v_name(first)}-{v_name(last)}")
+            yield view.report("remote_setpoint", address=v_name(address), table=f"{v_name(first)}-{v_name(last)}")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -267,7 +267,7 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Findings:
         if minor.loop.mode != "cascade" and major.loop.mode != "manual":
             effect = f"bit 0 of {major.address_of('mode_and_alarm_status')} ({major.name} in Manual) stays on"
             values = {"mode": minor.loop.mode, "name": minor.name, "major": major.name, "goal": major.loop.mode}
-            at_minor, at_major = (view.at("mode", plc_effect=effect) for view in (minor, major))
+            at_minor, at_major = (view.report("mode", plc_effect=effect) for view in (minor, major))
             yield from report_at_both(minor, at_minor, major, at_major, **values)
 
 
@@ -286,7 +286,7 @@ def cascade_mode_without_major(view: LoopView) -> Findings:
     Fix: write `mode: auto` for the outermost loop, or name the major loop of an inner one in `cascade_from`.
     """
     if view.loop.mode == "cascade" and view.loop.cascade_from is None and view.loop.remote_setpoint is None:
-        yield view.at("mode", word=view.address_of("remote_setpoint"))
+        yield view.report("mode", word=view.address_of("remote_setpoint"))
 
 
 @warning(
@@ -305,7 +305,7 @@ def major_loop_left_in_manual(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         if major.loop.mode == "manual" and minor.loop.mode == "cascade":
             values = {"major": major.name, "minor": minor.name}
-            yield from report_at_both(major, major.at("mode"), minor, minor.at("mode"), **values)
+            yield from report_at_both(major, major.report("mode"), minor, minor.report("mode"), **values)
 
 
 @info(
@@ -324,7 +324,7 @@ def idle_cascade(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         if minor.loop.mode != "cascade" and major.loop.mode == "manual":
             values = {"mode": minor.loop.mode, "name": minor.name, "major": major.name}
-            yield from report_at_both(minor, minor.at("mode"), major, major.at("mode"), **values)
+            yield from report_at_both(minor, minor.report("mode"), major, major.report("mode"), **values)
 
 
 @warning("DL269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
@@ -365,7 +365,7 @@ def cascade_rates_close(context: Dl06Context) -> Findings:
 def _at_rates(major: LoopView, minor: LoopView, slow: Decimal, fast: Decimal, **values: object) -> Findings:
     """A finding at the sample rates of both loops."""
     values |= {"major": major.name, "minor": minor.name, "slow": decimal_text(slow), "fast": decimal_text(fast)}
-    yield from report_at_both(major, major.at("sample_rate"), minor, minor.at("sample_rate"), **values)
+    yield from report_at_both(major, major.report("sample_rate"), minor, minor.report("sample_rate"), **values)
 
 
 @warning(
@@ -398,7 +398,7 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Findings:
                 "least": minor.eu(setpoint[0], "sp"),
                 "most": minor.eu(setpoint[1], "sp"),
             }
-            at_major, at_minor = major.at("output", "limits"), minor.at("setpoint", "limits")
+            at_major, at_minor = major.report("output", "limits"), minor.report("setpoint", "limits")
             yield from report_at_both(major, at_major, minor, at_minor, **values)
 
 
@@ -420,7 +420,7 @@ def cascade_output_also_transferred(context: Dl06Context) -> Findings:
         if transfer is not None and transfer.slot is not None:
             where = {"slot": transfer.slot, "channel": transfer.channel}
             values = {"major": major.name, "minor": minor.name, **where}
-            at_major, at_minor = major.at_key("output", "transfer"), minor.at(link_key(minor))
+            at_major, at_minor = major.report_key("output", "transfer"), minor.report(link_key(minor))
             yield from report_at_both(major, at_major, minor, at_minor, **values)
 
 
@@ -469,14 +469,14 @@ def ramp_target_outside_setpoint_limits(view: LoopView) -> Findings:
     limits = view.register_values("setpoint_low", "setpoint_high") if view.pairs and view.setpoint_limit_on else []
     for pair in pairs_until_end(view) if limits else []:
         if pair.target is not None and not limits[0] <= pair.target <= limits[1]:
-            yield view.at(
+            yield view.report(
                 "ramp_soak",
                 "steps",
                 pair.index,
                 "ramp_to",
                 value=view.text(pair.step.ramp_to, "sp", pair.target),
-                low=view.shown("setpoint_low"),
-                high=view.shown("setpoint_high"),
+                low=view.quote("setpoint_low"),
+                high=view.quote("setpoint_high"),
             )
 
 
@@ -493,7 +493,7 @@ def first_ramp_without_length(view: LoopView) -> Findings:
     pairs, setpoint = pairs_until_end(view), view.loop.setpoint.value
     if pairs and setpoint is not None and pairs[0].target is not None and pairs[0].target == view.counts("setpoint"):
         value = view.text(pairs[0].step.ramp_to, "sp", pairs[0].target)
-        yield view.at("ramp_soak", "steps", 0, "ramp_to", value=value)
+        yield view.report("ramp_soak", "steps", 0, "ramp_to", value=value)
 
 
 @per_loop
@@ -511,7 +511,7 @@ def profile_ends_early(view: LoopView) -> Findings:
     used = [pair.index for pair in pairs if pair.slope != 0 or pair.target != 0 or pair.soak != 0]
     stop = len(pairs_until_end(view))
     if used and stop <= used[-1]:
-        yield view.at("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
+        yield view.report("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
 
 
 @per_loop
@@ -535,7 +535,7 @@ def slope_rounded(view: LoopView) -> Findings:
             continue
         change = exact / pair.slope - 1
         if abs(pair.slope - exact) > ROUNDING * exact:
-            yield view.at(
+            yield view.report(
                 "ramp_soak",
                 "steps",
                 pair.index,
@@ -594,7 +594,7 @@ def ramp_within_one_sample(view: LoopView) -> Findings:
             continue
         time = abs(at - start) / float(pair.slope)
         if 0 < time <= float(view.loop.sample_rate):
-            yield view.at(
+            yield view.report(
                 "ramp_soak",
                 "steps",
                 pair.index,
@@ -619,7 +619,7 @@ def soak_of_zero(view: LoopView) -> Findings:
     """
     for pair in pairs_until_end(view):
         if pair.soak == 0:
-            yield view.at("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
+            yield view.report("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
 
 
 @per_loop
@@ -640,6 +640,6 @@ def ramp_target_in_alarm(view: LoopView) -> Findings:
         alarm = None if pair.target is None else alarm_beyond(view, view.pv_counts_at(pair.target))
         if alarm is not None:
             value = view.text(pair.step.ramp_to, "sp", pair.target)
-            yield view.at(
-                "ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm, limit=view.shown(f"pv_{alarm}")
+            yield view.report(
+                "ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm, limit=view.quote(f"pv_{alarm}")
             )

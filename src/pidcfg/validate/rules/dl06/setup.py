@@ -23,7 +23,7 @@ from pidcfg.schemas.base import v_name
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
-from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
+from pidcfg.validate.rule import Finding, Findings, checklist, error, info, make_finding, per_loop, warning
 from pidcfg.validate.shared_checks import find_shared_keys, list_names, report_at_both
 
 if TYPE_CHECKING:
@@ -82,7 +82,9 @@ def loop_table_outside_lower_memory(context: Dl06Context) -> Findings:
     """
     if context.setup.flags & OUTSIDE_LOWER:
         start, upper = v_name(context.setup.start), v_name(CPU.upper[0])
-        yield finding(*TABLE, plc_effect="V7642 bit 0", start=start, allowed=address_range_text(CPU.lower), upper=upper)
+        yield make_finding(
+            *TABLE, plc_effect="V7642 bit 0", start=start, allowed=address_range_text(CPU.lower), upper=upper
+        )
 
 
 @error("DL202", POINTER, "the loop table starts at {start}, outside {allowed}")
@@ -96,7 +98,7 @@ def loop_table_outside_upper_memory(context: Dl06Context) -> Findings:
     """
     if context.setup.flags & OUTSIDE_UPPER:
         start = v_name(context.setup.start)
-        yield finding(*TABLE, plc_effect="V7642 bit 1", start=start, allowed=address_range_text(CPU.upper))
+        yield make_finding(*TABLE, plc_effect="V7642 bit 1", start=start, allowed=address_range_text(CPU.upper))
 
 
 @error("DL203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
@@ -110,7 +112,7 @@ def more_loops_than_the_cpu_has(context: Dl06Context) -> Findings:
     if context.setup.flags & TOO_MANY:
         written = context.config.plc.number_of_loops is not None
         place = COUNT if written else ("loops",)
-        yield finding(
+        yield make_finding(
             *place, key=not written, plc_effect="V7642 bit 2", count=context.count, cpu=CPU.title, limit=CPU.loops
         )
 
@@ -129,11 +131,11 @@ def loop_table_crosses_the_boundary(context: Dl06Context) -> Findings:
     if context.setup.flags & STRADDLES:
         count, begin = context.count, v_name(context.table[0])
         words = address_range_text(context.counted_table) if count <= CPU.loops else f"words from {begin}"
-        yield finding(*TABLE, plc_effect="V7642 bit 3", loops=loops_text(count), words=words, limit=limit)
+        yield make_finding(*TABLE, plc_effect="V7642 bit 3", loops=loops_text(count), words=words, limit=limit)
     elif CPU.lower[0] <= context.table[0] <= CPU.lower[1] and context.table[1] > CPU.lower_end:
         effect = "not shown in V7642, which counts the loops of V7641"
         loops = f"the {len(context.loops)} listed loops"
-        yield finding(*TABLE, plc_effect=effect, loops=loops, words=address_range_text(context.table), limit=limit)
+        yield make_finding(*TABLE, plc_effect=effect, loops=loops, words=address_range_text(context.table), limit=limit)
 
 
 @error("DL205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
@@ -148,7 +150,9 @@ def loop_table_beyond_memory(context: Dl06Context) -> Findings:
     start, last = max(context.counted_table, context.table)
     if CPU.upper[0] <= start <= CPU.upper[1] and last > CPU.upper_end:
         loops, words = loops_text(context.setup.count), address_range_text((start, last))
-        yield finding(*TABLE, plc_effect="not shown in V7642", loops=loops, words=words, limit=v_name(CPU.upper_end))
+        yield make_finding(
+            *TABLE, plc_effect="not shown in V7642", loops=loops, words=words, limit=v_name(CPU.upper_end)
+        )
 
 
 @warning("DL206", D11, "the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}")
@@ -163,7 +167,7 @@ def loop_table_in_non_volatile_memory(context: Dl06Context) -> Findings:
     start, last = context.counted_table
     low, high = CPU.non_volatile
     if not context.setup.flags and start <= high and last >= low:
-        yield finding(
+        yield make_finding(
             *TABLE,
             loops=loops_text(context.setup.count),
             words=address_range_text((start, last)),
@@ -184,7 +188,7 @@ def listed_loop_never_calculated(context: Dl06Context) -> Findings:
     listed = len(context.config.loops)
     if 0 < context.count < listed:
         names = ", ".join(loop.name for loop in context.config.loops[context.count :])
-        yield finding(*COUNT, count=context.count, listed=loops_text(listed), names=names)
+        yield make_finding(*COUNT, count=context.count, listed=loops_text(listed), names=names)
 
 
 @error(
@@ -204,7 +208,7 @@ def counted_loop_not_listed(context: Dl06Context) -> Findings:
     if listed < context.count <= CPU.loops:
         words = address_range_text((loop_start(context.config.plc, listed), context.counted_table[1]))
         verb = "is" if listed == 1 else "are"
-        yield finding(*COUNT, count=context.count, listed=f"{loops_text(listed)} {verb}", words=words)
+        yield make_finding(*COUNT, count=context.count, listed=f"{loops_text(listed)} {verb}", words=words)
 
 
 @warning("DL209", POINTER, "V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)")
@@ -217,7 +221,7 @@ def loop_task_off(context: Dl06Context) -> Findings:
     """
     listed = len(context.config.loops)
     if context.count == 0 and listed:
-        yield finding(*COUNT, listed=loops_text(listed))
+        yield make_finding(*COUNT, listed=loops_text(listed))
 
 
 @error(
@@ -238,7 +242,7 @@ def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Findings:
         return
     for view in context.loops:
         if Decimal(CPU.fast_rate) <= view.loop.sample_rate < limit:
-            yield view.at(
+            yield view.report(
                 "sample_rate", value=decimal_text(view.loop.sample_rate), loops=loops_text(context.count), limit=limit
             )
 
@@ -295,7 +299,7 @@ def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Findings:
     for view, first, last in ramp_soak_tables(context):
         flags = check_ramp_soak(first)
         if flags and flags != TABLE_IN_SYSTEM:
-            yield view.at(
+            yield view.report(
                 "ramp_soak",
                 "table",
                 plc_effect=error_bit(view, flags),
@@ -315,7 +319,7 @@ def ramp_soak_table_in_system_memory(context: Dl06Context) -> Findings:
     """
     for view, first, _ in ramp_soak_tables(context):
         if check_ramp_soak(first) == TABLE_IN_SYSTEM:
-            yield view.at(
+            yield view.report(
                 "ramp_soak",
                 "table",
                 plc_effect=error_bit(view, TABLE_IN_SYSTEM),
@@ -338,7 +342,7 @@ def ramp_soak_table_in_disputed_memory(context: Dl06Context) -> Findings:
     for view, first, last in ramp_soak_tables(context):
         if not check_ramp_soak(first) and not any(low <= first and last <= high for low, high in CERTAIN_AREAS):
             below = last < CPU.lower[0]
-            yield view.at(
+            yield view.report(
                 "ramp_soak",
                 "table",
                 words=address_range_text((first, last)),
@@ -357,7 +361,7 @@ def ramp_soak_table_in_loop_table(context: Dl06Context) -> Findings:
     start, end = context.table
     for view, first, last in ramp_soak_tables(context):
         if first <= end and last >= start:
-            yield view.at(
+            yield view.report(
                 "ramp_soak", "table", words=address_range_text((first, last)), table=address_range_text((start, end))
             )
 
@@ -374,7 +378,9 @@ def ramp_soak_tables_overlap(context: Dl06Context) -> Findings:
     for (view, first, last), (other, start, end) in permutations(ramp_soak_tables(context), 2):
         if first <= end and last >= start:
             words, theirs = address_range_text((first, last)), address_range_text((start, end))
-            yield view.at("ramp_soak", "table", words=words, other=other.name, theirs=theirs).shared_with(other.name)
+            yield view.report("ramp_soak", "table", words=words, other=other.name, theirs=theirs).with_other_loops(
+                other.name
+            )
 
 
 @per_loop
@@ -392,7 +398,7 @@ def ramp_soak_without_steps(view: LoopView) -> Findings:
         empty = profile.steps is not None
         what = "its profile is empty" if empty else f"the file does not write the table at {v_name(profile.table)}"
         place, severity = ("steps", None) if empty else ("table", Severity.INFO)
-        yield view.at("ramp_soak", place, severity=severity, what=what)
+        yield view.report("ramp_soak", place, severity=severity, what=what)
 
 
 @per_loop
@@ -407,7 +413,7 @@ def ramp_soak_switched_off(view: LoopView) -> Findings:
     """
     profile = view.loop.ramp_soak
     if profile is not None and profile.steps and not profile.enabled:
-        yield view.at(
+        yield view.report(
             "ramp_soak", "enabled", word=view.address_of("mode_setting_1"), flags=view.address_of("ramp_soak_flags")
         )
 
@@ -426,7 +432,7 @@ def ramp_soak_in_cascade(context: Dl06Context) -> Findings:
         if profile is not None and profile.enabled and view.loop.mode == "cascade":
             major = context.majors[view.index]
             source = view.address_of("remote_setpoint") if major is None else context.loops[major].loop.name
-            yield view.at_key("ramp_soak", source=source)
+            yield view.report_key("ramp_soak", source=source)
 
 
 @per_loop
@@ -441,7 +447,7 @@ def ramp_soak_control_preset(view: LoopView) -> Findings:
     """
     profile = view.loop.ramp_soak
     if profile is not None and profile.request != "none":
-        yield view.at("ramp_soak", "request", request=profile.request, word=view.address_of("ramp_soak_flags"))
+        yield view.report("ramp_soak", "request", request=profile.request, word=view.address_of("ramp_soak_flags"))
 
 
 # --- Auto transfer of PV and output, and loops that run while the CPU is in Program mode ------------------------------
@@ -503,7 +509,7 @@ def independent_loop_without_transfer(context: Dl06Context) -> Findings:
             missing.insert(0, "pv")
         if reasons:
             words = " and ".join(view.address_of(key) for key in missing)
-            yield view.at("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
+            yield view.report("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
 
 
 @per_loop
@@ -520,7 +526,7 @@ def transfer_source_outside_memory(view: LoopView) -> Findings:
     if transfer is None or transfer.address is None:
         return
     if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
-        yield view.at(
+        yield view.report(
             "pv",
             "transfer",
             "address",
@@ -541,7 +547,7 @@ def output_transferred_to_memory(view: LoopView) -> Findings:
     """
     transfer = view.loop.output.transfer
     if transfer is not None and transfer.address is not None:
-        yield view.at(
+        yield view.report(
             "output", "transfer", "address", address=v_name(transfer.address), word=view.address_of("output_transfer")
         )
 
@@ -556,8 +562,8 @@ def output_channel_written_twice(context: Dl06Context) -> Findings:
     """
     rows = ((channel_of(view.loop.output.transfer), view) for view in context.loops)
     for (slot, channel), view, others in find_shared_keys((place, view) for place, view in rows if place is not None):
-        finding = view.at_key("output", "transfer", slot=slot, channel=channel, others=list_names(others))
-        yield finding.shared_with(*others)
+        finding = view.report_key("output", "transfer", slot=slot, channel=channel, others=list_names(others))
+        yield finding.with_other_loops(*others)
 
 
 @info("DL520", D660, "{place} is also the PV of {others}, and both are {action}-acting")
@@ -572,8 +578,8 @@ def channel_read_twice(context: Dl06Context) -> Findings:
     rows = ((source_of(view.loop.pv.transfer), view) for view in context.loops)
     keyed = (((place, view.loop.action), view) for place, view in rows if place is not None)
     for (place, action), view, others in find_shared_keys(keyed):
-        finding = view.at_key("pv", "transfer", place=place, action=action, others=list_names(others))
-        yield finding.shared_with(*others)
+        finding = view.report_key("pv", "transfer", place=place, action=action, others=list_names(others))
+        yield finding.with_other_loops(*others)
 
 
 @info(
@@ -595,9 +601,9 @@ def channel_read_and_written(context: Dl06Context) -> Findings:
         if place is None or place != channel_of(writer.loop.output.transfer):
             continue
         values = {"slot": place[0], "channel": place[1], "reader": reader.name, "writer": writer.name}
-        at_writer, at_reader = writer.at_key("output", "transfer"), reader.at_key("pv", "transfer")
+        at_writer, at_reader = writer.report_key("output", "transfer"), reader.report_key("pv", "transfer")
         if reader is writer:
-            yield at_writer.quoting(**values)
+            yield at_writer.with_values(**values)
         else:
             yield from report_at_both(writer, at_writer, reader, at_reader, **values)
 
@@ -614,7 +620,7 @@ def pv_source_in_pid_table(context: Dl06Context) -> Findings:
     for view in context.loops:
         transfer = view.loop.pv.transfer
         if transfer is not None and transfer.address is not None and (what := _in_tables(context, transfer.address)):
-            yield view.at("pv", "transfer", "address", address=v_name(transfer.address), what=what)
+            yield view.report("pv", "transfer", "address", address=v_name(transfer.address), what=what)
 
 
 def _in_tables(context: Dl06Context, address: int) -> str:
@@ -658,6 +664,6 @@ def _slot(view: LoopView) -> Finding:
     key, (slot, channel) = _channels(view)[0]
     word = view.block.encoded.words[LOOP_TABLE.offset_of(f"{key}_transfer")]
     shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
-    return view.at_key(
+    return view.report_key(
         key, "transfer", word=view.address_of(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
     )

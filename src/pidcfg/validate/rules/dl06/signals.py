@@ -48,7 +48,7 @@ def filter_without_effect(view: LoopView) -> Findings:
     pv = view.loop.pv
     if view.pv_filter_on and "filter" not in view.misfits and not MIN_TENTHS <= view.digits("filter") <= MAX_TENTHS:
         key = value_or_switch(pv, "filter")
-        yield view.at("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
+        yield view.report("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
 
 
 @per_loop
@@ -67,7 +67,7 @@ def filter_leaves_an_offset(view: LoopView) -> Findings:
     offset = 10 // (2 * tenths)
     if offset * THOUSANDTH >= view.scales["pv"].format.span:
         text = view.text(view.scales["pv"].span_value(offset), "pv", offset)
-        yield view.at("pv", "filter", k=f"0.{tenths}", offset=text)
+        yield view.report("pv", "filter", k=f"0.{tenths}", offset=text)
 
 
 @per_loop
@@ -90,7 +90,7 @@ def filtered_alarm_at_end_of_scale(view: LoopView) -> Findings:
             ends.minimum,
             ends.maximum,
         }:
-            yield view.at("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"))
+            yield view.report("alarms", "pv", key, alarm=key, value=view.quote(f"pv_{key}"))
 
 
 @per_loop
@@ -111,7 +111,7 @@ def filter_without_auto_transfer(view: LoopView) -> Findings:
     """
     pv = view.loop.pv
     if view.pv_filter_on and pv.transfer is None:
-        yield view.at("pv", value_or_switch(pv, "filter"), word=view.address_of("pv"))
+        yield view.report("pv", value_or_switch(pv, "filter"), word=view.address_of("pv"))
 
 
 # --- PV square-root extract: what it does to the scales of set point and alarms ---------------------------------------
@@ -145,7 +145,7 @@ def square_root_rescales_setpoint(view: LoopView) -> Findings:
     """
     if view.loop.pv.square_root:
         top = round_to_integer(view.scales["sp"].full_counts)
-        yield view.at("pv", "square_root", word=view.address_of("setpoint"), top=top, step=f"{100 / top:.2g}")
+        yield view.report("pv", "square_root", word=view.address_of("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
 @per_loop
@@ -171,12 +171,12 @@ def square_root_alarm_scale(view: LoopView) -> Findings:
     texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
     for key in list(texts)[:1]:
         more = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
-        yield view.at(
+        yield view.report(
             "alarms",
             "pv",
             key,
             alarm=key,
-            value=view.shown(f"pv_{key}"),
+            value=view.quote(f"pv_{key}"),
             flow=texts[key][0],
             percent=texts[key][1],
             others="".join(f"; {text}" for text in more),
@@ -199,7 +199,7 @@ def square_root_without_setpoint_limits(view: LoopView) -> Findings:
     Fix: give `setpoint.limits`.
     """
     if view.loop.pv.square_root and not view.setpoint_limit_on:
-        yield view.at(
+        yield view.report(
             "pv", "square_root", word=view.address_of("setpoint"), top=round_to_integer(view.scales["sp"].full_counts)
         )
 
@@ -222,7 +222,7 @@ def square_root_of_signed_signal(view: LoopView) -> Findings:
     """
     if view.loop.pv.square_root and view.bipolar:
         most, top = round_to_integer(largest_root(view)), round_to_integer(view.scales["sp"].full_counts)
-        yield view.at("pv", "square_root", format=view.loop.pv.format, most=most, top=top)
+        yield view.report("pv", "square_root", format=view.loop.pv.format, most=most, top=top)
 
 
 @per_loop
@@ -240,11 +240,11 @@ def setpoint_above_every_root(view: LoopView) -> Findings:
     root = largest_root(view)
     counts = view.counts("setpoint") if view.loop.setpoint.value is not None else None
     if counts is not None and counts > root:
-        yield view.at("setpoint", "value", value=view.shown("setpoint"), most=f"{root:.4g}")
+        yield view.report("setpoint", "value", value=view.quote("setpoint"), most=f"{root:.4g}")
     for pair in view.pairs:
         if pair.target is not None and pair.target > root:
             value = view.text(pair.step.ramp_to, "sp", pair.target)
-            yield view.at("ramp_soak", "steps", pair.index, "ramp_to", value=value, most=f"{root:.4g}")
+            yield view.report("ramp_soak", "steps", pair.index, "ramp_to", value=value, most=f"{root:.4g}")
 
 
 def largest_root(view: LoopView) -> Decimal:
@@ -280,7 +280,7 @@ def setpoint_limits_not_ascending(view: LoopView) -> Findings:
     """
     limits = view.register_values("setpoint_low", "setpoint_high")
     if view.setpoint_limit_on and limits and limits[0] >= limits[1]:
-        yield view.at("setpoint", "limits", 1, high=view.shown("setpoint_high"), low=view.shown("setpoint_low"))
+        yield view.report("setpoint", "limits", 1, high=view.quote("setpoint_high"), low=view.quote("setpoint_low"))
 
 
 @per_loop
@@ -301,12 +301,12 @@ def setpoint_outside_limits(view: LoopView) -> Findings:
     if view.loop.setpoint.value is None or not view.setpoint_limit_on or not words or words[0] >= words[2]:
         return
     if not words[0] <= words[1] <= words[2]:
-        yield view.at(
+        yield view.report(
             "setpoint",
             "value",
-            value=view.shown("setpoint"),
-            low=view.shown("setpoint_low"),
-            high=view.shown("setpoint_high"),
+            value=view.quote("setpoint"),
+            low=view.quote("setpoint_low"),
+            high=view.quote("setpoint_high"),
         )
 
 
@@ -320,12 +320,12 @@ def setpoint_limits_switched_off(view: LoopView) -> Findings:
     Fix: remove `limits_enabled: false`, or the limits.
     """
     if view.loop.setpoint.limits is not None and not view.setpoint_limit_on:
-        yield view.at(
+        yield view.report(
             "setpoint",
             "limits_enabled",
             word=view.address_of("mode_setting_2"),
-            low=view.shown("setpoint_low"),
-            high=view.shown("setpoint_high"),
+            low=view.quote("setpoint_low"),
+            high=view.quote("setpoint_high"),
         )
 
 
@@ -344,7 +344,7 @@ def setpoint_replaced_on_transfer(view: LoopView) -> Findings:
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take Bumpless II.
     """
     if view.loop.mode == "auto" and view.loop.bumpless == "I" and view.loop.setpoint.value is not None:
-        yield view.at("setpoint", "value", value=view.shown("setpoint"))
+        yield view.report("setpoint", "value", value=view.quote("setpoint"))
 
 
 @per_loop
@@ -359,7 +359,7 @@ def setpoint_left_at_zero(view: LoopView) -> Findings:
     """
     loop = view.loop
     if loop.mode == "auto" and loop.bumpless == "II" and loop.setpoint.value is None:
-        yield view.at("setpoint", word=view.address_of("setpoint"), zero=view.eu(0, "sp"))
+        yield view.report("setpoint", word=view.address_of("setpoint"), zero=view.eu(0, "sp"))
 
 
 @per_loop
@@ -371,7 +371,7 @@ def deadband_of_zero(view: LoopView) -> Findings:
 
     Fix: give a deadband of at least one count, or switch it off.
     """
-    return shared_checks.deadband_of_zero(view)
+    return shared_checks.zero_deadband_findings(view)
 
 
 @per_loop
@@ -391,7 +391,7 @@ def deadband_covers_the_range(view: LoopView) -> Findings:
         span = view.text(
             scale.span_value(round_to_integer(scale.full_counts)), "sp", round_to_integer(scale.full_counts)
         )
-        yield view.at("error", "deadband", value=view.shown("deadband"), span=span)
+        yield view.report("error", "deadband", value=view.quote("deadband"), span=span)
 
 
 @per_loop
@@ -413,8 +413,8 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
         setpoint = None if view.loop.setpoint.value is None else view.counts("setpoint")
         alarm = shared_checks.alarm_within(view, width, setpoint, ("yellow deviation", "deviation_yellow"))
         if alarm is not None:
-            yield view.at(
-                "error", "deadband", value=view.shown("deadband"), alarm=alarm[0], limit=view.distance(alarm[1])
+            yield view.report(
+                "error", "deadband", value=view.quote("deadband"), alarm=alarm[0], limit=view.distance(alarm[1])
             )
 
 
@@ -442,7 +442,7 @@ def output_limits_crossed(view: LoopView) -> Findings:
     Fix: write the lower limit first. The direction of control is the loop's `action`, not the order of the limits.
     """
     if (limits := view.register_values("output_low", "output_high")) and limits[0] > limits[1]:
-        yield view.at("output", "limits", 1, high=view.shown("output_high"), low=view.shown("output_low"))
+        yield view.report("output", "limits", 1, high=view.quote("output_high"), low=view.quote("output_low"))
 
 
 @per_loop
@@ -457,7 +457,7 @@ def output_limits_equal(view: LoopView) -> Findings:
     """
     limits = view.register_values("output_low", "output_high")
     if limits and limits[0] == limits[1] and not is_pinned_to_zero(limits):
-        yield view.at("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
+        yield view.report("output", "limits", 1, low=view.quote("output_low"), high=view.quote("output_high"))
 
 
 def is_pinned_to_zero(limits: list[int]) -> bool:
@@ -477,7 +477,7 @@ def output_upper_limit_zero(view: LoopView) -> Findings:
     """
     limits = view.register_values("output_low", "output_high")
     if limits and limits[0] <= limits[1] and is_pinned_to_zero(limits):
-        yield view.at("output", "limits", 1, high=view.shown("output_high"), word=view.address_of("output"))
+        yield view.report("output", "limits", 1, high=view.quote("output_high"), word=view.address_of("output"))
 
 
 @per_loop
@@ -493,7 +493,7 @@ def bipolar_format_for_positive_range(view: LoopView) -> Findings:
     for key, part in (("pv", view.loop.pv), ("output", view.loop.output)):
         scale = view.scales[key]
         if part.range is not None and part.range[0] >= 0 and scale.format.minimum < 0:
-            yield view.at(
+            yield view.report(
                 key,
                 "range",
                 low=decimal_text(part.range[0]),
@@ -522,9 +522,9 @@ def set_points_crossed(context: Dl06Context) -> Findings:
         pairs, lambda view: view.loop.action == "direct", lambda view: view.counts("setpoint")
     ):
         first, second = sorted((heating, cooling), key=lambda view: view.index)
-        values = {"high": heating.shown("setpoint"), "low": cooling.shown("setpoint")}
+        values = {"high": heating.quote("setpoint"), "low": cooling.quote("setpoint")}
         names = {"heating": heating.name, "cooling": cooling.name, "place": source_of(first.loop.pv.transfer)}
-        at_first, at_second = (view.at("setpoint", "value") for view in (first, second))
+        at_first, at_second = (view.report("setpoint", "value") for view in (first, second))
         yield from report_at_both(first, at_first, second, at_second, **values, **names)
 
 

@@ -9,7 +9,7 @@ from pidcfg.encoders.dl06.image import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
-from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
+from pidcfg.validate.rule import Finding, Findings, checklist, error, info, make_finding, per_loop, warning
 from pidcfg.validate.rules.dl06.alarms import NINES, Dl06Context, LoopView, counts_text
 from pidcfg.validate.shared_checks import number_text, value_or_switch
 
@@ -59,7 +59,7 @@ def reset_has_two_readings(context: Dl06Context) -> Findings:
 def _two_readings(view: LoopView) -> Finding:
     """The two times that the reset word of a loop may mean."""
     digits = reset_digits(view) or 0
-    return view.at(
+    return view.report(
         "tuning",
         "reset",
         value=decimal_text(reset_value(view.loop)),
@@ -100,7 +100,7 @@ def reset_is_the_off_code(context: Dl06Context) -> Findings:
         value = reset_value(view.loop)
         if value in view.off_resets:
             step = RESET[context.config.plc.reset_decimals].step
-            yield view.at("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), limit=9998 * step)
+            yield view.report("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), limit=9998 * step)
 
 
 @error("DL502", TERMS, "reset is {value}; its word holds {least} to {most}{cure}")
@@ -117,7 +117,7 @@ def reset_beyond_its_word(context: Dl06Context) -> Findings:
         value = reset_value(view.loop)
         if "reset" in view.misfits and value not in view.off_resets:
             unit = reset_unit(view)
-            yield view.at(
+            yield view.report(
                 "tuning",
                 "reset",
                 value=f"{number_text(value)} {unit}",
@@ -150,7 +150,7 @@ def reset_of_zero(view: LoopView) -> Findings:
     Fix: write `reset: off` if that is meant, else a time.
     """
     if view.loop.tuning.reset.duration is not None and reset_value(view.loop) == 0:
-        yield view.at("tuning", "reset", value=f"0 {reset_unit(view)}")
+        yield view.report("tuning", "reset", value=f"0 {reset_unit(view)}")
 
 
 @per_loop
@@ -165,7 +165,7 @@ def gain_of_zero(view: LoopView) -> Findings:
     """
     tuning = view.loop.tuning
     if tuning.gain == 0 and view.reset is not None and not tuning.rate:
-        yield view.at("tuning", "gain", terms="the integral acts")
+        yield view.report("tuning", "gain", terms="the integral acts")
 
 
 @per_loop
@@ -180,7 +180,7 @@ def no_control_term(view: LoopView) -> Findings:
     """
     tuning = view.loop.tuning
     if tuning.gain == 0 and view.reset is None and tuning.rate == 0:
-        yield view.at("tuning", "gain")
+        yield view.report("tuning", "gain")
 
 
 @per_loop
@@ -199,7 +199,7 @@ def proportional_alone(view: LoopView) -> Findings:
     """
     tuning = view.loop.tuning
     if view.reset is None and tuning.gain > 0 and "reset" not in view.misfits and view.loop.algorithm == "position":
-        yield view.at("tuning", "reset")
+        yield view.report("tuning", "reset")
 
 
 @per_loop
@@ -215,7 +215,7 @@ def derivative_without_proportional(view: LoopView) -> Findings:
     tuning = view.loop.tuning
     if tuning.gain == 0 and tuning.rate > 0:
         terms = "D" if view.reset is None else "ID"
-        yield view.at("tuning", "rate", rate=decimal_text(tuning.rate), terms=terms)
+        yield view.report("tuning", "rate", rate=decimal_text(tuning.rate), terms=terms)
 
 
 @per_loop
@@ -235,7 +235,7 @@ def integral_faster_than_proportional(view: LoopView) -> Findings:
     """
     reset, sample = view.reset, view.loop.sample_rate
     if reset is not None and 0 < reset < sample and "reset" not in view.misfits:
-        yield view.at(
+        yield view.report(
             "tuning", "reset", reset=decimal_text(reset), sample=decimal_text(sample), times=f"{sample / reset:.1f}"
         )
 
@@ -257,7 +257,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Findings:
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if view.derivative_limit_on and not limit and loop.tuning.rate > 0:
         key = value_or_switch(loop, "derivative_gain_limit")
-        yield view.at(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
+        yield view.report(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
 
 
 @per_loop
@@ -271,7 +271,7 @@ def derivative_limit_without_rate(view: LoopView) -> Findings:
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if limit and loop.tuning.rate == 0 and view.derivative_limit_on:
-        yield view.at("derivative_gain_limit", limit=decimal_text(limit))
+        yield view.report("derivative_gain_limit", limit=decimal_text(limit))
 
 
 @per_loop
@@ -295,7 +295,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
         times = loop.tuning.rate / sample
         spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
         counts = times * (loop.tuning.gain or 1) * spans
-        yield view.at(
+        yield view.report(
             "tuning",
             "rate",
             rate=decimal_text(loop.tuning.rate),
@@ -330,7 +330,7 @@ def derivative_of_another_cpu(context: Dl06Context) -> Findings:
     Fix: remove `derivative: pv` unless the file is for another CPU of the family.
     """
     if context.config.plc.derivative == "pv":
-        yield finding("plc", "derivative")
+        yield make_finding("plc", "derivative")
 
 
 @per_loop
@@ -344,7 +344,7 @@ def velocity_form_with_bumpless_two(view: LoopView) -> Findings:
     Fix: write `bumpless: I`, or take the position form.
     """
     if view.loop.algorithm == "velocity" and view.loop.bumpless == "II":
-        yield view.at("bumpless")
+        yield view.report("bumpless")
 
 
 @per_loop
@@ -371,10 +371,10 @@ def freeze_never_reached(view: LoopView) -> Findings:
     ):
         ends = view.scales["output"].format
         if limits[0] < limits[1] and (limits[0] > ends.minimum or limits[1] < ends.maximum):
-            yield view.at(
+            yield view.report(
                 "bias_freeze",
-                low=view.shown("output_low"),
-                high=view.shown("output_high"),
+                low=view.quote("output_low"),
+                high=view.quote("output_high"),
                 ends=f"{ends.minimum} or {ends.maximum}",
             )
 
@@ -390,7 +390,7 @@ def freeze_in_velocity_form(view: LoopView) -> Findings:
     Fix: remove `bias_freeze`, or take the position form.
     """
     if view.loop.bias_freeze and view.loop.algorithm == "velocity":
-        yield view.at("bias_freeze")
+        yield view.report("bias_freeze")
 
 
 @per_loop
@@ -415,7 +415,7 @@ def windup_not_prevented(view: LoopView) -> Findings:
         return
     ends = view.scales["output"].format
     if reset > 0 and (limits[0], limits[1]) == (ends.minimum, ends.maximum):
-        yield view.at("bias_freeze", low=limits[0], high=limits[1], reset=decimal_text(reset))
+        yield view.report("bias_freeze", low=limits[0], high=limits[1], reset=decimal_text(reset))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -462,7 +462,7 @@ def autotune_start_preset(view: LoopView) -> Findings:
     Fix: remove `start`; start auto-tuning from the programming software or the ladder program.
     """
     if view.loop.autotune.start:
-        yield view.at("autotune", "start", word=view.address_of("mode_setting_2"))
+        yield view.report("autotune", "start", word=view.address_of("mode_setting_2"))
 
 
 @per_loop
@@ -478,7 +478,7 @@ def autotune_in_wrong_mode(view: LoopView) -> Findings:
     tune, mode = view.loop.autotune, view.loop.mode
     wanted = "manual" if tune.method == "open" else "auto"
     if tune.start and mode != wanted:
-        yield view.at("autotune", "method", method=tune.method, mode=mode, wanted=wanted)
+        yield view.report("autotune", "method", method=tune.method, mode=mode, wanted=wanted)
 
 
 @per_loop
@@ -496,7 +496,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
         and view.register_values("output_low", "output_high")
         and not output_limit_at_an_end(view)
     ):
-        yield view.at_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
+        yield view.report_key("autotune", low=view.quote("output_low"), high=view.quote("output_high"))
 
 
 @per_loop
@@ -516,7 +516,7 @@ def autotune_steps_past_the_limit(view: LoopView) -> Findings:
     high, tune = view.counts("output_high"), view.loop.autotune
     planned = "autotune" in view.loop.model_fields_set and tune.method == "open"
     if planned and high is not None and high < view.scales["output"].format.maximum:
-        yield view.at_key("autotune", high=view.shown("output_high"))
+        yield view.report_key("autotune", high=view.quote("output_high"))
 
 
 @per_loop
@@ -536,8 +536,8 @@ def autotune_relay_at_the_end_of_the_range(view: LoopView) -> Findings:
     Fix: narrow `output.limits` at both ends while tuning, and read bit 13 of +06 before the gains are used.
     """
     if has_closed_loop_autotune(view) and output_limit_at_an_end(view):
-        low, high = view.shown("output_low"), view.shown("output_high")
-        yield view.at_key("autotune", low=low, high=high, word=view.address_of("mode_and_alarm_status"))
+        low, high = view.quote("output_low"), view.quote("output_high")
+        yield view.report_key("autotune", low=low, high=high, word=view.address_of("mode_and_alarm_status"))
 
 
 @per_loop
@@ -551,7 +551,7 @@ def autotune_without_filter(view: LoopView) -> Findings:
     Fix: give `pv.filter` while tuning, or filter in the ladder program.
     """
     if has_closed_loop_autotune(view) and not view.pv_filter_on:
-        yield view.at_key("autotune")
+        yield view.report_key("autotune")
 
 
 @per_loop
@@ -565,7 +565,7 @@ def autotune_of_pi_clears_the_rate(view: LoopView) -> Findings:
     """
     tune, rate = view.loop.autotune, view.loop.tuning.rate
     if "autotune" in view.loop.model_fields_set and tune.type == "PI" and rate:
-        yield view.at_key("autotune", word=view.address_of("rate"), rate=decimal_text(rate))
+        yield view.report_key("autotune", word=view.address_of("rate"), rate=decimal_text(rate))
 
 
 def has_closed_loop_autotune(view: LoopView) -> bool:
@@ -597,7 +597,7 @@ def autotune_start_condition(view: LoopView) -> Findings:
         condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
         if view.loop.autotune.method == "closed":
             condition = f"closed-loop auto-tuning starts only with PV and set point within 5 % of full scale ({apart})"
-        yield view.at_key("autotune", condition=condition)
+        yield view.report_key("autotune", condition=condition)
 
 
 def start_distance(view: LoopView) -> str:

@@ -18,8 +18,8 @@ from pidcfg.validate.shared_checks import (
     list_names,
     number_text,
     number_with_unit,
-    outside_limits,
-    pairs_alike,
+    outside_limits_findings,
+    pairs_with_same_key,
     report_at_both,
 )
 
@@ -49,7 +49,7 @@ def pulses_beyond_cycle(view: LoopView) -> Findings:
     if gpwm is None or limits is None or (limits[0] >= 0 and limits[1] == gpwm.cycle):
         return
     low, high, effect = number_with_unit(limits[0], None), view.mv(limits[1]), _effect(limits, gpwm.cycle)
-    yield view.at("call", "GPWM", "cycle", low=low, high=high, cycle=gpwm.cycle, effect=effect)
+    yield view.report("call", "GPWM", "cycle", low=low, high=high, cycle=gpwm.cycle, effect=effect)
 
 
 def _effect(limits: tuple[Decimal, Decimal], cycle: int) -> str:
@@ -78,14 +78,14 @@ def pulses_collide(context: DpideContext) -> Findings:
             enable = {} if other.loop.call.EN is None else {"EN": other.loop.call.EN}
             given = {"I_MV": other.loop.device, **other.loop.devices.by_operand(), **enable, **others}
             for name in [name for name, device in given.items() if device_range(name, device).overlaps(bit)]:
-                finding = view.at("call", "GPWM", "output", bit=bit, other=f"{other.name}.{name}")
+                finding = view.report("call", "GPWM", "output", bit=bit, other=f"{other.name}.{name}")
                 if other is view:
                     yield finding
                 elif name == "GPWM":  # the other loop says the same of this one
-                    yield finding.shared_with(other.name)
+                    yield finding.with_other_loops(other.name)
                 else:
                     yield from report_at_both(
-                        view, finding, other, other.at("name", bit=bit, other=f"{other.name}.{name}")
+                        view, finding, other, other.report("name", bit=bit, other=f"{other.name}.{name}")
                     )
 
 
@@ -103,14 +103,14 @@ def timer_with_two_times(context: DpideContext) -> Findings:
         one, two = first.loop, second.loop
         if one.call.timer == two.call.timer and one.CYCLE != two.CYCLE:
             for view, other in ((first, second), (second, first)):
-                yield view.at(
+                yield view.report(
                     "call",
                     "timer",
                     timer=view.loop.call.timer,
                     other=other.name,
                     other_cycle=other.loop.CYCLE,
                     cycle=view.loop.CYCLE,
-                ).shared_with(other.name)
+                ).with_other_loops(other.name)
 
 
 # --- Devices of operands: the blocks of I_MV, and what shares a register ----------------------------------------------
@@ -159,14 +159,14 @@ def overlapping_operands(context: DpideContext) -> Iterator[tuple[OperandDevice,
     """Pairs of operands that share a device."""
     items = operands_with_device(context)
     rows = sorted(range(len(items)), key=lambda i: (items[i].place.bank, items[i].place.first))
-    found: list[tuple[int, int]] = []
+    overlaps: list[tuple[int, int]] = []
     before: list[int] = []
     for i in rows:
         place = items[i].place
         before = [j for j in before if items[j].place.bank == place.bank and items[j].place.last >= place.first]
-        found += [(min(i, j), max(i, j)) for j in before if items[j].place.overlaps(place)]
+        overlaps += [(min(i, j), max(i, j)) for j in before if items[j].place.overlaps(place)]
         before.append(i)
-    return ((items[i], items[j]) for i, j in sorted(found))
+    return ((items[i], items[j]) for i, j in sorted(overlaps))
 
 
 @error(
@@ -183,7 +183,7 @@ def device_beyond_bank(context: DpideContext) -> Findings:
     for item in operands_with_device(context):
         place = item.place
         if place.bank == "D" and place.last > LAST_REGISTER:
-            yield item.view.at(
+            yield item.view.report(
                 *item.path,
                 operand=item.operand,
                 place=place,
@@ -228,10 +228,10 @@ def _at_operands(first: OperandDevice, second: OperandDevice, **values: str) -> 
     """A finding at the operand of each loop; of operands of one loop at the second."""
     pairs = [(second, first)] if first.view is second.view else [(second, first), (first, second)]
     for item, other in pairs:
-        finding = item.view.at(
+        finding = item.view.report(
             *item.path, mine=item.name, place=item.place, other=other.name, other_place=other.place
-        ).quoting(**values)
-        yield finding if len(pairs) == 1 else finding.shared_with(other.view.name)
+        ).with_values(**values)
+        yield finding if len(pairs) == 1 else finding.with_other_loops(other.view.name)
 
 
 def conflict_reason(first: OperandDevice, second: OperandDevice) -> str | None:
@@ -285,7 +285,7 @@ def name_without_symbols(view: LoopView) -> Findings:
     """
     reason = unusable_reason(view.name)
     if reason is not None:
-        yield view.at("name", reason=reason)
+        yield view.report("name", reason=reason)
 
 
 @info("DP772", D256, "its symbols would be those of {others}, such as {symbol}")
@@ -301,8 +301,8 @@ def symbols_collide(context: DpideContext) -> Findings:
     for _, view, names in find_shared_keys((symbol_name(view.name, "SV").casefold(), view) for view in usable):
         others = [name for name in names if name != view.name]
         if others:
-            finding = view.at("name", others=list_names(others), symbol=symbol_name(view.name, "SV"))
-            yield finding.shared_with(*others)
+            finding = view.report("name", others=list_names(others), symbol=symbol_name(view.name, "SV"))
+            yield finding.with_other_loops(*others)
 
 
 # --- A heating and a cooling loop of one PV ---------------------------------------------------------------------------
@@ -320,14 +320,14 @@ def set_points_crossed(context: DpideContext) -> Findings:
     Fix: put the SV of the loop with PID_DIR FALSE above that of the other, with a gap between them.
     """
     views = [view for view in context.loops if view.gives("PID_DIR")]
-    pairs = ((one, other) for one, other, _ in pairs_alike(views, lambda view: view.loop.devices.PV))
+    pairs = ((one, other) for one, other, _ in pairs_with_same_key(views, lambda view: view.loop.devices.PV))
     for heating, cooling in crossed_set_points(
         pairs, lambda view: view.loop.PID_DIR, lambda view: None if view.has_device("SV") else view.number("SV")
     ):
         first, second = sorted((heating, cooling), key=lambda view: view.index)
         values = {"high": heating.pv(heating.loop.SV), "low": cooling.pv(cooling.loop.SV)}
         names = {"heating": heating.name, "cooling": cooling.name, "device": first.loop.devices.PV}
-        at_first, at_second = (view.at("SV") for view in (first, second))
+        at_first, at_second = (view.report("SV") for view in (first, second))
         yield from report_at_both(first, at_first, second, at_second, **values, **names)
 
 
@@ -356,7 +356,7 @@ def cycle_out_of_range(view: LoopView) -> Findings:
     cycle = view.loop.CYCLE
     used = min(max(cycle, SHORTEST_CYCLE), LONGEST_CYCLE)
     if used != cycle and view.operand_values("CYCLE") and view.interrupt_task is None:
-        yield view.at("CYCLE", cycle=cycle, used=used)
+        yield view.report("CYCLE", cycle=cycle, used=used)
 
 
 @per_loop
@@ -374,7 +374,7 @@ def cycle_overridden(view: LoopView) -> Findings:
     instruction stands in a cyclic task.
     """
     if view.interrupt_task is not None and view.interrupt_task != view.loop.CYCLE:
-        yield view.at("CYCLE", cycle=view.loop.CYCLE, interval=view.interrupt_task)
+        yield view.report("CYCLE", cycle=view.loop.CYCLE, interval=view.interrupt_task)
 
 
 @per_loop
@@ -389,7 +389,7 @@ def cycle_shorter_than_scan(view: LoopView) -> Findings:
     say so in `plc.interrupt_task`.
     """
     if SHORTEST_CYCLE <= view.loop.CYCLE < SHORT_CYCLE and view.interrupt_task is None:
-        yield view.at("CYCLE", cycle=view.loop.CYCLE)
+        yield view.report("CYCLE", cycle=view.loop.CYCLE)
 
 
 # --- Running, manual and autotune: what PID_RUN, PID_MODE and PID_MAN do together -------------------------------------
@@ -415,7 +415,7 @@ def unknown_mode(view: LoopView) -> Findings:
     Fix: write 0, 1 or 2.
     """
     if view.operand_values("PID_MODE") and view.loop.PID_MODE not in MODES:
-        yield view.at("PID_MODE", mode=view.loop.PID_MODE)
+        yield view.report("PID_MODE", mode=view.loop.PID_MODE)
 
 
 @per_loop
@@ -429,7 +429,7 @@ def autotune_as_a_number(view: LoopView) -> Findings:
     Fix: give PID_MODE a device that nothing else uses, as in `devices: {PID_MODE: D104}`.
     """
     if view.loop.PID_MODE == AUTOTUNE and not view.has_device("PID_MODE"):
-        yield view.at("PID_MODE")
+        yield view.report("PID_MODE")
 
 
 @per_loop
@@ -444,7 +444,7 @@ def tuned_coefficients_without_devices(view: LoopView) -> Findings:
     """
     bare = [name for name in WRITTEN_BY_AUTOTUNE[1:] if not view.has_device(name)]
     if view.loop.PID_MODE == AUTOTUNE and bare:
-        yield view.at("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
+        yield view.report("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
 
 
 @per_loop
@@ -459,7 +459,7 @@ def tunes_at_once(view: LoopView) -> Findings:
     """
     if view.loop.PID_MODE == AUTOTUNE and view.loop.PID_RUN and view.limits is not None:
         low, high = view.limits
-        yield view.at("PID_MODE", low=view.mv(low), high=view.mv(high))
+        yield view.report("PID_MODE", low=view.mv(low), high=view.mv(high))
 
 
 @per_loop
@@ -472,7 +472,7 @@ def never_runs(view: LoopView) -> Findings:
     Fix: leave PID_RUN out, which is TRUE, or give it a bit that nothing else uses, as in `devices: {PID_RUN: M10}`.
     """
     if not view.loop.PID_RUN and not view.has_device("PID_RUN"):
-        yield view.at("PID_RUN")
+        yield view.report("PID_RUN")
 
 
 @per_loop
@@ -486,7 +486,7 @@ def always_in_manual(view: LoopView) -> Findings:
     """
     if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE and not view.has_device("PID_MAN"):
         low, high = view.limits or (view.loop.MOUT, view.loop.MOUT)
-        yield view.at("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
+        yield view.report("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
 
 
 @per_loop
@@ -499,7 +499,7 @@ def manual_during_autotune(view: LoopView) -> Findings:
     Fix: write `PID_MODE: 0` to hold the output, or `PID_MAN: false` to tune.
     """
     if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE:
-        yield view.at("PID_MAN")
+        yield view.report("PID_MAN")
 
 
 def may_be_manual(view: LoopView) -> bool:
@@ -521,7 +521,7 @@ def bump_after_manual(view: LoopView) -> Findings:
     Fix: give a Ti_Ki, or bring MOUT to where the algorithm begins before the change.
     """
     if view.loop.Ti_Ki <= 0 and may_be_manual(view) and not view.has_device("Ti_Ki"):
-        yield view.at("Ti_Ki", value=decimal_text(view.loop.Ti_Ki))
+        yield view.report("Ti_Ki", value=decimal_text(view.loop.Ti_Ki))
 
 
 @per_loop
@@ -536,7 +536,7 @@ def bump_into_manual(view: LoopView) -> Findings:
     """
     follows = view.loop.MOUT_AUTO or view.has_device("MOUT_AUTO") or view.mout_is_mv
     if view.has_device("PID_MAN") and not follows:
-        yield view.at("MOUT_AUTO")
+        yield view.report("MOUT_AUTO")
 
 
 # --- Set point and process value --------------------------------------------------------------------------------------
@@ -552,7 +552,9 @@ def set_point_outside_range(view: LoopView) -> Findings:
     Fix: correct SV, or `pv.range`; both must be in the same unit.
     """
     span, target = view.loop.pv.range, view.number("SV")
-    yield from outside_limits(view, "SV", value=target, limits=span, shown=view.pv, units=("high",), field="sv")
+    yield from outside_limits_findings(
+        view, "SV", value=target, limits=span, shown=view.pv, units=("high",), field="sv"
+    )
 
 
 @per_loop
@@ -565,7 +567,7 @@ def process_value_as_a_number(view: LoopView) -> Findings:
     Fix: leave PV out, or give it the device where the measured value stands: `devices: {PV: D100}`.
     """
     if view.operand_values("PV") and not view.has_device("PV"):
-        yield view.at("PV", pv=view.pv(view.operand_values("PV")[0]))
+        yield view.report("PV", pv=view.pv(view.operand_values("PV")[0]))
 
 
 # --- The output: its limits, what manual and feed forward make of them, and the 0 of a loop that is stopped -----------
@@ -584,7 +586,7 @@ def limits_swapped(view: LoopView) -> Findings:
     """
     limits = view.operand_values("MV_MIN", "MV_MAX")
     if limits and limits[1] < limits[0]:
-        yield view.at("MV_MAX", highest=number_text(limits[1]), lowest=number_text(limits[0]))
+        yield view.report("MV_MAX", highest=number_text(limits[1]), lowest=number_text(limits[0]))
 
 
 @per_loop
@@ -598,7 +600,7 @@ def limits_equal(view: LoopView) -> Findings:
     """
     limits = view.operand_values("MV_MIN", "MV_MAX")
     if limits and limits[0] == limits[1]:
-        yield view.at("MV_MAX", limit=view.mv(limits[0]))
+        yield view.report("MV_MAX", limit=view.mv(limits[0]))
 
 
 @per_loop
@@ -615,7 +617,7 @@ def manual_output_outside_limits(view: LoopView) -> Findings:
     if stated and mout is not None and limits is not None:
         place = "MOUT" if view.gives("MOUT") else "PID_MAN"
         used = view.mv(min(max(mout, limits[0]), limits[1]))
-        yield from outside_limits(
+        yield from outside_limits_findings(
             view, place, value=mout, limits=limits, shown=view.mv, units=(), field="mout", used=used
         )
 
@@ -637,7 +639,9 @@ def feed_forward_outside_limits(view: LoopView) -> Findings:
     """
     taken_up = view.loop.PID_MODE == BACK_CALCULATED and view.coefficient("Ti_Ki") > 0
     bias = view.number("BIAS") if view.gives("BIAS") and not taken_up else None
-    yield from outside_limits(view, "BIAS", value=bias, limits=view.limits, shown=view.mv, units=(), field="bias")
+    yield from outside_limits_findings(
+        view, "BIAS", value=bias, limits=view.limits, shown=view.mv, units=(), field="bias"
+    )
 
 
 @per_loop
@@ -651,7 +655,7 @@ def limits_beyond_output(view: LoopView) -> Findings:
     """
     for key in ("MV_MAX", "MV_MIN"):
         limit, span = view.number(key), view.loop.output.range
-        yield from outside_limits(
+        yield from outside_limits_findings(
             view, key, value=limit, limits=span, shown=view.mv, units=("high",), field="limit", operand=key
         )
 
@@ -669,4 +673,4 @@ def stop_outside_limits(view: LoopView) -> Findings:
     """
     if view.limits is not None and not view.limits[0] <= 0 <= view.limits[1]:
         low, high = view.limits
-        yield view.at("MV_MIN" if low > 0 else "MV_MAX", low=number_text(low), high=view.mv(high))
+        yield view.report("MV_MIN" if low > 0 else "MV_MAX", low=number_text(low), high=view.mv(high))

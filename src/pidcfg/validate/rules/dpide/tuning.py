@@ -148,7 +148,7 @@ def dead_controller(view: LoopView) -> Findings:
     of each other. For cooling write `PID_DIR: false`, not a negative gain.
     """
     if has_all_terms_zero(view) and not tunes_itself(view):
-        yield view.at("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
+        yield view.report("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
 
 
 @per_loop
@@ -161,7 +161,7 @@ def no_term(view: LoopView) -> Findings:
     Fix: write gains above 0. For cooling write `PID_DIR: false`, not negative gains.
     """
     if has_no_term(view) and not tunes_itself(view):
-        yield view.at("Kc_Kp")
+        yield view.report("Kc_Kp")
 
 
 @per_loop
@@ -176,7 +176,7 @@ def negative_coefficient(view: LoopView) -> Findings:
     for name in COEFFICIENTS:
         value = getattr(view.loop, name)
         if value < 0 and not (name == "Kc_Kp" and (has_all_terms_zero(view) or has_no_term(view))):
-            yield view.at(name, operand=name, value=number_text(value), effect=EFFECTS[name])
+            yield view.report(name, operand=name, value=number_text(value), effect=EFFECTS[name])
 
 
 @per_loop
@@ -191,7 +191,7 @@ def no_integral(view: LoopView) -> Findings:
     if view.operand_values("Ti_Ki") == [0] and not (
         has_all_terms_zero(view) or has_no_term(view) or tunes_itself(view)
     ):
-        yield view.at("Ti_Ki")
+        yield view.report("Ti_Ki")
 
 
 @per_loop
@@ -209,10 +209,10 @@ def time_as_a_gain(view: LoopView) -> Findings:
     if view.loop.PID_EQ:
         return
     if isinstance(view.loop.Ti_Ki, TimeNumber):
-        yield view.at("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
+        yield view.report("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
     if isinstance(view.loop.Td_Kd, TimeNumber):
         gain = "the gain Kd: Kp times the derivative time in s"
-        yield view.at("Td_Kd", severity=Severity.WARNING, operand="Td_Kd", gain=gain)
+        yield view.report("Td_Kd", severity=Severity.WARNING, operand="Td_Kd", gain=gain)
 
 
 @per_loop
@@ -233,7 +233,7 @@ def integral_faster_than_cycle(view: LoopView) -> Findings:
     time = view.times[0]
     if 0 < time < view.cycle:
         other = "a gain Ki (PID_EQ FALSE)" if view.loop.PID_EQ else "a time Ti (PID_EQ TRUE)"
-        yield view.at("Ti_Ki", time=number_text(time), cycle=number_text(view.cycle), other=other)
+        yield view.report("Ti_Ki", time=number_text(time), cycle=number_text(view.cycle), other=other)
 
 
 @per_loop
@@ -247,7 +247,7 @@ def no_proportional(view: LoopView) -> Findings:
     """
     alone = not view.loop.PID_EQ and view.operand_values("Kc_Kp") == [0] and not has_no_term(view)
     if alone and not tunes_itself(view):
-        yield view.at("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
+        yield view.report("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
 
 
 # --- The derivative: what it makes of noise and of a new set point ----------------------------------------------------
@@ -286,7 +286,9 @@ def derivative_unsmoothed(view: LoopView) -> Findings:
         return
     ratio = view.times[1] / view.cycle
     if ratio > MAX_DERIVATIVE_RATIO:
-        yield view.at("Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle))
+        yield view.report(
+            "Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle)
+        )
 
 
 @per_loop
@@ -301,7 +303,7 @@ def derivative_above_integral(view: LoopView) -> Findings:
     """
     integral, derivative = view.times or (Decimal(0), Decimal(0))
     if 0 < integral < derivative and not tunes_itself(view):
-        yield view.at("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
+        yield view.report("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
 
 
 @per_loop
@@ -317,7 +319,7 @@ def derivative_smoothed_away(view: LoopView) -> Findings:
     """
     time, smoothing = (view.times or (Decimal(0), Decimal(0)))[1], view.coefficient("Tf")
     if 0 < time < smoothing and not tunes_itself(view):
-        yield view.at("Tf", tf=number_text(smoothing), time=number_text(time))
+        yield view.report("Tf", tf=number_text(smoothing), time=number_text(time))
 
 
 @per_loop
@@ -335,7 +337,7 @@ def smoothing_without_derivative(view: LoopView) -> Findings:
         and not view.coefficient("Td_Kd")
         and not tunes_itself(view)
     ):
-        yield view.at("Tf")
+        yield view.report("Tf")
 
 
 @per_loop
@@ -349,7 +351,7 @@ def set_point_kick(view: LoopView) -> Findings:
     Fix: write `PID_DE: true`, unless SV only ever moves slowly.
     """
     if not view.loop.PID_DE and derivative_of(view):
-        yield view.at("PID_DE") if view.gives("PID_DE") else view.at("Td_Kd")
+        yield view.report("PID_DE") if view.gives("PID_DE") else view.report("Td_Kd")
 
 
 # --- The dead band with zero crossing ---------------------------------------------------------------------------------
@@ -365,7 +367,7 @@ def negative_dead_band(view: LoopView) -> Findings:
     Fix: write 0 to switch it off, else the number without its sign.
     """
     if view.loop.ERR_DBW < 0:
-        yield view.at("ERR_DBW", value=number_text(view.loop.ERR_DBW))
+        yield view.report("ERR_DBW", value=number_text(view.loop.ERR_DBW))
 
 
 @per_loop
@@ -385,7 +387,7 @@ def dead_band_covers_range(view: LoopView) -> Findings:
     """
     span, values = view.loop.pv.range, view.operand_values("ERR_DBW", "SV")
     if span is not None and values and abs(values[0]) >= max(values[1] - span[0], span[1] - values[1]):
-        yield view.at("ERR_DBW", value=number_text(abs(values[0])), low=number_text(span[0]), high=view.pv(span[1]))
+        yield view.report("ERR_DBW", value=number_text(abs(values[0])), low=number_text(span[0]), high=view.pv(span[1]))
 
 
 @per_loop
@@ -401,7 +403,7 @@ def dead_band_kick(view: LoopView) -> Findings:
     if any(view.operand_values("ERR_DBW")):
         kicks = not view.loop.PID_DE and derivative_of(view) > 0
         effect = "the derivative kicks MV" if kicks else "MV jumps with it"
-        yield view.at("ERR_DBW", value=view.pv(abs(view.operand_values("ERR_DBW")[0])), effect=effect)
+        yield view.report("ERR_DBW", value=view.pv(abs(view.operand_values("ERR_DBW")[0])), effect=effect)
 
 
 # --- Direction and form: choices that decide everything, and that nothing else tells ----------------------------------
@@ -424,4 +426,4 @@ def choice_not_given(view: LoopView) -> Findings:
     """
     for operand, (meaning, other) in CHOICES.items():
         if not view.gives(operand):
-            yield view.at(operand, operand=operand, meaning=meaning, other=other)
+            yield view.report(operand, operand=operand, meaning=meaning, other=other)

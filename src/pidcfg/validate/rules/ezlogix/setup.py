@@ -257,7 +257,7 @@ def name_not_usable_in_tags(context: EzlogixContext) -> Findings:
     for view in context.loops:
         tag = tag_name(context.config.plc.tag_names, view.index + 1, view.name, variable)
         if not TAG_NAME.fullmatch(tag):
-            yield view.at("name", tag=tag)
+            yield view.report("name", tag=tag)
 
 
 @warning("EZ412", D182, "the tag {tag} of this loop is also one of loop {other}")
@@ -280,7 +280,7 @@ def tags_collide(context: EzlogixContext) -> Findings:
         groups = [group for group in shared if view.name in group]
         pairs = {other: group[view.name] for group in reversed(groups) for other in group if other != view.name}
         for other, tag in pairs.items():
-            yield view.at("name", tag=tag, other=other).shared_with(other)
+            yield view.report("name", tag=tag, other=other).with_other_loops(other)
 
 
 # --- The tags of PV, CV and control output: what they share with each other and with the blocks -----------------------
@@ -314,23 +314,23 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
     Fix: choose a register outside all blocks.
     """
     for view in context.loops:
-        for what, tag, place in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
+        for description, tag, place in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
             owner = context.block_owner(tag)
-            if owner is None or (what == "CV" and context.inner_loop(view) is not None):
+            if owner is None or (description == "CV" and context.inner_loop(view) is not None):
                 continue
             values = {
-                "what": what,
+                "what": description,
                 "tag": tag,
                 "loop": view.name,
                 "register": NAMES[owner[1]],
                 "owner": owner[0].name,
-                "consequence": "the loop overwrites it" if what == "CV" else "it is no measurement",
+                "consequence": "the loop overwrites it" if description == "CV" else "it is no measurement",
             }
             if owner[0] is view:
-                yield view.at(place, "tag").quoting(**values)
+                yield view.report(place, "tag").with_values(**values)
             else:
-                at_owner = owner[0].at(owner[0].extents[0].key)
-                yield from report_at_both(view, view.at(place, "tag"), owner[0], at_owner, **values)
+                at_owner = owner[0].report(owner[0].extents[0].key)
+                yield from report_at_both(view, view.report(place, "tag"), owner[0], at_owner, **values)
 
 
 @checklist(
@@ -359,7 +359,10 @@ def cv_writes_set_point(context: EzlogixContext) -> Findings:
             severity = Severity.WARNING if beyond else None
             names = {"loop": view.name, "tag": view.loop.output.tag, "inner": inner.name}
             limits = {"low": cv[0], "high": cv[1], "inner_low": sp[0], "inner_high": sp[1]}
-            at_outer, at_inner = view.at("output", "tag", severity=severity), inner.at("setpoint", severity=severity)
+            at_outer, at_inner = (
+                view.report("output", "tag", severity=severity),
+                inner.report("setpoint", severity=severity),
+            )
             yield from report_at_both(view, at_outer, inner, at_inner, **names, **limits)
 
 
@@ -371,12 +374,12 @@ def output_tag_shared(context: EzlogixContext) -> Findings:
 
     Fix: give each loop outputs of its own. Where one actuator serves two loops, let the ladder program choose.
     """
-    for (tag, (view, what)), (other_tag, (other, theirs)) in permutations(_tags_written(context), 2):
+    for (tag, (view, what)), (other_tag, (other, other_tags)) in permutations(_tags_written(context), 2):
         if tag == other_tag:
             place = ("output", "tag") if what == CV else ("output", "pulse", "tag")
             basis = None if what == CV else OUTPUT_TAG
-            found = view.at(*place, basis=basis, tag=tag, what=theirs, other=other.name)
-            yield found if other is view else found.shared_with(other.name)
+            found = view.report(*place, basis=basis, tag=tag, what=other_tags, other=other.name)
+            yield found if other is view else found.with_other_loops(other.name)
 
 
 def _tags_written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView, str]]]:
@@ -398,7 +401,7 @@ def pv_is_own_cv(view: LoopView) -> Findings:
     Fix: give the PV the register that holds the measurement.
     """
     if view.loop.pv.tag == view.loop.output.tag:
-        yield view.at("output", "tag", tag=view.loop.output.tag)
+        yield view.report("output", "tag", tag=view.loop.output.tag)
 
 
 def is_program_register(context: EzlogixContext, tag: str) -> bool:
@@ -425,4 +428,4 @@ def logical_tag_while_stopped(context: EzlogixContext) -> Findings:
         unheard = is_program_register(context, output.tag) and output.pulse is None and output.tag != pv
         parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
         if parts:
-            yield view.at("pv" if frozen else "output", "tag", tags=" and ".join(parts))
+            yield view.report("pv" if frozen else "output", "tag", tags=" and ".join(parts))

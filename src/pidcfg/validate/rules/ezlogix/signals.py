@@ -18,7 +18,7 @@ from pidcfg.validate.shared_checks import (
     crossed_set_points,
     number_text,
     number_with_unit,
-    outside_limits,
+    outside_limits_findings,
     report_at_both,
 )
 
@@ -63,7 +63,7 @@ def square_root_rescales_set_point(view: LoopView) -> Findings:
     """
     if view.loop.pv.square_root and view.scales["pv"].format.minimum == 0:
         top = view.scales["sp"].top_counts
-        yield view.at("pv", "square_root", register=view.register("setpoint"), top=top, step=f"{100 / top:.2g}")
+        yield view.report("pv", "square_root", register=view.register("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
 @per_loop
@@ -85,7 +85,7 @@ def square_root_of_offset_counts(view: LoopView) -> Findings:
     form = view.scales["pv"].format
     if view.loop.pv.square_root and form.minimum:
         place = ("pv", "counts")
-        yield view.at(*place, low=form.minimum, root=f"{form.minimum**0.5:.0f}", top=f"{form.maximum**0.5:.0f}")
+        yield view.report(*place, low=form.minimum, root=f"{form.minimum**0.5:.0f}", top=f"{form.maximum**0.5:.0f}")
 
 
 @per_loop
@@ -100,7 +100,7 @@ def square_root_of_offset_range(view: LoopView) -> Findings:
     """
     pv = view.loop.pv
     if pv.square_root and pv.range is not None and pv.range[0] != 0:
-        yield view.at("pv", "range", low=f"{number_text(pv.range[0])} {pv.unit or ''}".strip())
+        yield view.report("pv", "range", low=f"{number_text(pv.range[0])} {pv.unit or ''}".strip())
 
 
 @per_loop
@@ -115,7 +115,7 @@ def counts_beyond_cv(view: LoopView) -> Findings:
     """
     span = view.scales["pv"].format.span
     if span > MUCH * CV_FULL:
-        yield view.at("pv", "counts", span=span, times=f"{span / CV_FULL:.3g}")
+        yield view.report("pv", "counts", span=span, times=f"{span / CV_FULL:.3g}")
 
 
 # --- Loops that read one tag, and loops that read what another one puts out -------------------------------------------
@@ -155,7 +155,10 @@ def pv_tag_shared(context: EzlogixContext) -> Findings:
     """
     for first, second in pairs_with_one_pv(context):
         if first.loop.action == second.loop.action:
-            at_first, at_second = first.at("pv", "tag", other=second.name), second.at("pv", "tag", other=first.name)
+            at_first, at_second = (
+                first.report("pv", "tag", other=second.name),
+                second.report("pv", "tag", other=first.name),
+            )
             values = {"tag": second.loop.pv.tag, "action": second.loop.action}
             yield from report_at_both(first, at_first, second, at_second, **values)
 
@@ -179,7 +182,7 @@ def set_points_crossed(context: EzlogixContext) -> Findings:
         first, second = sorted((heating, cooling), key=lambda view: view.index)
         values = {"tag": first.loop.pv.tag, "high": heating.setpoint, "low": cooling.setpoint}
         names = {"heating": heating.name, "cooling": cooling.name}
-        at_first, at_second = (view.at("setpoint", "value") for view in (first, second))
+        at_first, at_second = (view.report("setpoint", "value") for view in (first, second))
         yield from report_at_both(first, at_first, second, at_second, **values, **names)
 
 
@@ -200,17 +203,21 @@ def pv_tag_with_two_scales(context: EzlogixContext) -> Findings:
     for first, second in pairs_with_one_pv(context):
         one, other = (view.loop.pv for view in (first, second))
         if one.square_root == other.square_root and scales_differ(one, other):
-            at_first = first.at("pv", "tag", scale=scale_text(one), other_scale=scale_text(other), other=second.name)
-            at_second = second.at("pv", "tag", scale=scale_text(other), other_scale=scale_text(one), other=first.name)
+            at_first = first.report(
+                "pv", "tag", scale=scale_text(one), other_scale=scale_text(other), other=second.name
+            )
+            at_second = second.report(
+                "pv", "tag", scale=scale_text(other), other_scale=scale_text(one), other=first.name
+            )
             yield from report_at_both(first, at_first, second, at_second, tag=one.tag)
 
 
-def scales_differ(one: Pv, other: Pv) -> bool:
+def scales_differ(first: Pv, other: Pv) -> bool:
     """Whether equal counts are different values in one unit, or the same value in different units."""
-    if (one.range is None) != (other.range is None):
+    if (first.range is None) != (other.range is None):
         return False
-    alike = [value_at(one, counts) for counts in ENDS] == [value_at(other, counts) for counts in ENDS]
-    units = {one.unit, other.unit}
+    alike = [value_at(first, counts) for counts in ENDS] == [value_at(other, counts) for counts in ENDS]
+    units = {first.unit, other.unit}
     return alike == (None not in units and len(units) > 1)
 
 
@@ -247,7 +254,9 @@ def cv_tag_is_another_pv(context: EzlogixContext) -> Findings:
     for writer, reader in permutations(context.loops, 2):
         if writer.loop.output.tag == reader.loop.pv.tag:
             names = {"tag": reader.loop.pv.tag, "writer": writer.name, "reader": reader.name}
-            yield from report_at_both(writer, writer.at("output", "tag"), reader, reader.at("pv", "tag"), **names)
+            yield from report_at_both(
+                writer, writer.report("output", "tag"), reader, reader.report("pv", "tag"), **names
+            )
 
 
 # --- The set point, its limits and the deadband -----------------------------------------------------------------------
@@ -285,7 +294,7 @@ def set_point_limits_crossed(view: LoopView) -> Findings:
     """
     limits = view.all_counts("setpoint_low", "setpoint_high")
     if limits and limits[0] > limits[1]:
-        yield view.at("setpoint", "limits", low=view.pv(limits[0]), high=view.pv(limits[1]))
+        yield view.report("setpoint", "limits", low=view.pv(limits[0]), high=view.pv(limits[1]))
 
 
 @per_loop
@@ -304,7 +313,7 @@ def set_point_limits_zero(view: LoopView) -> Findings:
     Fix: give the limits of the process, or leave `setpoint.limits` out, which stores the ends of the PV's counts.
     """
     if has_limits_of_zero(view):
-        yield view.at("setpoint", "limits", register=view.register("setpoint"))
+        yield view.report("setpoint", "limits", register=view.register("setpoint"))
 
 
 @per_loop
@@ -318,7 +327,7 @@ def set_point_limits_equal(view: LoopView) -> Findings:
     """
     limits = view.setpoint_limits
     if limits is not None and limits[0] == limits[1] and not has_limits_of_zero(view):
-        yield view.at("setpoint", "limits", value=view.pv(limits[0]))
+        yield view.report("setpoint", "limits", value=view.pv(limits[0]))
 
 
 @per_loop
@@ -330,17 +339,22 @@ def set_point_outside_limits(view: LoopView) -> Findings:
 
     Fix: correct the set point, or widen the limits.
     """
-    value, kept = view.counts("setpoint"), view.setpoint
-    if view.loop.setpoint.value is None or value is None or kept in {None, value} or has_limits_of_zero(view):
+    value, limited_setpoint = view.counts("setpoint"), view.setpoint
+    if (
+        view.loop.setpoint.value is None
+        or value is None
+        or limited_setpoint in {None, value}
+        or has_limits_of_zero(view)
+    ):
         return
-    side, end = ("below", "low") if value < (kept or 0) else ("above", "high")
-    yield view.at(
+    side, end = ("below", "low") if value < (limited_setpoint or 0) else ("above", "high")
+    yield view.report(
         "setpoint",
         "value",
         value=view.pv(value),
         side=side,
         end=end,
-        limit=view.pv(kept or 0),
+        limit=view.pv(limited_setpoint or 0),
         register=view.register("setpoint"),
     )
 
@@ -367,7 +381,7 @@ def set_point_left_at_zero(context: EzlogixContext) -> Findings:
         ):
             continue
         if view.setpoint is not None and not has_limits_of_zero(view):
-            yield view.at("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
+            yield view.report("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
 
 
 @per_loop
@@ -387,10 +401,12 @@ def deadband_wide(view: LoopView) -> Findings:
     furthest = max(limits[1] - scale.zero_counts, scale.top_counts - limits[0])
     if deadband > furthest:
         consequence = "no error is that large, the loop rests"
-        yield view.at("deadband", severity=Severity.ERROR, deadband=view.pv_distance(deadband), consequence=consequence)
+        yield view.report(
+            "deadband", severity=Severity.ERROR, deadband=view.pv_distance(deadband), consequence=consequence
+        )
     elif deadband * WIDE > scale.top_counts - scale.zero_counts:
         share = f"{100 * deadband / (scale.top_counts - scale.zero_counts):.0f}"
-        yield view.at(
+        yield view.report(
             "deadband",
             deadband=view.pv_distance(deadband),
             consequence=f"errors of up to {share} % of the PV's span are not corrected",
@@ -410,7 +426,7 @@ def deadband_without_effect(view: LoopView) -> Findings:
     counts = view.counts("deadband")
     has_deadband = view.loop.deadband.value > 0 and not view.loop.pv.square_root
     if has_deadband and counts is not None and counts <= 1:
-        yield view.at("deadband", counts="1 count" if counts else "0 counts")
+        yield view.report("deadband", counts="1 count" if counts else "0 counts")
 
 
 # --- The control value: its limits, its offset, and windup ------------------------------------------------------------
@@ -461,7 +477,7 @@ def cv_limits_not_ascending(view: LoopView) -> Findings:
     """
     limits = view.all_counts("cv_low", "cv_high")
     if limits and limits[0] >= limits[1]:
-        yield view.at("output", "limits", low=view.cv(limits[0]), high=view.cv(limits[1]))
+        yield view.report("output", "limits", low=view.cv(limits[0]), high=view.cv(limits[1]))
 
 
 @per_loop
@@ -486,7 +502,7 @@ def anti_windup_blind_to_limits(view: LoopView) -> Findings:
         return
     if view.loop.anti_windup and view.integrates:
         held = [view.cv(limit) for limit, end in zip(limits, (0, CV_FULL), strict=True) if limit != end]
-        yield view.at("output", "limits", limits=" or ".join(held))
+        yield view.report("output", "limits", limits=" or ".join(held))
 
 
 @per_loop
@@ -501,7 +517,7 @@ def output_never_off(view: LoopView) -> Findings:
     """
     low = view.cv_limits[0] if view.cv_limits is not None else 0
     if low and not is_pulse_skipped(view, low):
-        yield view.at("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
+        yield view.report("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
 
 
 @per_loop
@@ -518,7 +534,7 @@ def offset_outside_limits(view: LoopView) -> Findings:
     default = "offset" not in view.loop.output.model_fields_set
     if default or (offset == 0 and view.integrates):
         return
-    yield from outside_limits(
+    yield from outside_limits_findings(
         view, "output", "offset", value=offset, limits=limits, shown=view.cv, units=NUMBER_FIELDS, field="offset"
     )
 
@@ -535,7 +551,7 @@ def offset_beside_integral(view: LoopView) -> Findings:
     """
     offset, limits = view.counts("cv_offset"), view.cv_limits
     if offset and view.integrates and limits is not None and limits[0] <= offset <= limits[1]:
-        yield view.at("output", "offset", offset=view.cv(offset))
+        yield view.report("output", "offset", offset=view.cv(offset))
 
 
 @per_loop
@@ -553,7 +569,7 @@ def integral_without_anti_windup(view: LoopView) -> Findings:
     Fix: `anti_windup: true`, the dialog's own choice.
     """
     if not view.loop.anti_windup and view.integrates:
-        yield view.at("anti_windup", integral=decimal_text(view.register_value("integral_time") or Decimal(0)))
+        yield view.report("anti_windup", integral=decimal_text(view.register_value("integral_time") or Decimal(0)))
 
 
 @per_loop
@@ -568,4 +584,4 @@ def cv_limit_looks_like_percent(view: LoopView) -> Findings:
     """
     if looks_like_percent(view) and view.cv_limits is not None:
         high = view.cv_limits[1]
-        yield view.at("output", "limits", high=high, percent=f"{100 * high / CV_FULL:.2g}")
+        yield view.report("output", "limits", high=high, percent=f"{100 * high / CV_FULL:.2g}")

@@ -64,7 +64,7 @@ def velocity_is_not_incremental(view: LoopView) -> Findings:
     the CV must rise with `action: direct` (cooling), and fall with `action: reverse` (heating).
     """
     if view.loop.algorithm == "velocity" and view.register_value("derivative_time"):
-        yield view.at("algorithm", sign="+" if view.loop.action == "direct" else "-")
+        yield view.report("algorithm", sign="+" if view.loop.action == "direct" else "-")
 
 
 @per_loop
@@ -78,7 +78,7 @@ def velocity_without_derivative(view: LoopView) -> Findings:
     Fix: write `algorithm: position`, or leave it if the autotune is to set a derivative time.
     """
     if view.loop.algorithm == "velocity" and view.register_value("derivative_time") == 0:
-        yield view.at("algorithm")
+        yield view.report("algorithm")
 
 
 @per_loop
@@ -98,7 +98,7 @@ def gain_zero_with_integral(view: LoopView) -> Findings:
     terms = view.register_values("proportional_gain", "integral_time", "derivative_time")
     if terms and terms[0] == 0 and terms[1] > 0:
         names = "integral and derivative time" if terms[2] > 0 else "an integral time"
-        yield view.at("tuning", "proportional_gain", terms=names)
+        yield view.report("tuning", "proportional_gain", terms=names)
 
 
 @per_loop
@@ -114,7 +114,7 @@ def no_control_term(view: LoopView) -> Findings:
     terms = view.register_values("proportional_gain", "integral_time", "derivative_time")
     if terms and terms[0] == 0 and terms[1] == 0:
         left = "the derivative alone holds no set point" if terms[2] > 0 else "no term is left, the CV never moves"
-        yield view.at("tuning", "proportional_gain", left=left)
+        yield view.report("tuning", "proportional_gain", left=left)
 
 
 @per_loop
@@ -138,7 +138,7 @@ def proportional_without_offset(view: LoopView) -> Findings:
         view.counts("cv_offset"),
     )
     if gain and reset == 0 and offset == 0:
-        yield view.at_key("tuning")
+        yield view.report_key("tuning")
 
 
 def has_dialog_times(view: LoopView) -> bool:
@@ -163,7 +163,7 @@ def integral_time_below_sample_rate(view: LoopView) -> Findings:
     """
     times = view.register_values("integral_time", "sample_rate")
     if times and 0 < times[0] < times[1] and not has_dialog_times(view):
-        yield view.at(
+        yield view.report(
             "tuning",
             "integral_time",
             integral=decimal_text(times[0]),
@@ -189,7 +189,7 @@ def derivative_time_below_sample_rate(view: LoopView) -> Findings:
     """
     times = view.register_values("derivative_time", "sample_rate")
     if times and 0 < times[0] < times[1] and not has_dialog_times(view):
-        yield view.at(
+        yield view.report(
             "tuning",
             "derivative_time",
             derivative=decimal_text(times[0]),
@@ -209,7 +209,7 @@ def dialog_default_times(view: LoopView) -> Findings:
     Fix: give times that fit the process, or switch the terms off until it is tuned.
     """
     if has_dialog_times(view):
-        yield view.at("tuning", "integral_time")
+        yield view.report("tuning", "integral_time")
 
 
 @per_loop
@@ -233,7 +233,7 @@ def derivative_amplifies_counts(view: LoopView) -> Findings:
     gain = terms[0] or Decimal(1)  # D160
     counts = gain * terms[1] / terms[2]
     if counts > TENTH_OF_CV:
-        yield view.at(
+        yield view.report(
             "tuning",
             "derivative_time",
             counts=f"{counts:.0f}",
@@ -254,7 +254,7 @@ def sample_rate_of_zero(view: LoopView) -> Findings:
     Fix: give a tenth of the process's time constant or less; 1 s for temperatures, 0.1 to 0.5 s for flows.
     """
     if view.loop.sample_rate == 0:
-        yield view.at("sample_rate")
+        yield view.report("sample_rate")
 
 
 # --- What the autotune would need -------------------------------------------------------------------------------------
@@ -302,7 +302,7 @@ def autotune_start_condition(view: LoopView) -> Findings:
     Fix: in Manual, set the CV that holds the PV near the set point, wait until the PV stands still, then start.
     """
     if has_autotune(view):
-        yield view.at_key("autotune")
+        yield view.report_key("autotune")
 
 
 @per_loop
@@ -315,7 +315,7 @@ def autotune_timeout_zero(view: LoopView) -> Findings:
     Fix: give several times the time that the process needs to answer a step; the dialog's own value is 600 s.
     """
     if has_autotune(view) and view.loop.autotune.timeout == 0:
-        yield view.at("autotune", "timeout")
+        yield view.report("autotune", "timeout")
 
 
 @per_loop
@@ -335,7 +335,7 @@ def autotune_timeout_below_integral_time(view: LoopView) -> Findings:
     """
     timeout, times = view.loop.autotune.timeout, view.register_values("integral_time", "sample_rate")
     if has_autotune(view) and times and MIN_AUTOTUNE_SAMPLES * times[1] <= timeout < times[0]:
-        yield view.at_key("tuning", timeout=timeout, integral=decimal_text(times[0]))
+        yield view.report_key("tuning", timeout=timeout, integral=decimal_text(times[0]))
 
 
 @per_loop
@@ -350,7 +350,7 @@ def autotune_timeout_few_samples(view: LoopView) -> Findings:
     """
     timeout, sample = view.loop.autotune.timeout, view.register_value("sample_rate")
     if has_autotune(view) and sample is not None and 0 < timeout < MIN_AUTOTUNE_SAMPLES * sample:
-        yield view.at("sample_rate", timeout=timeout, sample=decimal_text(sample))
+        yield view.report("sample_rate", timeout=timeout, sample=decimal_text(sample))
 
 
 @per_loop
@@ -365,7 +365,7 @@ def autotune_pi_drops_derivative(view: LoopView) -> Findings:
     """
     derivative = view.register_value("derivative_time")
     if has_autotune(view) and view.loop.autotune.type == "PI" and derivative:
-        yield view.at("autotune", "type", derivative=decimal_text(derivative))
+        yield view.report("autotune", "type", derivative=decimal_text(derivative))
 
 
 @per_loop
@@ -381,7 +381,7 @@ def autotune_step_impossible(view: LoopView) -> Findings:
     """
     limits = view.cv_limits
     if has_autotune(view) and limits and limits[0] + TENTH_OF_CV > limits[1] and not looks_like_percent(view):
-        yield view.at(
+        yield view.report(
             "output",
             "limits",
             plc_effect="autotune status 5",
@@ -474,7 +474,7 @@ def cycle_time_of_zero(view: LoopView) -> Findings:
     """
     pulse = view.loop.output.pulse
     if pulse is not None and pulse.cycle_time == 0:
-        yield view.at("output", "pulse", "cycle_time", tag=pulse.tag)
+        yield view.report("output", "pulse", "cycle_time", tag=pulse.tag)
 
 
 @error(
@@ -493,7 +493,7 @@ def minimum_times_exceed_cycle(context: EzlogixContext) -> Findings:
     """
     for view, p in loops_with_pulses(context):
         if p.is_on_or_off_only and not p.never_on and not p.never_off:
-            yield view.at(
+            yield view.report(
                 "output",
                 "pulse",
                 "cycle_time",
@@ -513,7 +513,7 @@ def output_never_on(context: EzlogixContext) -> Findings:
     """
     for view, p in loops_with_pulses(context):
         if p.never_on and view.loop.output.pulse is not None:
-            yield view.at(
+            yield view.report(
                 "output",
                 "pulse",
                 "min_on",
@@ -534,7 +534,7 @@ def output_always_on(context: EzlogixContext) -> Findings:
     """
     for view, p in loops_with_pulses(context):
         if p.never_off and view.loop.output.pulse is not None:
-            yield view.at(
+            yield view.report(
                 "output",
                 "pulse",
                 "min_off",
@@ -559,7 +559,7 @@ def low_limit_pulse_left_out(context: EzlogixContext) -> Findings:
     """
     for view, p in loops_with_pulses(context):
         if p.low > 0 and not p.is_on_or_off_only and not p.has_pulse(p.low):
-            yield view.at(
+            yield view.report(
                 "output",
                 "pulse",
                 "min_on",
@@ -584,7 +584,7 @@ def high_limit_gap_left_out(context: EzlogixContext) -> Findings:
     """
     for view, p in loops_with_pulses(context):
         if p.high < CV_FULL and not p.is_on_or_off_only and p.has_no_gap(p.high):
-            yield view.at(
+            yield view.report(
                 "output",
                 "pulse",
                 "min_off",
@@ -606,7 +606,7 @@ def cycle_below_sample_rate(context: EzlogixContext) -> Findings:
     for view, p in loops_with_pulses(context):
         sample = view.register_value("sample_rate")
         if sample is not None and p.cycle < sample:
-            yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), sample=decimal_text(sample))
+            yield view.report("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), sample=decimal_text(sample))
 
 
 @warning(
@@ -626,7 +626,9 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Findings:
         integral, sample = view.register_value("integral_time"), view.register_value("sample_rate")
         slow = integral and sample is not None and sample <= integral and not has_dialog_times(view)
         if slow and integral and p.cycle > integral:
-            yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), integral=decimal_text(integral))
+            yield view.report(
+                "output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), integral=decimal_text(integral)
+            )
 
 
 @checklist("EZ473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")
@@ -641,7 +643,7 @@ def cycle_wears_relays(context: EzlogixContext) -> Findings:
     for view, p in loops_with_pulses(context):
         if p.cycle < SHORT_RELAY_CYCLE:
             times = YEAR / p.cycle / MILLION
-            yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), times=f"{float(times):.3g}")
+            yield view.report("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), times=f"{float(times):.3g}")
 
 
 def seconds_text(value: Decimal) -> str:

@@ -47,10 +47,10 @@ def delay_too_long(context: NextopidContext) -> Findings:
     for view in context.blocks_of_type(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and sample > 0 and time > MOST_SAMPLES * sample:
-            yield view.at(
+            yield view.report(
                 "DelayTime",
                 "Error",
-                time=view.shown("DelayTime"),
+                time=view.quote("DelayTime"),
                 sample=number_text(sample),
                 count=f"{float(time / sample):.6g}",
                 most=number_text(MOST_SAMPLES * sample),
@@ -68,9 +68,9 @@ def delay_between_samples(context: NextopidContext) -> Findings:
     for view in context.blocks_of_type(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and time > 0 and sample > 0 and _is_between_samples(time / sample):
-            yield view.at(
+            yield view.report(
                 "DelayTime",
-                time=view.shown("DelayTime"),
+                time=view.quote("DelayTime"),
                 sample=number_text(sample),
                 whole=number_text(round(time / sample) * sample),
                 count=f"{float(time / sample):.6g}",
@@ -94,7 +94,7 @@ def time_constant_not_positive(context: NextopidContext) -> Findings:
         key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and time <= 0:
-            yield view.at(key, "Error", key=key, time=view.shown(key))
+            yield view.report(key, "Error", key=key, time=view.quote(key))
 
 
 @error("NX645", LIMITS, "Min_OutVar {low} is above Max_OutVar {high}")
@@ -108,11 +108,11 @@ def output_limits_crossed(context: NextopidContext) -> Findings:
     for view in context.blocks_of_type(*LIMITED):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and high is not None and low > high:
-            yield view.at(
+            yield view.report(
                 "Min_OutVar",
                 "Error" if view.type in LAGS else None,
-                low=view.shown("Min_OutVar"),
-                high=view.shown("Max_OutVar"),
+                low=view.quote("Min_OutVar"),
+                high=view.quote("Max_OutVar"),
             )
 
 
@@ -129,7 +129,7 @@ def output_pinned(context: NextopidContext) -> Findings:
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and low == high:
             how = "" if view.is_given("Min_OutVar") or view.is_given("Max_OutVar") else ", as they are when not given"
-            yield view.at("Max_OutVar", value=view.shown("Max_OutVar"), how=how)
+            yield view.report("Max_OutVar", value=view.quote("Max_OutVar"), how=how)
 
 
 @error("NX647", LIMITS, "Init_OutVar {value} is {side} {limit} {end}")
@@ -145,8 +145,8 @@ def initial_output_outside_limits(context: NextopidContext) -> Findings:
         if value is None or low is None or high is None or low >= high or low <= value <= high:
             continue
         side, limit = ("below", "Min_OutVar") if value < low else ("above", "Max_OutVar")
-        yield view.at(
-            "Init_OutVar", "Error", value=view.shown("Init_OutVar"), side=side, limit=limit, end=view.shown(limit)
+        yield view.report(
+            "Init_OutVar", "Error", value=view.quote("Init_OutVar"), side=side, limit=limit, end=view.quote(limit)
         )
 
 
@@ -161,9 +161,9 @@ def gain_of_zero(context: NextopidContext) -> Findings:
     for view in context.blocks_of_type(*LIMITED):
         key = "Gs" if view.type in LAGS else "G"
         if view.number_of(key) == 0:
-            known = view.known(key)
+            known = view.known_value(key)
             how = ", as it is when not given" if not view.is_given(key) else known.source if known else ""
-            yield view.at(key, key=key, how=how)
+            yield view.report(key, key=key, how=how)
 
 
 # --- Sample times, and times that are too short or too long beside them -----------------------------------------------
@@ -201,7 +201,7 @@ def sample_time_above_60_s(view: BlockView) -> Findings:
     not by long intervals.
     """
     if view.sample_time > LONGEST_SAMPLE:
-        finding = view.at("sample_time", "ErrBits.SampleTime", time=number_text(view.sample_time))
+        finding = view.report("sample_time", "ErrBits.SampleTime", time=number_text(view.sample_time))
         yield finding if view.item.sample_time is not None else replace(finding, path=("plc", "sample_time"))
 
 
@@ -232,7 +232,7 @@ def sample_time_not_a_multiple(context: NextopidContext) -> Findings:
     task = context.config.plc.sample_time
     for view in context.controllers:
         if task > 0 and view.sample_time > 0 and (Fraction(view.sample_time) / Fraction(task)).denominator > 1:
-            yield view.at("sample_time", time=number_text(view.sample_time), task=number_text(task))
+            yield view.report("sample_time", time=number_text(view.sample_time), task=number_text(task))
 
 
 @warning("NX627", D213, "a sample time of {time} s is below 1 ms, the resolution of the PLC's clock")
@@ -260,7 +260,7 @@ def derivative_filter_below_sample_time(view: BlockView) -> Findings:
     """
     time = view.number_of("Tfd")
     if time is not None and 0 < time < view.sample_time and view.derivative:
-        yield view.at("Tfd", time=view.shown("Tfd"), sample=number_text(view.sample_time))
+        yield view.report("Tfd", time=view.quote("Tfd"), sample=number_text(view.sample_time))
 
 
 @info("NX629", D213, "{key} {time} is shorter than the sample time of {sample} s: the output follows within a cycle")
@@ -275,7 +275,7 @@ def lag_below_sample_time(context: NextopidContext) -> Findings:
         key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and 0 < time < view.sample_time:
-            yield view.at(key, key=key, time=view.shown(key), sample=number_text(view.sample_time))
+            yield view.report(key, key=key, time=view.quote(key), sample=number_text(view.sample_time))
 
 
 @per_pid
@@ -289,7 +289,7 @@ def integral_time_below_1_ms(view: BlockView) -> Findings:
     """
     time = view.number_of("Ti_Ki")
     if view.is_on("Indep") is False and time is not None and 0 < time < SHORTEST_INTEGRAL:
-        yield view.at("Ti_Ki", time=view.shown("Ti_Ki"))
+        yield view.report("Ti_Ki", time=view.quote("Ti_Ki"))
 
 
 @warning(
@@ -312,11 +312,11 @@ def integral_time_below_sample_time(context: NextopidContext) -> Findings:
             continue
         time = gain / rate
         if time < view.sample_time:
-            how = " (Kp / Ki)" if view.is_on("Indep") else ""
-            yield view.at(
+            description = " (Kp / Ki)" if view.is_on("Indep") else ""
+            yield view.report(
                 "Ti_Ki",
                 time=f"{float(time):.4g}",
-                how=how,
+                how=description,
                 sample=number_text(view.sample_time),
                 factor=f"{float(view.sample_time / time):.3g}",
             )
@@ -343,7 +343,7 @@ def derivative_without_filter(context: NextopidContext) -> Findings:
             continue
         jolt = gain * (pv[1] - pv[0]) * NOISE / view.sample_time / (mv[1] - mv[0])
         if jolt > JOLT:
-            yield view.at("Td_Kd", percent=f"{float(jolt) * 100:.3g}")
+            yield view.report("Td_Kd", percent=f"{float(jolt) * 100:.3g}")
 
 
 @per_pid
@@ -360,8 +360,8 @@ def slow_mv(view: BlockView) -> Findings:
     if rate is not None and rate > 0 and mv is not None:
         time = (mv[1] - mv[0]) / rate * view.sample_time
         if time > LONG_STROKE:
-            yield view.at(
-                "MaxVarMV", rate=view.shown("MaxVarMV"), sample=number_text(view.sample_time), time=f"{float(time):.4g}"
+            yield view.report(
+                "MaxVarMV", rate=view.quote("MaxVarMV"), sample=number_text(view.sample_time), time=f"{float(time):.4g}"
             )
 
 
@@ -376,7 +376,7 @@ def mv_rate_without_effect(view: BlockView) -> Findings:
     """
     rate, mv = view.number_of("MaxVarMV"), view.mv_limits
     if rate is not None and mv is not None and rate >= mv[1] - mv[0]:
-        yield view.at("MaxVarMV", rate=view.shown("MaxVarMV"))
+        yield view.report("MaxVarMV", rate=view.quote("MaxVarMV"))
 
 
 # --- Loops whose process is part of the file: the direction of control, and the sample time ---------------------------
@@ -413,12 +413,12 @@ def wrong_direction_of_control(context: NextopidContext) -> Findings:
             continue  # the loop inside is wrong; what that makes of this one is its echo
         view, direct = path.loop, path.loop.is_on("Direct")
         process = next((block for block in path.processes if (block.number_of("Gs") or 0) < 0), path.processes[0])
-        yield view.at(
+        yield view.report(
             "Direct",
-            direct=view.shown("Direct"),
+            direct=view.quote("Direct"),
             moves="falls" if direct is False else "rises",
             process=process.name,
-            gain=process.shown("Gs"),
+            gain=process.quote("Gs"),
             wanted=value_text(not direct),
         )
 
@@ -448,7 +448,7 @@ def sample_time_long_for_the_process(context: NextopidContext) -> Findings:
         slowest = max(path.processes, key=lambda block: block.number_of("Tc") or 0, default=None)
         constant = None if slowest is None else slowest.number_of("Tc")
         if slowest is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
-            yield view.at(
+            yield view.report(
                 "sample_time",
                 sample=number_text(view.sample_time),
                 constant=number_text(constant),

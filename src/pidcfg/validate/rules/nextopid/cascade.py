@@ -35,8 +35,8 @@ def cascade_in_a_circle(context: NextopidContext) -> Findings:
         circle = [*names, names[0]]
         way = " follows ".join(circle if len(circle) <= MOST_NAMES else [*circle[:MOST_NAMES], "…"])
         for view in (context.views[i] for i in ring):
-            finding = view.at("SP_CASC", name=view.name, way=way)
-            yield finding.shared_with(*(name for name in names if name != view.name))
+            finding = view.report("SP_CASC", name=view.name, way=way)
+            yield finding.with_other_loops(*(name for name in names if name != view.name))
 
 
 @error(
@@ -56,9 +56,9 @@ def two_masters(context: NextopidContext) -> Findings:
         if len(masters) > 1:
             names = [master.name for master in masters]
             values = {"slave": view.name, "masters": list_names(names)}
-            yield view.at("SP_CASC").quoting(**values).shared_with(*names)
+            yield view.report("SP_CASC").with_values(**values).with_other_loops(*names)
             for master in masters:
-                yield master.at("name").quoting(**values).shared_with(view.name)
+                yield master.report("name").with_values(**values).with_other_loops(view.name)
 
 
 @warning(
@@ -78,9 +78,9 @@ def several_slaves(context: NextopidContext) -> Findings:
         if len(links) > 1:
             names = [link.slave.name for link in links]
             values = {"master": master.name, "slaves": list_names(names)}
-            yield master.at("name").quoting(**values).shared_with(*names)
+            yield master.report("name").with_values(**values).with_other_loops(*names)
             for link in links:
-                yield link.slave.at("SP_CASC").quoting(**values).shared_with(master.name)
+                yield link.slave.report("SP_CASC").with_values(**values).with_other_loops(master.name)
 
 
 @info("NX665", CASCADE, "CASC is FALSE: {loop}{role} never follows SP_CASC, {source}")
@@ -96,7 +96,9 @@ def never_in_cascade_mode(context: NextopidContext) -> Findings:
         expression = view.wire("SP_CASC")
         if expression is not None and view.is_on("CASC") is False and not view.is_wired("CASC"):
             role = context.connections.role(view)
-            yield view.at("CASC", loop=view.name, role=f" ({role})" if "slave" in role else "", source=expression.text)
+            yield view.report(
+                "CASC", loop=view.name, role=f" ({role})" if "slave" in role else "", source=expression.text
+            )
 
 
 @per_pid
@@ -110,7 +112,7 @@ def cascade_mode_without_set_point(view: BlockView) -> Findings:
     """
     if not view.is_given("SP_CASC") and view.may_be_on("CASC"):
         value = "wired" if view.is_wired("CASC") else "TRUE"
-        yield view.at("CASC", value=value, unit=view.unit("SP"))
+        yield view.report("CASC", value=value, unit=view.unit("SP"))
 
 
 @warning("NX667", CASCADE, "{loop} is only master, of {slave}: its CASC must be FALSE, and is {value}")
@@ -125,7 +127,7 @@ def master_in_cascade_mode(context: NextopidContext) -> Findings:
         in_cascade = master.may_be_on("CASC") and master.is_given("SP_CASC")
         if in_cascade and context.connections.role(master) == "only master":
             value = "wired" if master.is_wired("CASC") else "TRUE"
-            yield master.at("CASC", loop=master.name, slave=links[0].slave.name, value=value)
+            yield master.report("CASC", loop=master.name, slave=links[0].slave.name, value=value)
 
 
 @warning("NX673", LIMITS, "{parameter} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
@@ -144,9 +146,9 @@ def master_range_beyond_slave(context: NextopidContext) -> Findings:
                 continue
             if link.exact and (mv - pv) * way > 0:
                 effect = f"{link.slave.name}.WarnBits.SP_CASC_{limit}"
-                shown = {"mine": link.master.shown(key), "limit": limit, "theirs": link.slave.shown(limit)}
+                shown = {"mine": link.master.quote(key), "limit": limit, "theirs": link.slave.quote(limit)}
                 names = {"parameter": key, "master": link.master.name, "slave": link.slave.name}
-                at_master, at_slave = link.master.at(key, effect), link.slave.at(limit, effect)
+                at_master, at_slave = link.master.report(key, effect), link.slave.report(limit, effect)
                 yield from report_at_both(link.master, at_master, link.slave, at_slave, **shown, **names)
 
 
@@ -163,7 +165,7 @@ def slave_slower_than_master(context: NextopidContext) -> Findings:
         if link.slave.sample_time > link.master.sample_time:
             times = {"time": number_text(link.slave.sample_time), "other": number_text(link.master.sample_time)}
             values = {"slave": link.slave.name, "master": link.master.name, **times}
-            at_slave, at_master = link.slave.at("sample_time"), link.master.at("sample_time")
+            at_slave, at_master = link.slave.report("sample_time"), link.master.report("sample_time")
             yield from report_at_both(link.slave, at_slave, link.master, at_master, **values)
 
 
@@ -185,7 +187,7 @@ def tracking_not_connected(context: NextopidContext) -> Findings:
     for master, links in context.connections.masters():
         fault = connection_fault(master, "TRK_IN", {f"{link.slave.name}.TRK_OUT" for link in links})
         if fault is not None:
-            yield master.at(
+            yield master.report(
                 "TRK_IN",
                 None,
                 fault.severity,
@@ -210,7 +212,7 @@ def tracking_value_not_slave_pv(context: NextopidContext) -> Findings:
             continue
         fault = connection_fault(master, "TRK_VAL", set())
         if fault is not None:
-            yield master.at(
+            yield master.report(
                 "TRK_VAL",
                 None,
                 fault.severity,
@@ -249,7 +251,7 @@ def windup_not_connected(context: NextopidContext) -> Findings:
             fault = connection_fault(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in links})
             if fault is not None:
                 crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in links}
-                yield master.at(
+                yield master.report(
                     key,
                     None,
                     fault.severity,
@@ -277,7 +279,7 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Findings:
             if link.slave.may_be_on(key):
                 wire = link.slave.wire(key)
                 state = f"wired to {wire.text}" if wire is not None else "TRUE"
-                yield link.slave.at(key, loop=link.slave.name, master=link.master.name, key=key, found=state)
+                yield link.slave.report(key, loop=link.slave.name, master=link.master.name, key=key, found=state)
 
 
 @warning(
@@ -299,7 +301,7 @@ def outputs_of_a_master_connected(context: NextopidContext) -> Findings:
             number = context.number(master, output)
             for (i, key), wire in context.encoding.wires.items():
                 if number in wire.signals and not (key in MASTER_INPUTS and context.connections.role(context.views[i])):
-                    yield context.views[i].at(
+                    yield context.views[i].report(
                         key,
                         master=master.name,
                         slave=links[0].slave.name,
@@ -324,9 +326,9 @@ def slave_without_set_point_of_its_master(context: NextopidContext) -> Findings:
         if slave is None or slave is master or slave.is_wired("SP_CASC"):
             continue
         given = slave.is_given("SP_CASC")
-        values = {"master": master.name, "slave": slave.name, "found": slave.shown("SP_CASC") if given else "not given"}
-        at_slave = slave.at("SP_CASC" if given else "name")
-        yield from report_at_both(slave, at_slave, master, master.at("TRK_IN"), **values)
+        values = {"master": master.name, "slave": slave.name, "found": slave.quote("SP_CASC") if given else "not given"}
+        at_slave = slave.report("SP_CASC" if given else "name")
+        yield from report_at_both(slave, at_slave, master, master.report("TRK_IN"), **values)
 
 
 # --- Masters that are not told the truth: behind another block, and of a slave that is in error -----------------------
@@ -343,14 +345,14 @@ def indirect_masters(context: NextopidContext, slave: BlockView) -> Iterator[tup
         block = context.owner(start)
         if block is None or block[0].is_pid:
             continue
-        waiting, seen = [start], {start}
+        waiting, visited = [start], {start}
         while waiting:
             number = waiting.pop()
             master = context.pid_output(number)
             if master is not None and number not in direct and master.number != slave.number:
                 yield master, block[0].name
-            fresh = dependencies_of(context.encoding, number) - seen
-            seen |= fresh
+            fresh = dependencies_of(context.encoding, number) - visited
+            visited |= fresh
             waiting += sorted(fresh)
 
 
@@ -374,7 +376,7 @@ def master_behind_a_block_not_connected(context: NextopidContext) -> Findings:
             missing = [key for key in MASTER_INPUTS if not master.is_wired(key)]
             if missing and (master.number, slave.number) not in reported:
                 reported.add((master.number, slave.number))
-                yield master.at(
+                yield master.report(
                     missing[0],
                     master=master.name,
                     slave=slave.name,
@@ -416,7 +418,7 @@ def slave_in_error(context: NextopidContext) -> Findings:
     for link in context.connections.links:
         bit = first_error_bit(link.slave)
         if bit is not None and link.master.number != link.slave.number:
-            yield link.slave.at(
+            yield link.slave.report(
                 "SP_CASC", f"{link.slave.name}.ErrBits.{bit}", slave=link.slave.name, master=link.master.name
             )
 
@@ -453,7 +455,7 @@ def selector_of_one_loop(context: NextopidContext) -> Findings:
     """
     for selector, first, second in context.connections.overrides():
         if first.loop is second.loop:
-            yield selector.at("MV2", selector=selector.name, loop=first.loop.name)
+            yield selector.report("MV2", selector=selector.name, loop=first.loop.name)
 
 
 @error("NX676", OVERRIDE, "OVERR of {loop}, {input} of {selector}, must come from {selector}.{output}, and is {found}")
@@ -472,7 +474,7 @@ def override_not_connected(context: NextopidContext) -> Findings:
         )
         if fault is not None:
             crossed = connection.loop.source("OVERR") == f"{connection.selector.name}.OVERR{3 - connection.number}"
-            yield connection.loop.at(
+            yield connection.loop.report(
                 "OVERR",
                 None,
                 fault.severity,
@@ -500,7 +502,7 @@ def override_value_not_selected_mv(context: NextopidContext) -> Findings:
         wire = connection.loop.wire("TRK_VAL")
         reads = wire is not None and {context.names[number] for number in wire.signals} & wanted
         if fault is not None and not (reads and not connection.exact):
-            yield connection.loop.at(
+            yield connection.loop.report(
                 "TRK_VAL",
                 None,
                 fault.severity,
@@ -527,7 +529,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Findings:
             sides = ["above" if bool(mode) == smaller else "below" for mode in modes]
             values = {"selector": selector.name, "first": first.loop.name, "second": second.loop.name}
             values |= {"side": sides[0], "other_side": sides[1]}
-            at_first, at_second = first.loop.at("Direct"), second.loop.at("Direct")
+            at_first, at_second = first.loop.report("Direct"), second.loop.report("Direct")
             yield from report_at_both(first.loop, at_first, second.loop, at_second, **values)
 
 
@@ -546,11 +548,13 @@ def override_limits_differ(context: NextopidContext) -> Findings:
             key = "MinMV" if one[0] != other[0] else "MaxMV"
             ranges = {"limits": _mv_range_text(first.loop), "others": _mv_range_text(second.loop)}
             values = {"selector": selector.name, "first": first.loop.name, "second": second.loop.name, **ranges}
-            yield from report_at_both(first.loop, first.loop.at(key), second.loop, second.loop.at(key), **values)
+            yield from report_at_both(
+                first.loop, first.loop.report(key), second.loop, second.loop.report(key), **values
+            )
 
 
 def _mv_range_text(loop: BlockView) -> str:
-    return f"{loop.shown('MinMV')} to {loop.shown('MaxMV')}"
+    return f"{loop.quote('MinMV')} to {loop.quote('MaxMV')}"
 
 
 @warning("NX680", D218, "OVERR is {found}, but {what}")
@@ -570,9 +574,9 @@ def override_without_selector(context: NextopidContext) -> Findings:
         state = "TRUE" if wire is None else f"wired to {wire.text}"
         if owner is not None and owner[0].type in SELECTORS:
             what = f"{owner[0].name} does not read {view.name}.MV"
-            yield view.at("OVERR", None, Severity.ERROR, found=state, what=what)
+            yield view.report("OVERR", None, Severity.ERROR, found=state, what=what)
         elif not view.is_given("TRK_VAL"):
-            yield view.at("OVERR", found=state, what="TRK_VAL, the MV that controls instead, is not given")
+            yield view.report("OVERR", found=state, what="TRK_VAL, the MV that controls instead, is not given")
 
 
 @checklist("NX681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
@@ -587,7 +591,7 @@ def override_without_integral(context: NextopidContext) -> Findings:
     for inputs in context.connections.inputs_by_loop.values():
         loop = inputs[0].loop
         if loop.integral == 0:
-            yield loop.at("Ti_Ki", loop=loop.name)
+            yield loop.report("Ti_Ki", loop=loop.name)
 
 
 @per_pid
@@ -601,7 +605,7 @@ def bias_of_a_direct_loop(view: BlockView) -> Findings:
     Fix: check that a disturbance that needs more MV raises BIAS.
     """
     if view.is_wired("BIAS") and view.is_on("Direct"):
-        yield view.at("BIAS")
+        yield view.report("BIAS")
 
 
 @info("NX683", BIAS, "{source} may go from {low} to {high}, and MV has only {limits}")
@@ -625,7 +629,7 @@ def feed_forward_beyond_mv(context: NextopidContext) -> Findings:
         low, high = owner[0].number_of("Min_OutVar"), owner[0].number_of("Max_OutVar")
         span = mv[1] - mv[0]
         if low is not None and high is not None and (low < -span or high > span):
-            yield view.at(
+            yield view.report(
                 "BIAS",
                 source=f"{owner[0].name}.OutVar",
                 low=number_text(low),

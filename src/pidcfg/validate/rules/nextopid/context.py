@@ -85,19 +85,19 @@ class BlockView:
         """Whether the file gives a parameter."""
         return key in self.item.model_fields_set
 
-    def known(self, key: str) -> KnownValue | None:
+    def known_value(self, key: str) -> KnownValue | None:
         """The value of a parameter in the first scan; None where it is unknown, or wrong by another rule."""
         known = self.context.first_scan.known(self.context.number(self, key))
         return None if known is not None and known.lasts == PASSING and key not in CHECKED else known
 
     def number_of(self, key: str) -> Decimal | None:
         """The value of a numeric parameter."""
-        known = self.known(key)
+        known = self.known_value(key)
         return None if known is None else Decimal(known.value)
 
     def is_on(self, key: str) -> bool | None:
         """The value of a switch; None where it is wired to an unknown value."""
-        known = self.known(key)
+        known = self.known_value(key)
         return None if known is None else bool(known.value)
 
     def may_be_on(self, key: str) -> bool:
@@ -177,12 +177,12 @@ class BlockView:
         unit = getattr(getattr(self.item, part, None), "unit", None) if part else None
         return f" {unit}" if unit else ""
 
-    def shown(self, key: str) -> str:
+    def quote(self, key: str) -> str:
         """The value of a parameter with unit and origin; only where it is known."""
-        known = self.known(key)
+        known = self.known_value(key)
         return "unknown" if known is None else f"{value_text(known.value)}{self.unit(key)}{known.source}"
 
-    def at(
+    def report(
         self, key: str, /, plc_effect: str | None = None, severity: Severity | None = None, **values: Any
     ) -> Finding:
         """A finding at one of its keys."""
@@ -476,10 +476,10 @@ class LoopConnections:
         self.context = context
         self.links = list(self._find_links())
         self.selector_inputs = list(self._find_selector_inputs())
-        self.links_by_master = _grouped(self.links, lambda link: link.master.number)
-        self.links_by_slave = _grouped(self.links, lambda link: link.slave.number)
-        self.inputs_by_loop = _grouped(self.selector_inputs, lambda entry: entry.loop.number)
-        self.inputs_by_selector = _grouped(self.selector_inputs, lambda entry: entry.selector.number)
+        self.links_by_master = _group_by_key(self.links, lambda link: link.master.number)
+        self.links_by_slave = _group_by_key(self.links, lambda link: link.slave.number)
+        self.inputs_by_loop = _group_by_key(self.selector_inputs, lambda entry: entry.loop.number)
+        self.inputs_by_selector = _group_by_key(self.selector_inputs, lambda entry: entry.selector.number)
 
     def _find_links(self) -> Iterator[Link]:
         for slave in self.context.pids:
@@ -540,21 +540,21 @@ class LoopConnections:
         return names
 
 
-def _grouped(rows: list[Row], key: Callable[[Row], int]) -> dict[int, list[Row]]:
+def _group_by_key(rows: list[Row], key: Callable[[Row], int]) -> dict[int, list[Row]]:
     groups: dict[int, list[Row]] = {}
     for row in rows:
         groups.setdefault(key(row), []).append(row)
     return groups
 
 
-def connection_fault(view: BlockView, key: str, wanted: set[str]) -> ConnectionFault | None:
+def connection_fault(view: BlockView, key: str, output: set[str]) -> ConnectionFault | None:
     """What is wrong with a connection that must come from one of some names; not of a meaningless wire."""
     if not view.is_wired(key):
-        value = view.known(key)
-        text = f"{view.shown(key)}, not wired" if view.is_given(key) and value is not None else "not wired"
+        value = view.known_value(key)
+        text = f"{view.quote(key)}, not wired" if view.is_given(key) and value is not None else "not wired"
         return ConnectionFault(text, Severity.ERROR)
     expression = view.wire(key)
-    if expression is None or view.source(key) in wanted:
+    if expression is None or view.source(key) in output:
         return None
     is_signal = expression.signal is not None and view.context.owner(expression.signal) is None
     return ConnectionFault(f"wired to {expression.text}", Severity.WARNING if is_signal else Severity.ERROR)

@@ -82,7 +82,7 @@ def value_in_plc(kind: IecType, value: Any) -> Decimal | bool | None:
     return content if isinstance(content, bool) else Decimal(repr(content))
 
 
-def single(value: float) -> float:
+def round_to_single(value: float) -> float:
     """The nearest number of single precision; an ``OverflowError`` beyond them."""
     nearest: float = struct.unpack("f", struct.pack("f", value))[0]
     return nearest
@@ -93,7 +93,7 @@ def as_int(value: Decimal) -> Decimal:
     return min(max(value, Decimal(INT.low)), Decimal(INT.high)).to_integral_value(ROUND_HALF_EVEN)
 
 
-def _content(kind: IecType, result: float) -> Decimal | bool:
+def _typed_content(kind: IecType, result: float) -> Decimal | bool:
     """A result in single precision as a Decimal, or as a switch."""
     return result != 0 if kind is BOOL else Decimal(repr(shortest_single(result)))
 
@@ -120,25 +120,25 @@ def _lead_lag_output(read: Read, *_: object) -> Outputs:
         return {}
     if read("Disable"):
         return {"OutVar": 0.0}
-    out = single(read("G") * read("InVar"))
+    out = round_to_single(read("G") * read("InVar"))
     return {"OutVar": max(min(out, read("Max_OutVar")), read("Min_OutVar"))}
 
 
 def _lag_output(read: Read, kind: str, sample: float) -> Outputs:
     start = read("Init_OutVar")
     is_sound = read("Tc") > 0 and read("Min_OutVar") <= start <= read("Max_OutVar")
-    return {"OutVar": start} if is_sound and (kind == "ControlLag" or _samples(read, sample) is not None) else {}
+    return {"OutVar": start} if is_sound and (kind == "ControlLag" or _delay_samples(read, sample) is not None) else {}
 
 
 def _delay_output(read: Read, _: str, sample: float) -> Outputs:
-    samples = _samples(read, sample)
+    samples = _delay_samples(read, sample)
     return {} if samples is None else {"OutVar": read("InitDelayedVar" if samples else "InVar")}
 
 
-def _samples(read: Read, sample: float) -> int | None:
+def _delay_samples(read: Read, sample: float) -> int | None:
     """The samples of a delay; None where it is an error, or almost one."""
     time = read("DelayTime")
-    return round(single(time / sample)) if 0 <= time <= MOST_SAMPLES * sample else None
+    return round(round_to_single(time / sample)) if 0 <= time <= MOST_SAMPLES * sample else None
 
 
 OWN_FIRST_OUTPUT = frozenset(("ControlLag", "ControlDelay", "ControlDelayLag"))
@@ -263,12 +263,12 @@ class FirstScan:
             return None
         values = {number: float(one.value) for number, one in known.items() if one is not None}
         try:
-            result = value_of(expression, values.get, single)
+            result = value_of(expression, values.get, round_to_single)
         except ArithmeticError:
             return None
         text = expression.text if len(expression.text) <= LONGEST_SOURCE else f"{expression.text[:LONGEST_SOURCE]}…"
         source = f" ({text})" if lasts == ALWAYS else f" ({text} at the first scan)"
-        return None if result is None else KnownValue(_content(kind, result), source, lasts)
+        return None if result is None else KnownValue(_typed_content(kind, result), source, lasts)
 
     @cached_property
     def _signals(self) -> list[KnownValue | None]:
@@ -302,13 +302,13 @@ class FirstScan:
     @cached_property
     def _pv_signals(self) -> frozenset[int]:
         """The signals that a PV is made of, through wires and blocks other than loops."""
-        found: set[int] = set()
+        signals: set[int] = set()
         waiting = [self.layout.numbers[f"{b.name}.PV"] for b in self.layout.instances if b.kind.name in LOOP_TYPES]
         while waiting:
-            fresh = dependencies_of(self.encoding, waiting.pop()) - found
-            found |= fresh
+            fresh = dependencies_of(self.encoding, waiting.pop()) - signals
+            signals |= fresh
             waiting += fresh
-        return frozenset(found)
+        return frozenset(signals)
 
     # --- outputs of blocks in their first call -----------------------------------------------------------------------
 
@@ -325,13 +325,13 @@ class FirstScan:
             if known is None or known.lasts == MEASURED:
                 raise NoValueError(key)
             taken.append(known)
-            return single(float(known.value))
+            return round_to_single(float(known.value))
 
         try:
-            value = first_call(read, kind, single(float(self.config.plc.sample_time))).get(row.name)
+            value = first_call(read, kind, round_to_single(float(self.config.plc.sample_time))).get(row.name)
         except ArithmeticError:
             return None
-        content = None if value is None else _content(row.type, value)
+        content = None if value is None else _typed_content(row.type, value)
         if content is None:
             return None
         lasts = min([PASSING if kind in OWN_FIRST_OUTPUT else AT_FIRST, *(known.lasts for known in taken)])

@@ -15,7 +15,7 @@ from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import ON_OFF, BlockView, NextopidContext, all_known
 from pidcfg.validate.rules.nextopid.first_scan import ALWAYS, D208, as_int
-from pidcfg.validate.shared_checks import D955, crossed_set_points, number_text, pairs_alike
+from pidcfg.validate.shared_checks import D955, crossed_set_points, number_text, pairs_with_same_key
 
 # --- The limits of PV and MV, the bits that the block sets, and values outside ----------------------------------------
 
@@ -63,14 +63,14 @@ def gain_not_positive(view: BlockView) -> Findings:
     if gain is not None and (gain < 0 or (gain == 0 and indep is False)):
         wanted = "a value above 0" if indep is False else "0 or more"
         form = "dependent" if indep is False else "independent"
-        yield view.at("Kp", "ErrBits.Kp", gain=view.shown("Kp"), form=form, wanted=wanted)
+        yield view.report("Kp", "ErrBits.Kp", gain=view.quote("Kp"), form=form, wanted=wanted)
 
 
 def crossed_limits(view: BlockView, low: str, high: str, effect: str) -> Findings:
     """A finding at the higher one of two limits that leave no room between them."""
     ends = view.number_of(low), view.number_of(high)
     if all_known(ends) and ends[1] <= ends[0]:
-        yield view.at(high, effect, high=view.shown(high), low=view.shown(low))
+        yield view.report(high, effect, high=view.quote(high), low=view.quote(low))
 
 
 def limit_exceeded(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] | None:
@@ -90,8 +90,8 @@ def beyond_limit(
     **values: str,
 ) -> Finding:
     """A finding about a parameter beyond a limit."""
-    values |= {"value": view.shown(key), "side": end[1], "limit": end[0], "end": view.shown(end[0])}
-    return view.at(key, plc_effect, severity, **values)
+    values |= {"value": view.quote(key), "side": end[1], "limit": end[0], "end": view.quote(end[0])}
+    return view.report(key, plc_effect, severity, **values)
 
 
 @warning("NX615", WARNINGS, "SP {value} is {side} {limit} {end}: the block controls at {end}")
@@ -187,10 +187,10 @@ def output_range_narrower_than_limits(view: BlockView) -> Findings:
         value = view.number_of(key)
         if scale is not None and value is not None and not scale[0] <= value <= scale[1]:
             percent = (value - scale[0]) / (scale[1] - scale[0]) * 100
-            yield view.at(
+            yield view.report(
                 key,
                 key=key,
-                value=view.shown(key),
+                value=view.quote(key),
                 low=number_text(scale[0]),
                 high=number_text(scale[1]),
                 percent=number_text(percent),
@@ -208,7 +208,7 @@ def output_scale_assumed(view: BlockView) -> Findings:
     Fix: give `output.range` where the limits are not the ends of the scale.
     """
     if view.item.output.range is None and view.mv_limits not in {None, (Decimal(0), Decimal(100))}:
-        yield view.at("MaxMV", low=view.shown("MinMV"), high=view.shown("MaxMV"))
+        yield view.report("MaxMV", low=view.quote("MinMV"), high=view.quote("MaxMV"))
 
 
 # --- Values that come through a wire: the limits that a number in the file is held against, for them too --------------
@@ -230,7 +230,9 @@ def wired_value_out_of_range(context: NextopidContext) -> Findings:
             limits = limits_at(view.placed.kind.model, row.name)
             value = view.number_of(row.name) if limits and view.is_wired(row.name) else None
             if limits is not None and value is not None and not limits.holds(value):
-                yield view.at(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=_span(limits))
+                yield view.report(
+                    row.name, limits.effect, key=row.name, value=view.quote(row.name), allowed=_span(limits)
+                )
     kinds = {view.name: view.placed.kind for view in context.views}
     for i, move in enumerate(context.config.moves):
         block, _, key = move.to.partition(".")
@@ -257,16 +259,16 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Findings:
     for view in context.views:
         for row, _ in view.placed.given_inputs():
             value = view.number_of(row.name) if row.type is INT and view.is_wired(row.name) else None
-            taken = None if value is None else as_int(value)
-            if value is None or taken is None or value == taken:
+            stored = None if value is None else as_int(value)
+            if value is None or stored is None or value == stored:
                 continue
-            fits = value.to_integral_value(ROUND_HALF_EVEN) == taken
-            problem = f"{'its decimals are lost' if fits else 'it does not fit'}, {number_text(taken)} is taken"
-            yield view.at(
+            fits = value.to_integral_value(ROUND_HALF_EVEN) == stored
+            problem = f"{'its decimals are lost' if fits else 'it does not fit'}, {number_text(stored)} is taken"
+            yield view.report(
                 row.name,
                 severity=Severity.WARNING if fits else None,
                 key=row.name,
-                value=view.shown(row.name),
+                value=view.quote(row.name),
                 problem=problem,
             )
 
@@ -310,8 +312,8 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Findings:
         band = view.number_of("DeadBand")
         if band is not None and band <= 0:
             silent = "" if band < 0 else ", though the block reports only values below 0"
-            yield view.at(
-                "DeadBand", None if band == 0 else "ErrBits.DeadBand", band=view.shown("DeadBand"), silent=silent
+            yield view.report(
+                "DeadBand", None if band == 0 else "ErrBits.DeadBand", band=view.quote("DeadBand"), silent=silent
             )
 
 
@@ -331,7 +333,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Findings:
     """
     for view in context.blocks_of_type(ON_OFF):
         sp, band, pv, direct = (
-            view.known("SP"),
+            view.known_value("SP"),
             view.number_of("DeadBand"),
             view.pv_limits,
             view.is_on("Direct"),
@@ -342,17 +344,17 @@ def switch_point_out_of_reach(context: NextopidContext) -> Findings:
         severity = Severity.WARNING if sp.lasts < ALWAYS else None
         for value, limit, side in ((point - band, "MinPV", "below"), (point + band, "MaxPV", "above")):
             if value <= pv[0] or value >= pv[1]:
-                what = "on" if (side == "above") == direct else "off"
+                description = "on" if (side == "above") == direct else "off"
                 text = f"{number_text(value)}{view.unit('SP')}"
-                yield view.at(
+                yield view.report(
                     "DeadBand",
                     None,
                     severity,
-                    what=what,
+                    what=description,
                     side=side,
                     point=text,
                     limit=limit,
-                    end=view.shown(limit),
+                    end=view.quote(limit),
                     source=sp.source.replace("(", "(SP: ", 1),
                 )
 
@@ -381,7 +383,7 @@ def coarse_pulses(context: NextopidContext) -> Findings:
     for view in context.blocks_of_type(PWM_BLOCK):
         period = view.item.Period
         if 0 < period < FEWEST_CYCLES:
-            yield view.at("Period", period=period, percent=f"{100 / period:.3g}")
+            yield view.report("Period", period=period, percent=f"{100 / period:.3g}")
 
 
 def pid_wired_to(view: BlockView, key: str) -> BlockView | None:
@@ -407,13 +409,13 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
             if loop is not None and block_limit is not None and loop_limit is not None and block_limit != loop_limit:
                 beyond = (loop_limit - block_limit) * way > 0
                 effect = "the pulses do not follow beyond it" if beyond else "the pulses never reach the end"
-                yield view.at(
+                yield view.report(
                     key,
                     "Warning" if beyond else None,
                     key=key,
-                    mine=view.shown(key),
+                    mine=view.quote(key),
                     loop=loop.name,
-                    theirs=loop.shown(key),
+                    theirs=loop.quote(key),
                     effect=effect,
                 )
 
@@ -429,7 +431,7 @@ def split_point_out_of_range(context: NextopidContext) -> Findings:
     for view in context.blocks_of_type(SPLIT_RANGE_BLOCK):
         point = view.number_of("SPLIT")
         if point is not None and not 0 < point < FULL_PERCENT:
-            yield view.at("SPLIT", "Error", point=view.shown("SPLIT"))
+            yield view.report("SPLIT", "Error", point=view.quote("SPLIT"))
 
 
 @error("NX655", SPLIT, "MV is in % of 0 to 100, but {what}{effect}")
@@ -445,15 +447,15 @@ def split_range_not_in_percent(context: NextopidContext) -> Findings:
         loop, value = pid_wired_to(view, "MV"), view.number_of("MV")
         limits = None if loop is None else loop.mv_limits
         if value is not None and not 0 <= value <= FULL_PERCENT:
-            yield view.at("MV", "Error", what=f"it is {view.shown('MV')}", effect=BOTH_OUTPUTS_ZERO)
+            yield view.report("MV", "Error", what=f"it is {view.quote('MV')}", effect=BOTH_OUTPUTS_ZERO)
         elif loop is not None and limits is not None and limits != (Decimal(0), FULL_PERCENT):
             beyond = limits[0] < 0 or limits[1] > FULL_PERCENT
-            what = f"{loop.name} goes from {loop.shown('MinMV')} to {loop.shown('MaxMV')}"
-            yield view.at(
+            description = f"{loop.name} goes from {loop.quote('MinMV')} to {loop.quote('MaxMV')}"
+            yield view.report(
                 "MV",
                 "Error" if beyond else None,
                 None if beyond else Severity.WARNING,
-                what=what,
+                what=description,
                 effect="; beyond 0 to 100 both outputs are 0" if beyond else "",
             )
 
@@ -501,7 +503,7 @@ def tracking_without_value(view: BlockView) -> Findings:
     if view.is_on("TRK_IN") and not view.is_wired("TRK_IN") and not view.is_given("TRK_VAL"):
         low, high = view.mv_limits or (None, None)
         at_rest = "0" if low is None or high is None else number_text(min(max(low * 0, low), high))
-        yield view.at("TRK_IN", value=view.shown("TRK_IN"), mv=f"{at_rest}{view.unit('MV')}")
+        yield view.report("TRK_IN", value=view.quote("TRK_IN"), mv=f"{at_rest}{view.unit('MV')}")
 
 
 @per_pid
@@ -516,7 +518,7 @@ def integral_held_both_ways(view: BlockView) -> Findings:
     """
     keys = ("Windup_H_IN", "Windup_L_IN")
     if view.integral and all(view.is_on(key) and not view.is_wired(key) for key in keys):
-        yield view.at("Windup_L_IN")
+        yield view.report("Windup_L_IN")
 
 
 @per_pid
@@ -537,11 +539,11 @@ def times_out_of_proportion(view: BlockView) -> Findings:
         ("Tfd", "Td_Kd", view.number_of("Tfd") if derivative and derivative > 0 else None, derivative),
     ):
         if value is not None and limit is not None and value > limit:
-            yield view.at(key, long=key, value=view.shown(key), short=short, other=view.shown(short))
+            yield view.report(key, long=key, value=view.quote(key), short=short, other=view.quote(short))
     for name, time in _pv_filters(view):
         if time > integral:
             text = f"{number_text(time)} s ({name}.Tc)"
-            yield view.at("Ti_Ki", long="the filter of PV", value=text, short="Ti_Ki", other=view.shown("Ti_Ki"))
+            yield view.report("Ti_Ki", long="the filter of PV", value=text, short="Ti_Ki", other=view.quote("Ti_Ki"))
 
 
 def _pv_filters(view: BlockView) -> Iterator[tuple[str, Decimal]]:
@@ -570,21 +572,21 @@ def opposite_loops_of_one_pv(context: NextopidContext) -> Findings:
         for number in wire.signals
     }
     outputs = {view.number for number in joined if (view := context.pid_output(number)) is not None}
-    crossed = {frozenset((one.number, two.number)) for one, two in _crossed(context)}
-    for one, two, pv in pairs_alike(context.pids, lambda view: view.source("PV")):
-        if {one.is_on("Direct"), two.is_on("Direct")} != {True, False} or {one.number, two.number} <= outputs:
+    crossed = {frozenset((first.number, two.number)) for first, two in _crossed(context)}
+    for first, two, pv in pairs_with_same_key(context.pids, lambda view: view.source("PV")):
+        if {first.is_on("Direct"), two.is_on("Direct")} != {True, False} or {first.number, two.number} <= outputs:
             continue
-        if frozenset((one.number, two.number)) in crossed:
+        if frozenset((first.number, two.number)) in crossed:
             continue
-        for this, other in ((one, two), (two, one)):
+        for this, other in ((first, two), (two, first)):
             key = "Direct" if this.is_given("Direct") else "PV"
-            yield this.at(key, one=one.name, two=two.name, pv=pv).shared_with(other.name)
+            yield this.report(key, one=first.name, two=two.name, pv=pv).with_other_loops(other.name)
 
 
 def _crossed(context: NextopidContext) -> list[tuple[BlockView, BlockView]]:
     """Pairs of loops with one PV, the heating one first, that heat to above where they cool."""
     views = [view for view in context.pids if view.is_on("Direct") or not view.may_be_on("Direct")]
-    pairs = ((one, two) for one, two, _ in pairs_alike(views, lambda view: view.source("PV")))
+    pairs = ((one, two) for one, two, _ in pairs_with_same_key(views, lambda view: view.source("PV")))
     return [*crossed_set_points(pairs, lambda view: not view.is_on("Direct"), lambda view: view.number_of("SP"))]
 
 
@@ -600,8 +602,8 @@ def set_points_crossed(context: NextopidContext) -> Findings:
     for heating, cooling in _crossed(context):
         names = {"heating": heating.name, "cooling": cooling.name, "pv": heating.source("PV")}
         for this, other in ((heating, cooling), (cooling, heating)):
-            values = {"high": heating.shown("SP"), "low": cooling.shown("SP")}
-            yield this.at("SP").quoting(**names, **values).shared_with(other.name)
+            values = {"high": heating.quote("SP"), "low": cooling.quote("SP")}
+            yield this.report("SP").with_values(**names, **values).with_other_loops(other.name)
 
 
 @error("NX692", D957, "{to} is also written by the move of {other}.MV, {which}: the last move has the output")

@@ -126,7 +126,7 @@ def ring_without_delay(context: NextopidContext) -> Findings:
         text = f"{names[0]} feeds itself" if len(names) == 1 else several
         loops = [context.views[i].name for i in ring if context.views[i].placed.is_loop]
         for view in (context.views[i] for i in ring):
-            yield view.at("name", names=text).shared_with(*(name for name in loops if name != view.name))
+            yield view.report("name", names=text).with_other_loops(*(name for name in loops if name != view.name))
 
 
 @error("NX603", BLOCKS, "{name} is the library's own {taken}")
@@ -163,7 +163,7 @@ def name_used_twice(context: NextopidContext) -> Findings:
                 letters = "" if same else ": capital and small letters are the same"
                 values = {"name": name, "others": list_names([" ".join(row[:2]) for row in others]), "letters": letters}
                 loops = (row[1] for row in others if row[0] == LOOP)
-                yield Finding(path, values, key=path[0] == "signals").shared_with(*loops)
+                yield Finding(path, values, key=path[0] == "signals").with_other_loops(*loops)
 
 
 @info("NX605", D210, "no wire reads the signal {name}")
@@ -208,7 +208,7 @@ def unused_output(context: NextopidContext) -> Findings:
     read = _names_read(context)
     for view in context.blocks_of_type(*PASSIVE):
         if f"{view.name}.OutVar" not in read:
-            yield view.at("name", name=view.name)
+            yield view.report("name", name=view.name)
 
 
 def named_items(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
@@ -265,7 +265,7 @@ def constant_condition(context: NextopidContext) -> Findings:
         if view.placed.kind.table.find_parameter(name).type.kind == "bool":
             value = constant_value(expression, kinds)
             if value is not None:
-                yield view.at(name, key=name, value=TRUTH_TEXT[value], text=expression.text)
+                yield view.report(name, key=name, value=TRUTH_TEXT[value], text=expression.text)
     for i, copy in enumerate(context.encoding.copies):
         value = None if copy is None or copy.when is None else constant_value(copy.when, kinds)
         if copy is not None and copy.when is not None and value is not None:
@@ -275,26 +275,26 @@ def constant_condition(context: NextopidContext) -> Findings:
 
 def constant_value(expression: Expression, kinds: Mapping[int, IecType]) -> bool | None:
     """The value that a condition has in all cases; None: it has both, or nobody knows."""
-    tree = _tree(expression)
+    tree = _expression_tree(expression)
     comparisons = [*_comparisons(tree, kinds)]
     points: dict[Node, set[Decimal]] = {}
     for node in filter(_compares_name_with_number, comparisons):
         name, point = sorted(node[1:], key=lambda side: side[0] == CONSTANT)
         points.setdefault(name, set()).add(point[1])
     cases: dict[Node, list[Any]] = {(SIGNAL, n): [False, True] for n in expression.signals if kinds[n].kind == "bool"}
-    cases |= {name: _test_values(found, kinds[name[1]]) for name, found in points.items()}
+    cases |= {name: _test_values(value, kinds[name[1]]) for name, value in points.items()}
     cases |= {node: [False, True] for node in comparisons if not _compares_name_with_number(node)}
     if prod(len(values) for values in cases.values()) > MOST_CASES:
         return None
-    found = {_evaluate(tree, dict(zip(cases, chosen, strict=True))) for chosen in product(*cases.values())}
-    return bool(found.pop()) if len(found) == 1 else None
+    value = {_evaluate(tree, dict(zip(cases, chosen, strict=True))) for chosen in product(*cases.values())}
+    return bool(value.pop()) if len(value) == 1 else None
 
 
 Node = tuple[Any, ...]
 """An operator and its operands; ``SIGNAL`` with its number, ``CONSTANT`` and ``TRUTH`` with their value."""
 
 
-def _tree(expression: Expression) -> Node:
+def _expression_tree(expression: Expression) -> Node:
     stack: list[Node] = []
     for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
         if op in (SIGNAL, TRUTH):
@@ -374,7 +374,7 @@ def no_control_term(view: BlockView) -> Findings:
     if view.proportional == 0 and view.integral == 0 and not dependent_zero:
         left = "the derivative alone holds no set point" if view.derivative else "MV never moves"
         key = "DisableP" if view.is_on("Indep") is False else "Kp"
-        yield view.at(key, left=left)
+        yield view.report(key, left=left)
 
 
 @per_pid
@@ -387,7 +387,7 @@ def disable_p_ignored(view: BlockView) -> Findings:
     Fix: write `Kp: 0`, which leaves Ki and Kd alone in the independent form.
     """
     if view.is_on("DisableP") and view.is_on("Indep") and view.number_of("Kp"):
-        yield view.at("DisableP", gain=view.shown("Kp"))
+        yield view.report("DisableP", gain=view.quote("Kp"))
 
 
 @error("NX637", D202, "{key} is {time} s, a time, but with Indep TRUE it is the gain {gain}")
@@ -402,7 +402,7 @@ def time_as_gain(context: NextopidContext) -> Findings:
     for view in context.pids:
         for key, gain in (("Ti_Ki", "Ki"), ("Td_Kd", "Kd")):
             if context.has_time_as_gain(view, key):
-                yield view.at(key, key=key, time=view.shown(key), gain=gain)
+                yield view.report(key, key=key, time=view.quote(key), gain=gain)
 
 
 @per_pid
@@ -415,7 +415,7 @@ def form_from_a_wire(view: BlockView) -> Findings:
     Fix: write `true` or `false`.
     """
     if view.wire("Indep") is not None:
-        yield view.at("Indep")
+        yield view.report("Indep")
 
 
 @per_pid
@@ -429,7 +429,7 @@ def proportional_without_bias(view: BlockView) -> Findings:
     Fix: give the MV that holds the set point as BIAS, or an integral time.
     """
     if view.proportional and view.integral == 0 and view.number_of("BIAS") == 0:
-        yield view.at("Ti_Ki", bias=view.shown("BIAS"))
+        yield view.report("Ti_Ki", bias=view.quote("BIAS"))
 
 
 @per_pid
@@ -451,7 +451,7 @@ def derivative_of_the_error(view: BlockView) -> Findings:
         smoothing = view.number_of("Tfd") or Decimal(0)
         share = -expm1(-float(view.sample_time / smoothing)) if smoothing > 0 else 1.0
         percent = gain * (pv[1] - pv[0]) / view.sample_time / (mv[1] - mv[0])
-        yield view.at("DerivEr", percent=f"{float(percent) * share:.3g}")
+        yield view.report("DerivEr", percent=f"{float(percent) * share:.3g}")
 
 
 @per_pid
@@ -466,7 +466,7 @@ def dead_band_as_wide_as_the_range(view: BlockView) -> Findings:
     """
     band, pv = view.number_of("DeadBand"), view.pv_limits
     if band is not None and pv is not None and band >= pv[1] - pv[0]:
-        yield view.at("DeadBand", band=view.shown("DeadBand"), low=view.shown("MinPV"), high=view.shown("MaxPV"))
+        yield view.report("DeadBand", band=view.quote("DeadBand"), low=view.quote("MinPV"), high=view.quote("MaxPV"))
 
 
 # --- What the auto-tuning would do ------------------------------------------------------------------------------------
@@ -514,7 +514,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Findings:
     for view in auto_tuned_loops(context):
         if view.item.AutoTuneParam is None and view.may_be_on("AutoTune"):
             how = "wired" if view.is_wired("AutoTune") else "TRUE"
-            yield view.at("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
+            yield view.report("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
 
 
 @warning("NX657", START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
@@ -528,7 +528,7 @@ def auto_tuning_at_start(context: NextopidContext) -> Findings:
     """
     for view in auto_tuned_loops(context):
         if view.is_on("AutoTune") and view.item.AutoTuneParam is not None:
-            yield view.at("AutoTune", value=view.shown("AutoTune"))
+            yield view.report("AutoTune", value=view.quote("AutoTune"))
 
 
 @warning("NX658", RESULT, "from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}")
@@ -547,14 +547,14 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Findings:
         start = min(max(start, mv[0]), mv[1])
         for target, limit, bit in ((start - step, "MinMV", "LOW"), (start + step, "MaxMV", "HIGH")):
             if target < mv[0] or target > mv[1]:
-                yield view.at(
+                yield view.report(
                     "AutoTuneParam.PercAmpMV",
                     f"AutoTuneResult.MV_TOO_{bit}",
-                    start=view.shown("ManualMV"),
+                    start=view.quote("ManualMV"),
                     target=number_text(target),
                     unit=view.unit("MV"),
                     limit=limit,
-                    end=view.shown(limit),
+                    end=view.quote(limit),
                 )
 
 
@@ -574,7 +574,7 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Findings:
         most, least = (view.number_of(f"AutoTuneParam.{key}") for key in ("PercMaxPeakPV", "PercHystPV"))
         if most is not None and least is not None and 0 < most <= 2 * least:
             peak, hysteresis = number_text(most), number_text(least)
-            yield view.at(
+            yield view.report(
                 "AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", peak=peak, hysteresis=hysteresis
             )
 
@@ -592,10 +592,10 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Findings:
         step, rounded = exact_tune_step(view), tune_step(view)
         if step is not None and rounded is not None and step != rounded:
             effect = f"the step is {number_text(rounded)}" if rounded else "the auto-tuning ends with an error"
-            yield view.at(
+            yield view.report(
                 "AutoTuneParam.PercAmpMV",
                 None if rounded else "AutoTuneResult.Bad_PercAmpMV",
-                percent=view.shown("AutoTuneParam.PercAmpMV"),
+                percent=view.quote("AutoTuneParam.PercAmpMV"),
                 step=number_text(step),
                 effect=effect,
             )
@@ -614,6 +614,6 @@ def auto_tuning_of_other_terms(context: NextopidContext) -> Findings:
         param = view.item.AutoTuneParam
         if param is not None and view.integral and "I" not in param.Mode:
             terms = "an integral and a derivative" if view.derivative else "an integral"
-            yield view.at("AutoTuneParam.Mode", mode=param.Mode, terms=terms)
+            yield view.report("AutoTuneParam.Mode", mode=param.Mode, terms=terms)
         elif param is not None and view.derivative and "D" not in param.Mode:
-            yield view.at("AutoTuneParam.Mode", mode=param.Mode, terms="a derivative")
+            yield view.report("AutoTuneParam.Mode", mode=param.Mode, terms="a derivative")
