@@ -135,7 +135,7 @@ def measured(config, one, two):
             before.pop("alarms.hysteresis", None)  # it acts on none
         after.setdefault("output.manual", NOTHING_SAID.get(two, before["output.range.0"]))
         after["setpoint.source"] = originals.get(after.get("setpoint.source"))
-        names = {field.path: field.to for field in loops[i].fields}
+        names = {field.path: field.neutral for field in loops[i].fields}
         count["lines"] += len(rows)
         for row in rows:
             count["exact"] += row.kind == "exact"

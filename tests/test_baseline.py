@@ -303,7 +303,7 @@ def test_a_number_in_the_name_of_a_loop_is_not_quoted_and_one_beside_it_is():
     doc = document('loops: [{name: Oven 2}, {name: "7"}, {name: B}]')
 
     text = "Oven 2 at 15 is above 2.5, Oven 22 at 3; 7 at 7.5 is above 0.7 and -7, not 7."
-    numbers = QuotedNumbers(doc)._numbers(text)
+    numbers = QuotedNumbers(doc)._find_numbers(text)
     assert numbers == ["15", "2.5", "22", "3", "7.5", "0.7", "-7"]
 
 

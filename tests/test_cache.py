@@ -145,7 +145,7 @@ def test_what_cannot_be_read_is_not_kept(place):
 
 
 def test_only_rules_of_files_say_that_one_cannot_be_read():
-    assert {code for code, rule in find_rules().items() if rule.unusable} <= set(FILE_RULES)
+    assert {code for code, rule in find_rules().items() if rule.is_unusable} <= set(FILE_RULES)
 
 
 @pytest.mark.parametrize("changed", ["FORMAT", "LIBRARIES"])

@@ -81,7 +81,7 @@ def neutral(loop: dict):
 
 def lost(loop: dict) -> dict[str, str]:
     """What a CLICK loop loses, by field, with the advice."""
-    return {field.path: field.note for field in to_neutral(click(loop))[0].fields if not field.to}
+    return {field.path: field.note for field in to_neutral(click(loop))[0].fields if not field.neutral}
 
 
 def one(loop: dict, **options) -> Loop:
@@ -644,7 +644,9 @@ def test_there_and_back_are_the_same_registers(config):
     there, again = effective(config), effective(back)
     for neutral_loop, placed, loop in zip(found, made.fields, config.loops, strict=True):
         changed = {
-            field.path for field in neutral_loop.fields if (not field.to or field.assumed) and field.path not in ASIDE
+            field.path
+            for field in neutral_loop.fields
+            if (not field.neutral or field.assumed) and field.path not in ASIDE
         }
         changed |= {put.neutral for put in placed if not put.path or put.clamped}
         changed |= {put.path for put in placed if put.neutral is None and "alarms" in put.path}

@@ -71,7 +71,7 @@ def neutral(loop: dict, **plc):
 
 def lost(loop: dict, **plc) -> dict[str, str]:
     """What a DL06 loop loses, by field, with the advice."""
-    return {field.path: field.note for field in to_neutral(dl06(loop, **plc))[0].fields if not field.to}
+    return {field.path: field.note for field in to_neutral(dl06(loop, **plc))[0].fields if not field.neutral}
 
 
 def target(*loops: dict, **options):
@@ -149,7 +149,7 @@ def test_gain_zero_is_no_proportional_action_and_gain_one():
     tuning = neutral({"tuning": {"gain": 0, "reset": 30}}).tuning
     assert (tuning.proportional, tuning.gain, tuning.integral_time) == (False, Decimal("0.25"), Decimal(30))
     [told] = [field for field in to_neutral(dl06({"tuning": {"gain": 0}}))[0].fields if field.path == "tuning.gain"]
-    assert (told.value, told.to) == (0, ("tuning.gain", "tuning.proportional"))
+    assert (told.value, told.neutral) == (0, ("tuning.gain", "tuning.proportional"))
 
 
 def test_without_a_proportional_action_the_gain_goes_into_the_times():

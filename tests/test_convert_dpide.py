@@ -96,7 +96,7 @@ def notes(loop: dict[str, Any], **file: Any) -> dict[str, str]:
 
 def lost(loop: dict[str, Any]) -> set[str]:
     """The operands that go nowhere."""
-    return {field.path for field in to_neutral(dpide(loop))[0].fields if not field.to}
+    return {field.path for field in to_neutral(dpide(loop))[0].fields if not field.neutral}
 
 
 def one(loop: dict[str, Any], **options: Any) -> Loop:
@@ -181,7 +181,7 @@ def test_limits_are_not_the_scale():
 def test_swapped_limits_are_those_of_the_plc():
     output = neutral({"MV_MAX": 10, "MV_MIN": 90}).output
     assert output.limits == (10, 90)
-    said = {entry.path: entry.to for entry in to_neutral(dpide({"MV_MAX": 10, "MV_MIN": 90}))[0].fields}
+    said = {entry.path: entry.neutral for entry in to_neutral(dpide({"MV_MAX": 10, "MV_MIN": 90}))[0].fields}
     assert (said["MV_MAX"], said["MV_MIN"]) == (("output.limits.0",), ("output.limits.1",))
 
 
@@ -254,7 +254,7 @@ def test_the_slave_of_a_cascade_may_be_in_manual():
 def test_another_operand_in_the_device_of_an_mv_is_dropped_with_advice(operand):
     _, inner = cascade(**{operand: "D100"})
     (line,) = (field for field in inner.fields if field.path == f"devices.{operand}")
-    assert not line.to
+    assert not line.neutral
     assert line.note.startswith("MV of OUT stands there: ")
     assert (inner.data["mode"], inner.data["output"]["bias"]) == ("auto", 0)
 
@@ -288,7 +288,7 @@ def test_a_set_point_that_loops_share_is_lost_by_all_but_the_first():
     shared = [[field for field in loop.fields if field.path == "devices.SV"] for loop in (first, second)]
     assert shared[0] == []
     (line,) = shared[1]
-    assert (line.to, line.value) == ((), "D300")
+    assert (line.neutral, line.value) == ((), "D300")
     assert line.note == "SV of OUT is there, too: whoever writes one of the two set points must write both"
     assert (second.data["setpoint"], second.data["mode"]) == ({"value": 50}, "auto")
 
@@ -447,7 +447,7 @@ def test_blocks_stand_one_behind_the_other():
 def test_a_full_configuration_comes_back_as_it_was():
     config = dpide({**FULL, "devices": {}, "MOUT_AUTO": False})
     made = convert(config, DPIDE, DPIDE, {"device": ["D30"]})
-    assert not made.losses
+    assert not made.has_losses
     back = DpideFile.model_validate(made.data)
     assert dict(encode(back).image.words) == {
         key: value for key, value in encode(config).image.words.items() if key != "L1.PV"
@@ -507,7 +507,7 @@ def test_a_conversion_to_itself_keeps_the_loop(loop):
     before = neutral_loops(config, DPIDE)[0].loops[0]
     made = convert(config, DPIDE, DPIDE, {})
     after = neutral_loops(DpideFile.model_validate(made.data), DPIDE)[0].loops[0]
-    assert not made.losses
+    assert not made.has_losses
     assert near(before.model_dump(), after.model_dump())
 
 

@@ -83,7 +83,7 @@ def neutral(*loops: dict):
 
 def lost(*loops: dict, **plc) -> dict[str, str]:
     """What the last EZLogix loop loses, by field, with the advice."""
-    return {field.path: field.note for field in to_neutral(ezlogix(*loops, **plc))[-1].fields if not field.to}
+    return {field.path: field.note for field in to_neutral(ezlogix(*loops, **plc))[-1].fields if not field.neutral}
 
 
 def one(loop: dict, **options) -> Loop:
@@ -517,7 +517,7 @@ def test_there_and_back_are_the_same_registers(config):
     made = from_neutral(file, {"pv_counts": counts})
     there, again = cells(config), cells(EzlogixFile.model_validate(made.data))
     for neutral_loop, loop, puts in zip(found, config.loops, made.fields, strict=True):
-        gone = {field.path for field in neutral_loop.fields if not field.to}
+        gone = {field.path for field in neutral_loop.fields if not field.neutral}
         different = {key for (name, key), raw in there.items() if name == loop.name and again[name, key] != raw}
         if any(put.path == "output.pulse.min_on" and put.clamped for put in puts):  # the whole cycle: never on
             different -= {"min_on"}

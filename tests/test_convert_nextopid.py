@@ -80,7 +80,7 @@ def said(*loops: dict[str, Any], **file: Any) -> dict[str, Any]:
 
 def lost(*loops: dict[str, Any], **file: Any) -> dict[str, str]:
     """What of the first loop goes nowhere, with the advice."""
-    return {field: entry.note for field, entry in said(*loops, **file).items() if not entry.to}
+    return {field: entry.note for field, entry in said(*loops, **file).items() if not entry.neutral}
 
 
 def made(*loops: dict[str, Any], **options: Any) -> Converted:
@@ -332,7 +332,7 @@ def test_a_cascade_is_a_source(casc, mode):
     master, slave = neutral_loops(config, NEXTOPID)[0].loops
     assert (slave.setpoint.source, slave.setpoint.value, slave.mode, master.mode) == ("L1", 50, mode, "auto")
     assert (master.output.range, master.output.limits) == ((0, 200), (20, 180))
-    assert [entry.path for found in to_neutral(config) for entry in found.fields if not entry.to] == []
+    assert [entry.path for found in to_neutral(config) for entry in found.fields if not entry.neutral] == []
 
 
 def test_the_pv_of_the_slave_is_the_scale_of_the_master():
@@ -348,7 +348,7 @@ def test_what_is_not_the_mv_of_a_master_is_no_link(wire):
     found = to_neutral(config)[1]
     assert found.data["setpoint"] == {"value": 50}
     assert found.data["mode"] == "auto"
-    assert wire in next(entry.note for entry in found.fields if entry.path == "SP_CASC" and not entry.to)
+    assert wire in next(entry.note for entry in found.fields if entry.path == "SP_CASC" and not entry.neutral)
 
 
 def test_of_two_scales_of_one_master_the_first_counts():
@@ -499,7 +499,7 @@ def test_other_blocks_and_signals_are_dropped_with_their_expressions():
     loops = ({}, {"BIAS": "D.OutVar"}, {"SP": "Two"})
     found = to_neutral(nextopid(*loops, blocks=BLOCKS[1:2]))
     assert lost(*loops, blocks=BLOCKS[1:2]) == {}
-    of_second = {entry.path: entry.note for entry in found[1].fields if not entry.to}
+    of_second = {entry.path: entry.note for entry in found[1].fields if not entry.neutral}
     assert set(of_second) == {"BIAS", "blocks.D", "signals.Two"}
     assert "InVar Two" in of_second["blocks.D"]
 
@@ -507,7 +507,7 @@ def test_other_blocks_and_signals_are_dropped_with_their_expressions():
 def test_a_block_that_nobody_reads_is_of_whom_it_reads():
     split = {"name": "S", "type": "ControlSplitRange", "MV": "L2.MV", "SPLIT": 50, "Mode": 1}
     found = to_neutral(nextopid({}, {}, blocks=[split, BLOCKS[1]]))
-    assert [[entry.path for entry in own.fields if not entry.to] for own in found] == [
+    assert [[entry.path for entry in own.fields if not entry.neutral] for own in found] == [
         ["blocks.D", "signals.Two"],
         ["blocks.S"],
     ]
@@ -593,7 +593,7 @@ def test_every_parameter_is_spoken_of():
     ],
 )
 def test_names_are_identifiers(wanted, name):
-    assert Names().new(wanted) == name
+    assert Names().new_name(wanted) == name
 
 
 def test_names_differ_by_more_than_capitals():
@@ -673,7 +673,7 @@ def test_networks_lose_what_has_no_twin(name):
     config = network(name)
     loops = tuple(loop for loop in config.loops if isinstance(loop, Pida))
     converted = convert(config.model_copy(update={"loops": loops}), NEXTOPID, NEXTOPID, {})
-    assert converted.losses
+    assert converted.has_losses
     assert errors(converted.data) == []
 
 
@@ -684,7 +684,7 @@ def test_examples_convert_to_every_vendor(name, target):
     config = NextopidFile.model_validate(data)
     converted = convert(config, NEXTOPID, VENDORS[target], {})
     assert errors(converted.data) == []
-    assert (target == "nextopid" and name == "cascade") <= (not converted.losses)
+    assert (target == "nextopid" and name == "cascade") <= (not converted.has_losses)
 
 
 def near(a: Any, b: Any) -> bool:

@@ -157,7 +157,7 @@ def test_each_line_of_a_source_has_the_value_of_its_key_and_names_neutral_ones(s
                 assert str(field.value) == str(value), field.path
     fields = [field for loop in loops for field in loop.fields]
     assert {field.path for field in fields} - keys(source) <= {"plc.derivative", "plc.sample_time"}
-    assert {name for field in fields for name in field.to} <= keys("generic")
+    assert {name for field in fields for name in field.neutral} <= keys("generic")
 
 
 @pytest.mark.parametrize("target", CASES)

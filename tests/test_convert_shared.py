@@ -199,7 +199,7 @@ def test_a_target_is_validated_and_encoded_once_and_once_more_as_it_is_written(c
 
 def test_what_is_clamped_is_encoded_again(counts):
     converted = convert(neutral(tuning={"gain": 2, "derivative_time": 7000}), VENDORS["generic"], VENDORS["click"], {})
-    assert converted.losses
+    assert converted.has_losses
     assert (counts["validated", "click"], counts["encoded", "click"]) == (2, 2)
 
 
@@ -388,7 +388,7 @@ def test_every_field_that_is_given_says_where_it_goes():
     assert sorted(entry.path for entry in loop.fields) == sorted(
         {*leaves(Loop), *RANGE_FIELDS} - pairs - {*NOTHING_LOST}
     )
-    assert all(entry.to == (entry.path,) for entry in loop.fields)
+    assert all(entry.neutral == (entry.path,) for entry in loop.fields)
     assert not loop.missing
 
 

@@ -37,7 +37,7 @@ BREAKS = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 
 
 def check(doc):
-    return suppress(list(check_document(doc).findings), doc).kept
+    return suppress(list(check_document(doc).findings), doc).findings
 
 
 def fix(data, wanted=lambda _: True):
@@ -137,7 +137,7 @@ def test_slips_in_a_real_file_are_mended_and_every_other_byte_stays(slips_made, 
     outcome = fix(encoded(wrong))
     assert outcome.data == encoded(right)
     assert len(outcome.fixed) == len(slips_made)
-    assert not [d for d in outcome.left if d.severity is Severity.ERROR]
+    assert not [d for d in outcome.remaining if d.severity is Severity.ERROR]
 
 
 # --- what is corrected and what is not --------------------------------------------------------------------------------
@@ -204,7 +204,7 @@ def test_an_address_that_does_not_exist_is_told_so_and_never_counted_as_correcta
     assert text != starter
     outcome = fix(text)
     assert outcome.data.decode() == text
-    (told,) = (d for d in outcome.left if d.code == "PID029")
+    (told,) = (d for d in outcome.remaining if d.code == "PID029")
     assert told.edits == ()
     assert "does not exist" in told.message or "is beyond" in told.message
     address = wrong.partition(": ")[2]
@@ -256,7 +256,7 @@ def test_what_takes_a_decision_is_left_alone(old, new):
     outcome = fix(text)
     assert outcome.data.decode() == text
     assert outcome.fixed == ()
-    assert any(d.severity is Severity.ERROR for d in outcome.left)
+    assert any(d.severity is Severity.ERROR for d in outcome.remaining)
 
 
 UNIT = GOOD + "    output: {range: [0, 100], unit: %, limits: [0, 90]}\r\n    pv: {unit: %/m}  # 5 %\n"
@@ -376,7 +376,7 @@ def test_a_switch_of_the_whole_loop_never_becomes_one_of_a_part(key):
     assert text != AUTOTUNE
     outcome = fix(text)
     assert outcome.data.decode() == text
-    assert any(d.code == "PID020" for d in outcome.left)
+    assert any(d.code == "PID020" for d in outcome.remaining)
 
 
 def test_a_word_that_may_be_a_signal_is_never_made_a_constant():
@@ -431,7 +431,7 @@ def test_a_correction_that_uncovers_another_is_followed():
 def test_a_correction_may_show_findings_that_were_hidden_but_bring_no_error_of_the_same_kind():
     outcome = fix(TWICE.replace("reset:", "rseet:"))
     assert outcome.data.decode() == TWICE
-    assert {d.code for d in outcome.left} == {"DL242", "DL254"}
+    assert {d.code for d in outcome.remaining} == {"DL242", "DL254"}
 
 
 def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):
@@ -552,7 +552,7 @@ def test_a_warning_is_never_corrected():
 
     assert [edit.text for edit in edits(RULES["DL256"], found)] == ["TIC-101"]
     assert not edits(replace(RULES["DL256"], severity=Severity.WARNING), found)
-    assert not edits(RULES["DL256"], found, found.quoting(name="x")), "two texts at one key"
+    assert not edits(RULES["DL256"], found, found.with_values(name="x")), "two texts at one key"
 
 
 def test_a_correction_that_brings_another_error_is_not_made():

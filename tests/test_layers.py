@@ -431,7 +431,7 @@ TYPES_AND_TEXTS = (
     *("study.certification.samples.WorkersError", "study.outcome.Outcome", "study.outcome.signals_before_root"),
     *("sim.engine.choice.EngineName", "text.paths.Data", "text.writer.json_text"),
     *("tuning.rules", "tuning.Form"),
-    *("validate.catalog.unusable", "validate.engine.is_scenario"),
+    *("validate.catalog.is_unusable", "validate.engine.is_scenario"),
 )
 """What a command needs beside the call of its name: arguments, results, what prints them; nothing that does work."""
 

@@ -384,7 +384,7 @@ def test_words_of_every_field_come_back_and_numbers_go_to_the_nearest(every_fiel
         ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.codecs.round_to_integer", int),
         ("dl06 Loop table (32 words a loop) setpoint", "pidcfg.encoders.codecs.round_to_integer", int),
         ("click Floats (25 consecutive DF) pv_high", "pidcfg.encoders.codecs._round_to_odd", float),
-        ("dl06 V address", "pidcfg.encoders.regmap.Bank.name", lambda bank, n: f"{bank.prefix}{n}"),
+        ("dl06 V address", "pidcfg.encoders.regmap.Bank.address_name", lambda bank, n: f"{bank.prefix}{n}"),
         ("literal of REAL", "pidcfg.encoders.structured_text.real_text", "{:.6f}".format),
         ("literal of INT", "pidcfg.encoders.parameters.store_content", lambda _, value: abs(int(value))),
     ],

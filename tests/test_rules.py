@@ -90,8 +90,8 @@ def test_findings_are_on_the_marked_lines_and_nowhere_else(case):
 def test_every_rule_is_explained_and_named_after_what_is_wrong(rule):
     assert rule.title.endswith(".")
     assert len(rule.title) < 120, "the first line of the documentation is one line"
-    assert rule.part("Why")
-    assert rule.part("Fix")
+    assert rule.doc_part("Why")
+    assert rule.doc_part("Fix")
     assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", rule.name)
     assert not rule.name.startswith(("avoid-", "do-not-", "use-"))
 
@@ -369,10 +369,10 @@ print(*sorted({{name.split(".")[3] for name in sys.modules if name.startswith("p
 
 
 def test_only_errors_of_a_file_itself_and_names_that_stand_twice_cannot_be_ignored():
-    fixed = {rule.code for rule in find_rules().values() if not rule.ignorable} - {"PID106"}
+    fixed = {rule.code for rule in find_rules().values() if not rule.is_ignorable} - {"PID106"}
 
     assert {group_of(code) for code in fixed} == {FILE_GROUP}
-    assert all(rule.ignorable == (rule.severity is not Severity.ERROR) for rule in find_rules("PID0").values())
+    assert all(rule.is_ignorable == (rule.severity is not Severity.ERROR) for rule in find_rules("PID0").values())
 
 
 @pytest.mark.parametrize(

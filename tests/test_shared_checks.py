@@ -67,7 +67,7 @@ class Registers(View[Loop]):
     def register_values(self, *names):
         return all_or_none(self.words.get(name) for name in names)
 
-    def shown(self, name):
+    def quote(self, name):
         return f"{self.words[name]} counts"
 
     def distance(self, value):

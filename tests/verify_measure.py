@@ -451,7 +451,7 @@ def reason(conversion: Conversion, i: int, j: int, path, result) -> str:
     hidden = list(hidden_fields(reference, sides.twin, i))
     both = [neutral_of(one.config, one.vendor)[1][j].fields for one in (conversion.result, result)]
     entries = [entry for fields in both for entry in fields]
-    fields = [to for entry in entries if do_overlap(dotted(path), entry.path) for to in entry.to]
+    fields = [to for entry in entries if do_overlap(dotted(path), entry.path) for to in entry.neutral]
     if any(do_overlap(field, other) for field in fields for other in hidden):
         return "the verdict lists it as not shown"
     return ""
