@@ -156,7 +156,7 @@ class Fuzz:
             self.found.fixes += 1
             again = fixer.fix(once.data)
             assert again.data == once.data, "a second --fix changes the file again"
-            codes = {(d.code, d.path) for d in once.left}
+            codes = {(d.code, d.path) for d in once.remaining}
             assert not any((d.code, d.path) in codes for d in once.fixed), "a finding that was corrected is still there"
 
     def _command(self, text: str, scenario: str, vendor: str, rng: random.Random, *, ok: bool) -> None:
