@@ -159,9 +159,12 @@ def test_a_small_answer_makes_the_step_a_fifth():
 
 @pytest.mark.parametrize("action", ["direct", "reverse"])
 @pytest.mark.parametrize("hysteresis", [1, 4])
-@pytest.mark.parametrize(("gain", "time_constant", "dead_time"), [(1.0, 20.0, 4.0), (0.5, 60.0, 5.0)])
-def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dead_time, hysteresis, action):
-    """Output 50 +- 50 on a first order plant with dead time L and a switching band h, at a sample's delay:
+@pytest.mark.parametrize(
+    ("gain", "time_constant", "dead_time", "half"),
+    [(1.0, 20.0, 4.0, 50.0), (0.5, 60.0, 5.0, 50.0), (1.0, 20.0, 4.0, 30.0)],
+)
+def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dead_time, half, hysteresis, action):
+    """Output 50 +- d on a first order plant with dead time L and a switching band h, at a sample's delay:
 
     A = K d - (K d - h) e^(-L/T), half a period is L + T ln((K d + A) / (K d - h)) (the plant being centred).
     """
@@ -173,15 +176,16 @@ def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dea
         "100 ms",
         out=50.0,
         autotune={"method": "closed", "hysteresis": hysteresis},
+        output={"limits": [50 - half, 50 + half]},
     )
     found = tuned(rig)
     results = found["results"]
 
     def cycle(dead, band):
-        swing = gain * 50.0
+        swing = gain * half
         amplitude = swing - (swing - band) * math.exp(-dead / time_constant)
-        half = dead + time_constant * math.log((swing + amplitude) / (swing - band))
-        return 4 * 50.0 / (math.pi * math.sqrt(amplitude**2 - band**2)), 2 * half
+        turn = dead + time_constant * math.log((swing + amplitude) / (swing - band))
+        return 4 * half / (math.pi * math.sqrt(amplitude**2 - band**2)), 2 * turn
 
     (ku, tu), (ku_late, tu_late) = cycle(dead_time, hysteresis), cycle(dead_time + 0.1, hysteresis)
     assert (found["done"], rig.log) == (True, [])

@@ -64,6 +64,16 @@ def test_p_only_words_stay_within_a_count_of_the_closed_form():
     assert s.out == round(2.0 * (2000.0 - s.pv))
 
 
+@pytest.mark.parametrize("change", [-2.0, -0.5, -1e-9, 0.0, 1e-9, 0.5, 2.0])
+@pytest.mark.parametrize("out", [100.0, 100.5, 500.0, 899.5, 900.0])
+def test_a_frozen_bias_goes_only_away_from_the_limit_where_the_output_stands(out, change):
+    c, s = one(bias_freeze=1, out_min=100.0, out_max=900.0)
+    s.bias, s.out, s.ki = 400.0, out, 1.0
+    calculate_position(c, s, change, 0.0)
+    is_frozen = (out == 900.0 and change > 0.0) or (out == 100.0 and change < 0.0)
+    assert s.bias == (400.0 if is_frozen else 400.0 + change)
+
+
 def test_a_derivative_gain_limit_of_zero_takes_the_derivative_out():
     _, s = one(gain=1.0, rate=2.0, gain_limit_on=1, gain_limit=0.0)
 

@@ -166,6 +166,21 @@ def test_loops_with_a_sample_rate_below_the_least_run_at_the_least():
     assert plc({"sample_rate": 0.05}).states[0].period == 50_000
 
 
+@pytest.mark.parametrize("scan_time", [0, 20_000])
+def test_a_sample_rate_of_more_than_2_s_is_slow_where_scans_have_a_length(scan_time):
+    loops = [{**LOOP, "name": f"L{rate}", "sample_rate": rate} for rate in (0.05, 2.0, 2.05, 3.0)]
+    machine = plc(*loops, options=Options(scan_time=scan_time))
+    assert [config.slow for config in machine.configs] == ([0, 0, 1, 1] if scan_time else [0, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "ticks"),
+    [("sample_rate", 3, 3_000_000), ("sample_rate", 0, 0), ("derivative_gain_limit", 3, 0)],
+)
+def test_a_new_sample_rate_is_known_beforehand(key, value, ticks):
+    assert plc(LOOP).period_set(0, (key,), Decimal(value)) == ticks
+
+
 def test_the_base_step_is_the_greatest_common_one():
     assert plc({"sample_rate": 0.2}, {"sample_rate": 0.5}).base == 100_000
 

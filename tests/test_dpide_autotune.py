@@ -166,6 +166,16 @@ def test_the_balanced_relay_moves_a_little_even_at_a_limit():
     assert (s.tune_mv_low, s.tune_mv_high, s.tune_rounds) == (4980.0, 5000.0, 1)
 
 
+@pytest.mark.parametrize(("key", "value", "ends"), [("CYCLE", 2000, True), ("CYCLE", 1000, False), ("SV", 61.0, False)])
+def test_another_sampling_time_ends_an_autotune(key, value, ends):
+    rig = Rig(OVEN, plants=[plant()], base=1.0).step(5)
+    assert rig.mode() == "autotune"
+    rig.set(key, value)
+    rig.step()
+    assert (rig.mode() != "autotune") == ends
+    assert any("the sampling time was changed" in text for _, text in rig.log) == ends
+
+
 def test_every_autotune_is_balanced_anew():
     rig = tuned(process=plant(60.0 / 200.0))
     first = rig.plc.tuned(0)["results"]["Ti_Ki"]

@@ -96,6 +96,23 @@ def test_conditions_mean_what_iec_61131_says(text, holds):
 
 
 @pytest.mark.parametrize(
+    ("sign", "holds"),
+    [
+        # where the left side is smaller, the same, larger
+        ("<", (1, 0, 0)),
+        ("<=", (1, 1, 0)),
+        (">", (0, 0, 1)),
+        (">=", (0, 1, 1)),
+        ("=", (0, 1, 0)),
+        ("<>", (1, 0, 1)),
+    ],
+)
+def test_a_comparison_holds_on_its_side_and_where_both_are_the_same(sign, holds):
+    found = [value(f"Level {sign} Count", [0.0, 1.0, level, 7.0, 1.5, 90.0])[0] for level in (6.5, 7.0, 7.5)]
+    assert found == [*map(float, holds)]
+
+
+@pytest.mark.parametrize(
     ("text", "at", "message", "cure"),
     [
         ("Lvel < 4", 0, "'Lvel' is no declared name", "did you mean 'Level'?"),

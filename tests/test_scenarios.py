@@ -278,6 +278,26 @@ def test_what_makes_no_sense_is_refused_where_it_stands(text, path, message):
     assert any(where == path and message in what for where, what in marked), marked
 
 
+@pytest.mark.parametrize("end", ["min", "max"])
+@pytest.mark.parametrize(
+    ("metric", "units"),
+    [
+        ("iae", [""]),
+        ("overshoot", ["", "%"]),
+        ("settling_time", ["", "s"]),
+        ("rise_time", ["", "s"]),
+        ("oscillation_period", ["", "s"]),
+    ],
+)
+def test_a_bound_is_in_a_unit_of_what_it_bounds(metric, units, end):
+    for unit in ("", "%", "s"):
+        text = f"expect: [{{loop: A, metric: {metric}, {end}: {f'3 {unit}'.strip()}}}]\n"
+        found = prepare_network(scenario(text + WIRED), Controller.load()).problems
+        told = [one.help for one in found if f"{end} of {metric} cannot be in {unit}" in one.message]
+        has = " or ".join(name or "a plain number" for name in units)
+        assert told == ([] if unit in units else [f"write {has}"])
+
+
 def test_a_disturbed_time_may_carry_its_unit():
     plant = PLANTS + "{model: lead_lag, lead: 1, lag: 5}\n"
     text = plant + "events: [{at: 1, loop: A, disturb: {lead: 500 ms, lag: 2 min, gain: 3}}]\n"

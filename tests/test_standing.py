@@ -124,8 +124,9 @@ def test_a_wire_that_multiplies_by_0_drives_nothing():
         blocks = f"blocks:\n  - {{name: SEL, type: ControlSelectMin, MV1: '{text}', MV2: 100.0}}\nloops:"
         return outcome("nextopid", ("{model:", "{input: SEL.MV, model:"), config=[("loops:", blocks)])
 
-    assert "pv-not-driven" in failures(run("TANK.MV * 0.0"))
-    assert "pv-not-driven" not in failures(run("TANK.MV * 1.0"))
+    for text in ("TANK.MV * {}", "{} * TANK.MV", "TANK.PV * 0.1 + TANK.MV * {}", "TANK.MV / 2 * {}"):
+        assert "pv-not-driven" in failures(run(text.format("0.0")))
+        assert "pv-not-driven" not in failures(run(text.format("1.0")))
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -386,6 +387,8 @@ def test_an_opposite_loop_has_the_pv_only_if_it_is_the_same_one():
         "time_constant: 20, dead_time: 1, initial: 40}\nconnect: {TANK.PV: water, COOL.PV: water}\n"
     )
     assert verdict(outcome("dl06", (PLANT, water), config=config), "saturated", "COOL").text.startswith("TANK has the")
+    weak = water.replace("TANK.OUT - COOL.OUT, gain: 1, load: 20", "TANK.OUT - COOL.OUT, gain: 0.4, load: 44")
+    assert verdict(outcome("dl06", (PLANT, weak), config=config), "saturated", "COOL").text.startswith("TANK has the")
     tenth = water.replace("COOL.PV: water", "COOL.PV: water / 10")
     assert "saturated" in failures(outcome("dl06", (PLANT, tenth), config=config))
 
@@ -437,6 +440,28 @@ def test_a_selector_that_takes_another_loop_leaves_out_the_first(after):
     )
     assert failures(result) == set()
     assert verdict(result, "saturated").text == "a selector leaves its output out"
+
+
+@pytest.mark.parametrize(
+    ("taken", "is_left_out"),
+    [
+        ("min(TANK.OUT, LEAN.OUT)", True),
+        ("LEAN.OUT", True),
+        ("TANK.OUT", False),
+        ("min(TANK.OUT + LEAN.OUT, 200)", False),
+        ("max(TANK.OUT, LEAN.OUT)", False),
+    ],
+)
+def test_an_output_is_left_out_where_every_plant_takes_a_smaller_one(taken, is_left_out):
+    text = SIDES["generic"].config
+    lean = text[text.index("  - name") :].replace("TANK", "LEAN").replace("value: 60", "value: 30")
+    plant = "model: first_order, gain: 1, load: 20, time_constant: 20, initial: 40"
+    plants = (
+        f"plants:\n  - {{name: one, input: 'min(TANK.OUT, LEAN.OUT)', {plant}}}\n"
+        f"  - {{name: two, input: '{taken}', {plant}}}\nconnect: {{TANK.PV: one, LEAN.PV: two}}\n"
+    )
+    result = outcome("generic", (PLANT, plants), config=[("loops:", f"loops:\n{lean}")])
+    assert (verdict(result, "saturated").text == "a selector leaves its output out") == is_left_out
 
 
 def heat_and_cool(heat, cool, *edits):

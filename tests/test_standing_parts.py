@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from math import exp
 from types import SimpleNamespace as Facts
 
@@ -9,8 +10,13 @@ import pytest
 
 from pidcfg.schemas.scenario import Bound, Plant, Scenario
 from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.costs import Cost
+from pidcfg.sim.engine import choice
+from pidcfg.sim.engine.events import Journal
 from pidcfg.sim.engine.kernel import Span, is_steady
+from pidcfg.sim.engine.reference import _program_followers
 from pidcfg.sim.engine.run import refused_modes, spans_of, swings_alike, window_of
+from pidcfg.sim.judgement import control
 from pidcfg.sim.judgement import lasting as saturation
 from pidcfg.sim.judgement import standing as signals
 from pidcfg.sim.judgement.evidence import (
@@ -138,6 +144,113 @@ def test_an_error_that_lasts_is_judged_once_its_plant_had_time_to_move(half, jud
     found = saturation._judge_lasting_error(e, 0, look, "with an error of")
     assert found.verdict == ("failed" if judged else "not-proven")
     assert found.text.startswith("ends with an error of 2.5 bar, which was 3 from 0 s on")
+
+
+# --- What is listed of a run, and what is asked of it besides ---------------------------------------------------------
+
+BITS = {"one": 1, "two": 2}
+
+
+def journal():
+    """Of a run with one loop, whose two alarms and two flags are bits 0 and 1 of what is noted."""
+    plc = Facts(
+        goals=["auto"],
+        modes={},
+        alarm_bits=BITS,
+        flag_bits=BITS,
+        aux_bits={},
+        tuned=lambda _: None,
+    )
+    return Journal(plc, 0.1)
+
+
+PRESENT = [(1.0, 1), (2.0, 3), (3.0, 2), (4.0, 2), (5.0, 3), (6.0, 0), (7.0, 2)]
+"""Times, and the bits that are on from then."""
+
+
+def test_a_condition_lasts_from_when_its_flag_comes_on_to_when_it_goes_off():
+    found = journal()
+    for time, present in PRESENT:
+        found._note_flags(time, 0, BITS, present)
+    found.close()
+    assert [(period.name, period.at, period.until) for period in found.loops[0].conditions] == [
+        ("one", 1.0, 3.0),
+        ("two", 2.0, 6.0),
+        ("one", 5.0, 6.0),
+        ("two", 7.0, None),
+    ]
+
+
+def test_an_alarm_lasts_from_when_its_bit_comes_on_to_when_it_goes_off():
+    found, before = journal(), 0
+    for time, present in PRESENT:
+        found._note_alarms(time, 0, present, before ^ present)
+        before = present
+    found.close()
+    assert [(alarm.alarm, alarm.at, alarm.cleared) for alarm in found.loops[0].alarms] == [
+        ("one", 1.0, 3.0),
+        ("two", 2.0, 6.0),
+        ("one", 5.0, 6.0),
+        ("two", 7.0, None),
+    ]
+
+
+def test_signals_that_follow_one_follow_through_others():
+    plc = Facts(flow=[(1, 2), (2, 3), (3, 2), (3, 4), (5, 6), (6, 4)])
+    assert {slot: _program_followers(plc, slot) for slot in (1, 3, 4, 5, 7)} == {
+        1: {2, 3, 4},
+        3: {2, 3, 4},
+        4: set(),
+        5: {4, 6},
+        7: set(),
+    }
+
+
+@pytest.mark.parametrize(
+    ("excuse", "proof", "found"),
+    [
+        ("", "", None),
+        ("its output is on or off", "", ("not-judged", "its output is on or off")),
+        ("an auto-tune runs", "PV 60 ± 30", ("not-judged", "an auto-tune runs")),
+        ("", "PV 60 ± 30", ("proven", "an expectation holds that bounds it: PV 60 ± 30")),
+    ],
+)
+def test_a_loop_is_exempt_then_bounded_by_an_expectation_or_has_to_prove_itself(monkeypatch, excuse, proof, found):
+    monkeypatch.setattr(control, "_exemption", lambda *_: excuse)
+    monkeypatch.setattr(control, "proving_expectation", lambda *_: proof)
+    judgement = control._judge_exempt(Facts(), 0)
+    assert (judgement and (judgement.verdict, judgement.text)) == found
+
+
+WORKED = choice.LOADING_TIME + 1_000_000 * 7
+"""µs of CPython that a run takes for which compiling for 7 s and loading pay."""
+
+
+@pytest.mark.parametrize(
+    ("work", "kept", "runs", "engine"),
+    [
+        # with kernels that the process has kept: from where copying pays; else where loading does, or compiling
+        (choice.COPYING_TIME - 1, True, None, "python"),
+        (choice.COPYING_TIME, True, None, "numba"),
+        (choice.COPYING_TIME, True, 1, "python"),
+        (choice.LOADING_TIME - 1, False, None, "python"),
+        (choice.LOADING_TIME, False, None, "cached"),
+        (choice.LOADING_TIME, True, 1, "cached"),
+        (WORKED - 1, False, None, "cached"),
+        (WORKED, False, None, "compiled"),
+        (WORKED // 10, False, 10, "compiled"),
+    ],
+)
+def test_auto_takes_the_engine_that_is_done_first(monkeypatch, work, kept, runs, engine):
+    controller = Facts(COST=Cost(1, 7), scan=object())
+    monkeypatch.setattr(choice, "inlined_kernels", lambda _: ())
+    monkeypatch.setattr(choice, "KEPT_KERNELS", {controller.scan: None} if kept else {})
+    for installed, cached in product((False, True), repeat=2):
+        monkeypatch.setattr(choice, "is_installed", lambda found=installed: found)
+        monkeypatch.setattr(choice, "_in_cache", lambda *_, found=cached: found)
+        pays = {"python": False, "numba": True, "cached": installed and cached, "compiled": installed}[engine]
+        assert choice.choose_engine("auto", work, controller, runs=runs) == ("numba" if pays else "python")
+        assert choice.choose_engine("python", work, controller, runs=runs) == "python"
 
 
 # --- The ladder of questions behind ``saturated`` and ``error-stands``: each at the limit at which its answer changes -
