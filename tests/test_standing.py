@@ -119,7 +119,7 @@ def test_a_gain_that_moves_nothing_to_be_seen_drives_nothing(vendor):
     assert verdict(outcome(vendor, tank), "pv-not-driven").passed, "it has 200 s for it"
 
 
-def test_a_wire_that_multiplies_by_0_drives_nothing():
+def test_a_wire_that_leaves_nothing_of_an_output_drives_nothing():
     def run(text):
         blocks = f"blocks:\n  - {{name: SEL, type: ControlSelectMin, MV1: '{text}', MV2: 100.0}}\nloops:"
         return outcome("nextopid", ("{model:", "{input: SEL.MV, model:"), config=[("loops:", blocks)])
@@ -127,6 +127,7 @@ def test_a_wire_that_multiplies_by_0_drives_nothing():
     for text in ("TANK.MV * {}", "{} * TANK.MV", "TANK.PV * 0.1 + TANK.MV * {}", "TANK.MV / 2 * {}"):
         assert "pv-not-driven" in failures(run(text.format("0.0")))
         assert "pv-not-driven" not in failures(run(text.format("1.0")))
+    assert "pv-not-driven" in failures(run("TANK.MV + 1.0E30")), "a REAL has seven digits"
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
