@@ -127,7 +127,6 @@ def test_a_wire_that_leaves_nothing_of_an_output_drives_nothing():
     for text in ("TANK.MV * {}", "{} * TANK.MV", "TANK.PV * 0.1 + TANK.MV * {}", "TANK.MV / 2 * {}"):
         assert "pv-not-driven" in failures(run(text.format("0.0")))
         assert "pv-not-driven" not in failures(run(text.format("1.0")))
-    assert "pv-not-driven" in failures(run("TANK.MV + 1.0E30")), "a REAL has seven digits"
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
