@@ -196,7 +196,7 @@ def test_each_condition_of_a_chain_of_branches_is_read_as_it_is_and_inverted_and
         with Counted() as calls:
             whens = [move["when"] for move in read_st(elsif(n, "x")).plc["moves"]]
         assert whens[n].count("NOT") == n
-        factors.append(calls["factor"])
+        factors.append(calls["parse_factor"])
     assert factors[1] < 2.2 * factors[0]
 
 
