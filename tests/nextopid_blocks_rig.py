@@ -13,13 +13,13 @@ import numpy as np
 from pidcfg.sim.controllers.kernels import single
 from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.controllers.nextopid.scan import (
-    delay,
+    call_delay,
+    call_lag,
+    call_pwm,
     delay_lag,
-    lag,
     lead_lag,
     low_filter,
     on_off,
-    pwm,
     select_max,
     select_min,
     split_range,
@@ -38,13 +38,13 @@ def call(c, s, aux, signals):
     if kind == slots.ON_OFF:
         on_off(c, s, signals)
     elif kind == slots.PWM:
-        pwm(c, s, signals)
+        call_pwm(c, s, signals)
     elif kind == slots.LOW_FILTER:
         low_filter(c, s, signals)
     elif kind == slots.DELAY:
-        delay(c, s, aux, signals)
+        call_delay(c, s, aux, signals)
     elif kind == slots.LAG:
-        lag(c, s, signals)
+        call_lag(c, s, signals)
     elif kind == slots.DELAY_LAG:
         delay_lag(c, s, aux, signals)
     elif kind == slots.LEAD_LAG:

@@ -35,7 +35,7 @@ from pidcfg.sim.controllers.dpide import scan as dpide
 from pidcfg.sim.controllers.kernels import nearest, single
 from pidcfg.sim.controllers.nextopid import scan as nextopid
 from pidcfg.sim.controllers.nextopid import terms
-from pidcfg.sim.controllers.nextopid.plc import operate
+from pidcfg.sim.controllers.nextopid.plc import write_commands
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.run import Settings, simulate
 from pidcfg.text.source import read_document
@@ -132,7 +132,7 @@ def _record_nextopid(vendor, name, samples):
             steps.clear()
         for config, state in zip(configs, states, strict=True):
             if state.command:
-                operate(config, state, signals)
+                write_commands(config, state, signals)
         before = last["values"]
         writes = [(key, signals[i]) for i, key in names_of.items() if key and signals[i] != before[i]]
         nextopid.scan(tick, configs, states, aux, signals)
@@ -187,7 +187,7 @@ def _nextopid_block(kind, clock, memory):
             config.sample_time = single((clock.tick - called) / TICKS)
         memory[key] = (config, state, aux), cells, clock.tick
         signals = [to_engine(row.type.name, cells[row.name.upper()].value) for row in rows] + [0.0]
-        nextopid.call(config, state, aux, signals)
+        nextopid.call_block(config, state, aux, signals)
         for row, value in zip(rows, signals, strict=False):
             if row.access == "output":
                 cells[row.name.upper()].value = of_engine(row.type.name, value)

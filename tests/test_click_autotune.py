@@ -315,10 +315,10 @@ def test_a_swing_below_a_millionth_of_the_range_is_taken_for_that(monkeypatch, a
     """Shares of the range of the PV; a swing of nothing would be an infinite gain."""
     found = []
     monkeypatch.setattr(bits, "relay_switch", lambda *_: 0)
-    monkeypatch.setattr(bits, "store", lambda *values: found.append(values[2]))
+    monkeypatch.setattr(bits, "write_results", lambda *values: found.append(values[2]))
     config = bits.Config(pv_low=-50.0, pv_high=150.0, out_low=0.0, out_high=80.0, tune_hysteresis=0.0)
     state = bits.State(tune_turns=bits.LAST_TURN, tune_swing=4 * amplitude * 200.0, period=1)
-    bits.relay(config, state)
+    bits.run_relay(config, state)
     ultimate = 2 * 80.0 / (math.pi * taken * 200.0)
     assert found == [pytest.approx(cycle_gains(0, ultimate, 1.0)[0])]
 

@@ -21,7 +21,7 @@ import pytest
 import pidcfg
 from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import equation as bits
-from pidcfg.sim.controllers.dl06.autotune import begin_relay, digits, store
+from pidcfg.sim.controllers.dl06.autotune import begin_relay, nearest_digit, write_results
 from pidcfg.sim.controllers.dl06.equation import MODES, TUNE, TUNE_ERROR, TUNING, Config, State
 from rig_plants import FirstOrder, Fixed, Moving
 
@@ -242,14 +242,14 @@ def test_results_are_whole_digits_of_their_words():
 def test_digits_of_every_cycle_are_those_of_exact_fractions():
     for half_samples, ticks in product(range(2, 200), (50_000, 250_000, 300_000, 750_000)):
         seconds, exact = half_samples / 2 * ticks / 1e6, Fraction(half_samples * ticks, 2_000_000)
-        assert digits(0.6 * seconds / (60.0 * 0.01)) == round(exact * Fraction("0.6") / 60 * 100)
+        assert nearest_digit(0.6 * seconds / (60.0 * 0.01)) == round(exact * Fraction("0.6") / 60 * 100)
 
 
 @pytest.mark.parametrize(("period", "hundredths"), [(1.5, 2), (2.5, 2), (3.5, 4), (1.49999, 1)])
 def test_a_result_half_way_between_two_digits_is_rounded_to_the_even_one(period, hundredths):
     """0.6 times 1.5 s are 0.9 s, 1.5 hundredths of a minute, which binary fractions come to a little above or below."""
     rig, s = open_loop(1.0, 20.0, 4.0, 0.5, reset_unit=60.0, reset_step=0.01)
-    store(rig.configs[0], s, 1.0, 0.6 * period, 0.0, 0.5)
+    write_results(rig.configs[0], s, 1.0, 0.6 * period, 0.0, 0.5)
 
     assert s.reset == pytest.approx(hundredths * 0.6, rel=1e-12)
 
@@ -272,7 +272,7 @@ def test_an_open_loop_auto_tune_on_a_moving_pv_is_told(moves, told):
 
 def test_results_below_one_digit_are_one_digit_since_0_would_switch_them_off():
     rig, s = open_loop(1.0, 20.0, 4.0, 0.5, reset_unit=60.0, reset_step=0.01)
-    store(rig.configs[0], s, 0.0001, 0.0001, 0.0001, 0.5)
+    write_results(rig.configs[0], s, 0.0001, 0.0001, 0.0001, 0.5)
 
     assert (s.gain, s.reset, s.rate) == (0.01, pytest.approx(0.6), 0.0)
 
@@ -312,7 +312,7 @@ def test_a_relay_that_nothing_answers_is_given_up_and_the_controller_goes_on_as_
 )
 def test_results_are_stored_within_what_their_words_hold(results, stored):
     s = State()
-    store(Config(reset_unit=1.0, reset_step=0.1, least_period=50_000), s, *results)
+    write_results(Config(reset_unit=1.0, reset_step=0.1, least_period=50_000), s, *results)
     assert (s.gain, s.reset, s.rate, s.period) == pytest.approx(stored)
 
 

@@ -17,7 +17,7 @@ from pidcfg.sim.controllers.dl06.equation import (
 )
 from pidcfg.sim.controllers.dl06.operate import MODE_REASONS as REASONS
 from pidcfg.sim.controllers.dl06.plc import Dl06
-from pidcfg.sim.controllers.kernels import NOTICES, REASON_BITS, notices
+from pidcfg.sim.controllers.kernels import NOTICES, REASON_BITS, split_notices
 from rig_plants import FirstOrder, Fixed
 
 
@@ -174,7 +174,7 @@ def test_a_notice_knows_what_was_requested():
     rig.states[0].requested = bits.CASCADE
     number = (bits.CASCADE << REASON_BITS | 3) * NOTICES + 12
 
-    assert notices(number) == [(bits.CASCADE, 3), (0, 12)]
+    assert split_notices(number) == [(bits.CASCADE, 3), (0, 12)]
     assert Dl06.requested(number) == "cascade"
     assert Dl06.describe(number) == (f"{REASONS[3]}; {REASONS[12]}", "")
     assert Dl06.requested(12) is None

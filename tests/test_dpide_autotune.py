@@ -11,7 +11,15 @@ from dpide_rig import Rig
 from pidcfg.cli.formats.runs import autotune_text
 from pidcfg.sim.controllers.click.scan import Click
 from pidcfg.sim.controllers.dl06.plc import Dl06
-from pidcfg.sim.controllers.dpide.equation import PATIENCE_SAMPLES, REASONS, Config, State, balance, is_usable, measure
+from pidcfg.sim.controllers.dpide.equation import (
+    PATIENCE_SAMPLES,
+    REASONS,
+    Config,
+    State,
+    balance_relay,
+    is_usable,
+    measure_cycle,
+)
 from pidcfg.sim.controllers.dpide.scan import Dpide
 from pidcfg.sim.controllers.ezlogix.scan import Ezlogix
 from pidcfg.sim.controllers.kernels import single
@@ -77,7 +85,7 @@ def test_the_ultimate_cycle_of_a_relay_with_hysteresis(band, swing):
         mode=1,
         status=4,
     )
-    measure(c, s)
+    measure_cycle(c, s)
 
     assert s.gain == pytest.approx(4 * 30 / (math.pi * swing) / 2.2, rel=1e-6)
     assert (s.reset, s.rate, s.filter_time) == pytest.approx((22.0, 10 / 6.3, 1 / 6.3), rel=1e-6)
@@ -161,7 +169,7 @@ def test_a_range_that_does_not_begin_at_0():
 
 def test_the_balanced_relay_moves_a_little_even_at_a_limit():
     c, s = Config(lowest_mv=1000.0, highest_mv=5000.0), State()
-    balance(c, s, 5000.0)
+    balance_relay(c, s, 5000.0)
 
     assert (s.tune_mv_low, s.tune_mv_high, s.tune_rounds) == (4980.0, 5000.0, 1)
 
@@ -326,7 +334,7 @@ def test_a_pv_that_answers_no_more():
 
 def test_a_swing_of_nothing_is_no_answer():
     c, s = Config(highest_mv=100.0), State(tune_mv_high=100.0, tune_count=40)
-    measure(c, s)
+    measure_cycle(c, s)
 
     assert (s.tune_done, REASONS[s.tune_reason]) == (2, "autotune stopped: PV does not answer")
 

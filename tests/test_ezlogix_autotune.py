@@ -12,9 +12,17 @@ import pytest
 
 from ezlogix_rig import SCALED, STATUS, Rig, change, play, plc
 from pidcfg.sim.controllers.ezlogix import equation as bits
-from pidcfg.sim.controllers.ezlogix.equation import SETTLING, Config, State, compute, fits, judge_answer, tell_moving
+from pidcfg.sim.controllers.ezlogix.equation import (
+    SETTLING,
+    Config,
+    State,
+    are_results_valid,
+    compute_results,
+    judge_answer,
+    tell_moving,
+)
 from pidcfg.sim.controllers.ezlogix.scan import REASONS, TUNE_STATUS
-from pidcfg.sim.controllers.kernels import notices
+from pidcfg.sim.controllers.kernels import split_notices
 from rig_plants import FirstOrder, Moving
 
 
@@ -202,12 +210,12 @@ def test_a_small_answer_counts_once_it_has_settled(direct):
     ],
 )
 def test_the_ranges_of_results_are_those_of_the_manual(results, only_pi, expected):
-    assert fits(*results, only_pi) is expected
+    assert are_results_valid(*results, only_pi) is expected
 
 
 def test_a_curve_without_a_slope_gives_no_gains():
     c, s = Config(), State(tune_points=40, tune_change=8.0, gain=1.5, out=1910.0, tune_out=1500.0, pending=bits.HELD)
-    compute(c, s, [0.0] * 512)
+    compute_results(c, s, [0.0] * 512)
 
     assert (s.tune_status, s.gain, s.out, s.pending) == (7, 1.5, 1500.0, 0)
 
@@ -313,7 +321,9 @@ def test_a_pv_that_moves_is_told_and_nobody_asked_for_a_mode(drift, said):
     s = State(tune_drift=drift)
     tell_moving(s, 1.0)
 
-    assert [(requested, REASONS[reason]) for requested, reason in notices(s.notice)] == [(0, text) for text in said]
+    assert [(requested, REASONS[reason]) for requested, reason in split_notices(s.notice)] == [
+        (0, text) for text in said
+    ]
 
 
 @pytest.mark.parametrize(("points", "complete"), [(SETTLING - 1, 0), (SETTLING, 1)])

@@ -55,10 +55,12 @@ def value(text: str, signals: list[float]) -> tuple[float, float]:
 def with_constants(parser: TypedParser):
     """The code as the PLC's memory has it."""
     from pidcfg.schemas.expressions import Expression
-    from pidcfg.sim.controllers.nextopid.memory import _code
+    from pidcfg.sim.controllers.nextopid.memory import _expression_code
 
     return list(
-        _code(Expression("", tuple(parser.code), tuple(parser.constants), frozenset(), parser.max_stack_height))
+        _expression_code(
+            Expression("", tuple(parser.code), tuple(parser.constants), frozenset(), parser.max_stack_height)
+        )
     )
 
 

@@ -33,7 +33,7 @@ from pidcfg.sim.controllers.dl06 import equation as dl06_state
 from pidcfg.sim.controllers.dl06 import operate as dl06_operate
 from pidcfg.sim.controllers.dl06 import operate as dl06_report
 from pidcfg.sim.controllers.dl06.equation import State as Dl06State
-from pidcfg.sim.controllers.dl06.plc import overruled
+from pidcfg.sim.controllers.dl06.plc import overruling_reason
 from pidcfg.sim.controllers.dpide import equation as dpide_autotune
 from pidcfg.sim.controllers.dpide import equation as dpide_state
 from pidcfg.sim.controllers.dpide import scan as dpide_report
@@ -48,7 +48,7 @@ from pidcfg.sim.controllers.ezlogix.equation import State as EzlogixState
 from pidcfg.sim.controllers.generic import equation as generic_state
 from pidcfg.sim.controllers.generic import scan as generic_operate
 from pidcfg.sim.controllers.generic import scan as generic_report
-from pidcfg.sim.controllers.kernels import add_notice, notices
+from pidcfg.sim.controllers.kernels import add_notice, split_notices
 from pidcfg.sim.controllers.nextopid import plc as nextopid_operate
 from pidcfg.sim.controllers.nextopid import plc as nextopid_report
 from pidcfg.sim.controllers.nextopid import terms as nextopid_state
@@ -89,22 +89,24 @@ def test_notices_are_read_as_they_were_left(left):
     number = 0
     for requested, reason in left:
         number = add_notice(number, requested, reason)
-    assert notices(number) == left
+    assert split_notices(number) == left
     for _ in range(5 - len(left)):
         number = add_notice(number, 0, 3)
-    assert notices(add_notice(number, 1, 2)) == [*left, *[(0, 3)] * (5 - len(left))], "there is no room for a sixth"
+    assert split_notices(add_notice(number, 1, 2)) == [*left, *[(0, 3)] * (5 - len(left))], (
+        "there is no room for a sixth"
+    )
 
 
 @pytest.mark.parametrize(
     ("leave", "state", "reason"),
     [
         (
-            lambda s: click_autotune.fail(s, click_autotune.TUNE_NO_RESPONSE),
+            lambda s: click_autotune.fail_autotune(s, click_autotune.TUNE_NO_RESPONSE),
             ClickState,
             click_autotune.TUNE_NO_RESPONSE,
         ),
-        (dpide_autotune.abandon, DpideState, dpide_autotune.ABANDONED),
-        (lambda s: dpide_autotune.fail(DpideConfig(), s, 3), DpideState, 3),
+        (dpide_autotune.abandon_autotune, DpideState, dpide_autotune.ABANDONED),
+        (lambda s: dpide_autotune.fail_autotune(DpideConfig(), s, 3), DpideState, 3),
         (
             lambda s: ezlogix_autotune.end_tune(EzlogixConfig(), s, ezlogix_autotune.NO_STEP),
             EzlogixState,
@@ -117,7 +119,7 @@ def test_notices_are_read_as_they_were_left(left):
 def test_the_end_of_an_autotune_leaves_what_was_told_before_it(leave, state, reason):
     s = state(notice=add_notice(0, 1, 5), tune_drift=9.0)
     leave(s)
-    assert notices(s.notice) == [(1, 5), (0, reason)]
+    assert split_notices(s.notice) == [(1, 5), (0, reason)]
 
 
 # --- The bits by which controllers remember: each is one bit, and no two of a word share it ---------------------------
@@ -398,7 +400,7 @@ EFFECT_PROFILE = "a ramp/soak profile runs: its next ramp overwrites +02"
     ],
 )
 def test_a_word_of_a_dl06_is_overruled(path, config, state, reason):
-    assert overruled(dl06.Config(**config), dl06.State(**state), path) == reason
+    assert overruling_reason(dl06.Config(**config), dl06.State(**state), path) == reason
 
 
 @pytest.mark.parametrize(

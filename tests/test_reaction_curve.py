@@ -16,16 +16,16 @@ from pidcfg.sim.controllers.autotune import (
     TOO_SMALL,
     begin_curve,
     begin_noise,
-    crossing,
+    first_crossing,
+    is_stalled,
     judge_response,
     measure_noise,
-    record,
-    stalled,
+    record_point,
     steepest_line,
     was_moving,
 )
 from pidcfg.sim.controllers.click.equation import Config as ClickConfig
-from pidcfg.sim.controllers.click.equation import tunable
+from pidcfg.sim.controllers.click.equation import is_tunable
 from pidcfg.sim.controllers.kernels import RelayState
 
 PLACE = 3
@@ -43,7 +43,7 @@ def recorded(rises):
     s, aux = RelayState(period=500_000, tune_count=9, tune_points=9, tune_sum=9.0), [-1e9] * (PLACE + POINTS + 1)
     begin_curve(s)
     for rise in rises:
-        record(s, PLACE, aux, rise)
+        record_point(s, PLACE, aux, rise)
     return s, aux
 
 
@@ -83,7 +83,7 @@ def test_an_answer_at_once_has_the_dead_time_of_a_sample_and_one_that_falls_has_
 @pytest.mark.parametrize(("level", "first"), [(-1.0, 0), (0.0, 0), (1.5, 2), (2.0, 2), (4.0, 4), (9.0, 4)])
 def test_a_level_is_crossed_where_it_is_reached_or_at_the_last_point(level, first):
     s, aux = curve([0.0, 1.0, 2.0, 3.0, 4.0])
-    assert crossing(s, PLACE, aux, level) == first
+    assert first_crossing(s, PLACE, aux, level) == first
 
 
 def judged(points, *, span=100.0, count=0.0, rest=0.0, last_step=0, **fields):
@@ -200,13 +200,13 @@ def test_sixteen_samples_at_rest_give_mean_slope_and_noise():
 @pytest.mark.parametrize("begun", [0, 500])
 def test_a_relay_is_stopped_when_it_has_not_switched_for_an_hour_and_1000_samples(quiet, seconds, ended, begun):
     s = RelayState(tune_count=begun + quiet, tune_points=begun, period=round(seconds * 1e6))
-    assert stalled(s, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS) == ended
+    assert is_stalled(s, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS) == ended
 
 
 @pytest.mark.parametrize(("count", "ended"), [(1200, False), (1201, True)])
 def test_an_hour_is_3600_s(count, ended):
     state = RelayState(tune_count=count, period=3_000_000)
-    assert stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS) == ended
+    assert is_stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS) == ended
 
 
 @pytest.mark.parametrize(
@@ -218,4 +218,4 @@ def test_an_autotune_needs_limits_of_pv_and_output_that_are_ranges(ends, low, hi
     c = ClickConfig(pv_low=0.0, pv_high=100.0, out_low=0.0, out_high=100.0)
     setattr(c, f"{ends}_low", low)
     setattr(c, f"{ends}_high", high)
-    assert tunable(c) == is_a_range
+    assert is_tunable(c) == is_a_range

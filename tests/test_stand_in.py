@@ -26,9 +26,9 @@ from pidcfg.conversion.operation import (
 )
 from pidcfg.output.conversion import verified_data
 from pidcfg.study.verification.comparison import CountSizes
-from pidcfg.study.verification.comparison import differences as compared
-from pidcfg.study.verification.stand_in import Rules, stand_in
-from pidcfg.study.verification.twin import _answer, _is_said, with_fields, with_rules, without_losses
+from pidcfg.study.verification.comparison import find_differences as compared
+from pidcfg.study.verification.stand_in import Rules, make_stand_in
+from pidcfg.study.verification.twin import _find_answer, _is_said, with_fields, with_rules, without_losses
 from pidcfg.study.verification.verify import (
     Battery,
     hidden_fields,
@@ -66,10 +66,10 @@ def differences(source, operation=None):
     """Where a configuration and its stand-in differ, with the rules of its PLC or with others."""
     side = make_side(source.vendor, source.config)
     own = source_of(source.vendor).operations(source.config)[0]
-    held = stand_in(side.loops, [Rules.of(side, 0, operation or own)])
+    held = make_stand_in(side.loops, [Rules.of(side, 0, operation or own)])
     reference = make_reference(held, 0, side.loop(0))
     tolerance = tolerance_of(held, 0, side, 0, reference.bench)
-    yield from Battery(reference, side, 0, tolerance).differences()
+    yield from Battery(reference, side, 0, tolerance).find_differences()
 
 
 @pytest.mark.parametrize("vendor", PLCS)
@@ -124,9 +124,9 @@ def test_every_answer_is_found_by_its_text():
     for field in fields(Operation):
         kind = hints[field.name]
         if isinstance(kind, type) and issubclass(kind, rules.Answer):
-            assert [_answer(field.name, answer.text) for answer in kind] == list(kind)
-    assert _answer("windup", Start.RUNS.text) is None
-    assert _answer("nothing", Start.RUNS.text) is None
+            assert [_find_answer(field.name, answer.text) for answer in kind] == list(kind)
+    assert _find_answer("windup", Start.RUNS.text) is None
+    assert _find_answer("nothing", Start.RUNS.text) is None
 
 
 def test_rules_are_those_that_lines_name_and_not_those_of_the_target():
@@ -517,7 +517,7 @@ def test_a_single_sample_at_the_edge_of_a_limit_is_no_difference(changes, wanted
     for k, by in changes.items():
         two.output[k] += by
     fine = replace(FEW, closed=CountSizes(1.0, 0.01), shifts=(0,))
-    found = [row for row in compared(replace(SWEPT, swept=False), one, two, BENCH, fine) if row.signal == "output"]
+    found = [row for row in compared(replace(SWEPT, is_swept=False), one, two, BENCH, fine) if row.signal == "output"]
     assert [list(row.samples) for row in found] == ([wanted] if wanted else [])
 
 

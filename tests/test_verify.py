@@ -18,11 +18,11 @@ from pidcfg.study.verification.comparison import (
     EITHER_SAMPLE,
     CountSizes,
     Tolerance,
-    differences,
+    find_differences,
 )
 from pidcfg.study.verification.stages import (
-    ALL,
-    CLOSED,
+    ALL_SIGNALS,
+    CLOSED_LOOP,
     Act,
     Bench,
     Stage,
@@ -33,11 +33,11 @@ from pidcfg.study.verification.stages import (
 )
 from pidcfg.study.verification.trial import (
     Trial,
+    analog_counts,
     finest_counts,
     loops_of,
     nearest_step,
     new_plc,
-    resolution,
     root_step,
     round_setpoints,
     run_stage,
@@ -50,7 +50,7 @@ from pidcfg.study.verification.verify import (
     tolerance_of,
     verify,
 )
-from pidcfg.study.verification.verify import _result as verdict_of
+from pidcfg.study.verification.verify import _make_result as verdict_of
 from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
 from verify_measure import Conversion, checked, measure, numbered
@@ -211,7 +211,7 @@ def test_the_answer_of_the_loop_alone_tells_its_numbers(key, value):
     sides = one.sides(checked(data))
     reference = make_reference(sides.twin, 0, sides.target.loop(0))
     tolerance = tolerance_of(sides.twin, 0, sides.target, 0, reference.bench)
-    found = {difference.stage for difference in Battery(reference, sides.target, 0, tolerance).differences()}
+    found = {difference.stage for difference in Battery(reference, sides.target, 0, tolerance).find_differences()}
     assert "answer" in found
 
 
@@ -451,7 +451,7 @@ def told(stage, bench):
     """A stage in words, without what goes before it."""
     bench = bench if stage.output is None else replace(bench, middle=stage.output)
     ahead = next((a for a in (go_to_auto(bench), begin_at_rest(bench)) if stage.acts[: len(a)] == a), ())
-    parts = [f"{stage.begin:g} to {stage.end:g}; {'swept ' * stage.swept}at {stage.pv:g}, {stage.load:g}"]
+    parts = [f"{stage.begin:g} to {stage.end:g}; {'swept ' * stage.is_swept}at {stage.pv:g}, {stage.load:g}"]
     for act in stage.acts[len(ahead) :]:
         done = {key: value for key, value in asdict(act).items() if key != "at" and value is not None}
         parts += [f"{act.at:g} {key} {value if key == 'mode' else f'{value:g}'}" for key, value in done.items()]
@@ -474,11 +474,11 @@ def test_what_each_stage_does():
     assert [(act.at, act.output) for act in alone] == [(26, 0.0), (31, 1.0)]
     assert {name: stage.slack for name, stage in stages.items() if stage.slack} == {"cascade": 2}
     assert {name for name, stage in stages.items() if stage.loses_sensor} == {"sensor"}
-    assert {name: stage.signals for name, stage in stages.items() if stage.signals != CLOSED} == {
+    assert {name: stage.signals for name, stage in stages.items() if stage.signals != CLOSED_LOOP} == {
         "start": {"mode"},
         "set point limits": {"setpoint", "mode"},
-        "answer": ALL,
-        **{name: ALL - {"output"} for name in ("alarms", "rate of change", "hysteresis")},
+        "answer": ALL_SIGNALS,
+        **{name: ALL_SIGNALS - {"output"} for name in ("alarms", "rate of change", "hysteresis")},
     }
     assert [(act.at, act.mode, act.setpoint, act.output) for act in go_to_auto(BENCH)] == [
         (0, "auto", None, None),
@@ -595,7 +595,7 @@ def test_what_a_stage_does_on_another_bench(bench, changes, differ):
 PLANT = {
     "low": 0, "high": 200, "sample": 1, "gain": 400, "time_constant": 256, "dead_time": 1, "middle": 0.5, "start": 90,
     "alarm_free": (30, 150), "sp_width": 160, "length": 160, "settling": 80, "manual_time": 24, "slowest": 1,
-    "limits": (0, 1), "crossing": 2.0, "least": 0.0,
+    "limits": (0, 1), "band_crossing": 2.0, "least_move": 0.0,
 }  # fmt: skip
 """The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
 
@@ -650,7 +650,12 @@ def test_the_bench_fits_the_loop(changes, other, slowest, differ):
 
 
 def test_what_a_bench_says_of_itself():
-    assert (BENCH.span, BENCH.sign, replace(BENCH, gain=-1.0).sign, BENCH.load(100.0, 0.25)) == (200.0, 1.0, -1.0, 75.0)
+    assert (BENCH.span, BENCH.sign, replace(BENCH, gain=-1.0).sign, BENCH.load_for(100.0, 0.25)) == (
+        200.0,
+        1.0,
+        -1.0,
+        75.0,
+    )
 
 
 @pytest.mark.parametrize(
@@ -670,9 +675,11 @@ FEW = Tolerance(
     limit=0.02,
     shifts=EITHER_SAMPLE,
 )
-PLAIN = Stage("x", "x", (Act(10.0, load=1.0), Act(20.0, load=0.0)), end=29.0, begin=10.0, signals=ALL, output=0.5)
+PLAIN = Stage(
+    "x", "x", (Act(10.0, load=1.0), Act(20.0, load=0.0)), end=29.0, begin=10.0, signals=ALL_SIGNALS, output=0.5
+)
 AS_CONFIGURED = replace(PLAIN, name="start", output=None)
-SWEPT = replace(PLAIN, swept=True)
+SWEPT = replace(PLAIN, is_swept=True)
 
 
 def course(*parts, count=30):
@@ -694,7 +701,7 @@ def side(**columns):
 
 def apart_at(stage, one, two, **tolerance):
     """The signals that differ, each with the samples from which and up to which."""
-    found = differences(stage, side(**one), side(**two), BENCH, replace(FEW, **tolerance))
+    found = find_differences(stage, side(**one), side(**two), BENCH, replace(FEW, **tolerance))
     return {d.signal: (d.samples[0], d.samples[-1]) for d in found}
 
 
@@ -723,7 +730,7 @@ UP = [(0, 50.0), (15, 90.0)]
         (AS_CONFIGURED, {"pv": UP}, {"pv": [(0, 50.0), (18, 90.0)]}, {}, {"pv": (16, 16)}),
         (replace(PLAIN, slack=2), {"pv": UP}, {"pv": [(0, 50.0), (18, 90.0)]}, {}, {}),
         (replace(PLAIN, slack=2), {"pv": UP}, {"pv": [(0, 50.0), (22, 90.0)]}, {}, {"pv": (18, 18)}),
-        (replace(PLAIN, signals=ALL - {"pv"}), {}, {"pv": [(0, 99.0)]}, {}, {}),
+        (replace(PLAIN, signals=ALL_SIGNALS - {"pv"}), {}, {"pv": [(0, 99.0)]}, {}, {}),
         (PLAIN, {}, {"output": [(0, 0.5), (12, 0.519)]}, {}, {}),
         (PLAIN, {}, {"output": [(0, 0.5), (12, 0.521)]}, {}, {"output": (13, 29)}),
         (SWEPT, {}, {"output": [(0, 0.5), (12, 0.511)]}, {"switching": 0.1}, {"output": (13, 29)}),
@@ -731,13 +738,13 @@ UP = [(0, 50.0), (15, 90.0)]
         (PLAIN, {}, {"output": [(0, 0.5), (12, 0.63)]}, {"switching": 0.1}, {"output": (13, 29)}),
         (replace(PLAIN, name="dead band 2"), {}, {"output": [(0, 0.5), (12, 0.61)]}, {"switching": 0.1},
          {"output": (13, 29)}),
-        (replace(PLAIN, signals=ALL - {"output"}), {}, {"output": [(0, 0.9)]}, {}, {}),
+        (replace(PLAIN, signals=ALL_SIGNALS - {"output"}), {}, {"output": [(0, 0.9)]}, {}, {}),
         (PLAIN, {}, {"setpoint": [(0, 50.0), (12, 52.0)]}, {}, {}),
         (PLAIN, {}, {"setpoint": [(0, 50.0), (12, 52.1)]}, {}, {"setpoint": (14, 29)}),
         (PLAIN, {"setpoint": UP}, {"setpoint": [(0, 50.0), (17, 90.0)]}, {}, {}),
         (PLAIN, {"setpoint": UP}, {"setpoint": [(0, 50.0), (20, 90.0)]}, {}, {"setpoint": (17, 17)}),
         (replace(PLAIN, slack=3), {"setpoint": UP}, {"setpoint": [(0, 50.0), (20, 90.0)]}, {}, {}),
-        (replace(PLAIN, signals=ALL - {"setpoint"}), {}, {"setpoint": [(0, 99.0)]}, {}, {}),
+        (replace(PLAIN, signals=ALL_SIGNALS - {"setpoint"}), {}, {"setpoint": [(0, 99.0)]}, {}, {}),
         (PLAIN, {"modes": [(0, "manual")]}, {"setpoint": [(0, 99.0)], "modes": [(0, "manual")]}, {}, {}),
         (PLAIN, {"modes": [(0, "manual")], "pv": [(0, 60.0)]},
          {"setpoint": [(0, 99.0)], "modes": [(0, "manual")], "pv": [(0, 60.0)]}, {}, {"setpoint": (10, 29)}),
@@ -751,14 +758,14 @@ UP = [(0, 50.0), (15, 90.0)]
         (PLAIN, {}, {"modes": [(0, "auto"), (20, "manual"), (23, "auto")]}, {}, {"mode": (20, 22)}),
         (replace(PLAIN, slack=1), {}, {"modes": [(0, "auto"), (20, "manual"), (23, "auto")]}, {}, {}),
         (PLAIN, {}, {"modes": [(0, "manual"), (10, "auto")]}, {}, {}),
-        (replace(PLAIN, signals=ALL - {"mode"}), {}, {"modes": [(0, "manual")]}, {}, {}),
+        (replace(PLAIN, signals=ALL_SIGNALS - {"mode"}), {}, {"modes": [(0, "manual")]}, {}, {}),
         (PLAIN, {"modes": [(0, "cascade")]}, {}, {}, {"mode": (10, 29)}),
         (PLAIN, {"modes": [(0, "cascade")]}, {"cascades": False}, {}, {}),
         (PLAIN, {"cascades": False}, {"modes": [(0, "cascade")]}, {}, {}),
         (PLAIN, {"alarms": {"high": [(0, False), (12, True)]}}, {"alarms": {"high": [(0, False)]}}, {},
          {"high": (12, 29)}),
         (PLAIN, {"alarms": {"high": [(0, True)]}}, {}, {}, {}),
-        (replace(PLAIN, signals=ALL - {"alarms"}), {"alarms": {"high": [(0, True)]}},
+        (replace(PLAIN, signals=ALL_SIGNALS - {"alarms"}), {"alarms": {"high": [(0, True)]}},
          {"alarms": {"high": [(0, False)]}}, {}, {}),
         (AS_CONFIGURED, {"period": 1.0}, {"period": 1.02}, {}, {"sample time": (0, 0)}),
         (AS_CONFIGURED, {"period": 2.0}, {"period": 2.015}, {}, {}),
@@ -770,7 +777,7 @@ def test_where_two_trials_differ(stage, one, two, tolerance, wanted):
 
 
 def test_what_a_difference_says():
-    pv, output, setpoint = differences(
+    pv, output, setpoint = find_differences(
         PLAIN,
         side(pv=UP),
         side(pv=[(0, 50.0), (15, 93.0), (20, 100.0)], output=[(0, 0.5), (12, 0.6)], setpoint=[(0, 50.0), (25, 60.0)]),
@@ -798,9 +805,9 @@ def test_what_a_difference_says():
     ],
 )
 def test_two_outputs_that_are_held_by_different_limits(one, two, held):
-    found = list(differences(PLAIN, side(output=one), side(output=two), BENCH, replace(FEW, share=1.0)))
+    found = list(find_differences(PLAIN, side(output=one), side(output=two), BENCH, replace(FEW, share=1.0)))
     assert [(d.signal, set(d.at_limits)) for d in found if d.at_limits] == ([("output", set(held))] if held else [])
-    assert not any(d.at_limits for d in differences(AS_CONFIGURED, side(output=one), side(output=two), BENCH, FEW))
+    assert not any(d.at_limits for d in find_differences(AS_CONFIGURED, side(output=one), side(output=two), BENCH, FEW))
 
 
 @pytest.mark.parametrize(
@@ -877,7 +884,7 @@ def test_how_far_two_plcs_may_lie_apart():
 def test_a_module_has_twelve_bits_at_least_and_a_root_steps_of_counts():
     fine, coarse = new_plc(alone(), (1,)), check_text(KILN)
     assert finest_counts(fine, 1) == (200 / 2**20, 1 / 2**20)
-    assert resolution(fine, 1) == (200 / 4095, 1 / 4095)
+    assert analog_counts(fine, 1) == (200 / 4095, 1 / 4095)
     assert [(c.halt, s.due == NEVER) for c, s in zip(fine.configs, fine.states, strict=True)] == [(1, True), (0, False)]
     assert root_step(make_side(coarse.vendor, coarse.config), 0) == 0.0
     flow = convert(FLOW, "dl06")
@@ -890,10 +897,10 @@ def verdict_on(stages, ones, twos, refused=()):
     by_name = {stage.name: (one, two) for stage, one, two in zip(stages, ones, twos, strict=True)}
     possible = tuple(stage for stage in stages if stage.name not in refused)
     reference = SimpleNamespace(
-        stages=stages, possible=possible, bench=BENCH, refused=lambda s: "" if s in possible else "auto"
+        stages=stages, possible_stages=possible, bench=BENCH, refused_mode=lambda s: "" if s in possible else "auto"
     )
-    original = SimpleNamespace(trial=lambda stage: by_name[stage.name][0])
-    battery_of = SimpleNamespace(trial=lambda stage: by_name[stage.name][1])
+    original = SimpleNamespace(run_trial=lambda stage: by_name[stage.name][0])
+    battery_of = SimpleNamespace(run_trial=lambda stage: by_name[stage.name][1])
     sides = SimpleNamespace(source=SimpleNamespace(loop=lambda _: lower_loop(())), names=("one", "two"))
     return verdict_of(sides, 1, reference, original, battery_of, ["failure"], ["named"])
 
@@ -908,7 +915,7 @@ def test_the_figures_and_the_picture_of_a_verdict():
     assert found.stages == ("start", "step 5 %", "disturbance")
     chart = found.chart
     assert (chart.title, chart.loop, chart.sides) == ("L", "L", ("one", "two"))
-    assert [(mark.label, mark.at) for mark in chart.marks] == [("step of the set point", 0.0), ("disturbance", 20.0)]
+    assert [(mark.label, mark.time) for mark in chart.marks] == [("step of the set point", 0.0), ("disturbance", 20.0)]
     setpoint, before, after = chart.panels[0].lines
     assert (list(setpoint.times), [setpoint.name, before.name]) == (list(range(30)), ["SP", "PV"])
     assert (setpoint.values, before.values, after.values) == ([52.0] * 30, [50.0] * 30, [51.0] * 30)
@@ -925,7 +932,7 @@ def test_a_verdict_without_the_stages_of_its_picture_shows_the_first_one():
     found = verdict_on(stages, trials, trials, refused={"disturbance"})
     assert (found.iae_ratio, found.pv_percent, found.stages) == (None, 0.0, ("start",))
     assert [(row.stage, row.mode) for row in found.untried] == [("disturbance", "auto")]
-    assert [mark.at for mark in found.chart.marks] == [0.0, 0.0]
+    assert [mark.time for mark in found.chart.marks] == [0.0, 0.0]
     assert len(found.chart.panels[0].lines[0].times) == 20
 
 
@@ -936,10 +943,10 @@ RAMP = {"pv": [(0, 50.0), (8, 50.2)]}
 def test_where_two_trials_differ_with_a_sample_of_half_a_second():
     stage = replace(PLAIN, begin=5.0, acts=(Act(8.0, load=1.0),))
     one, two = side(pv=[(0, 50.0), (16, 90.0)]), side(pv=[(0, 99.0), (10, 50.0), (17, 90.0), (20, 95.0)])
-    (found,) = differences(stage, one, two, replace(BENCH, sample=0.5), FEW)
+    (found,) = find_differences(stage, one, two, replace(BENCH, sample=0.5), FEW)
     assert (found.samples[0], found.at) == (19, 4.5)
     late = side(pv=[(0, 50.0), (15, 90.0)])
-    assert list(differences(stage, one, late, replace(BENCH, sample=0.5), FEW)) == []
+    assert list(find_differences(stage, one, late, replace(BENCH, sample=0.5), FEW)) == []
 
 
 def test_a_stage_as_one_side_goes_through_it():

@@ -13,14 +13,14 @@ from pidcfg.conversion.pipeline import convert
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange
 from pidcfg.study.verification.comparison import SignalDifference as Difference
-from pidcfg.study.verification.comparison import differing, running_means
+from pidcfg.study.verification.comparison import differing_fields, running_means
 from pidcfg.study.verification.stages import Act, Stage
-from pidcfg.study.verification.trial import _alarm as alarm_of
-from pidcfg.study.verification.trial import _at as sample_at
-from pidcfg.study.verification.trial import _modes as modes_of
-from pidcfg.study.verification.trial import _others_events as other_events
-from pidcfg.study.verification.trial import _root as root_of
-from pidcfg.study.verification.trial import companions, loops_of, master_of, names_of, scenario_data, slaves_of
+from pidcfg.study.verification.trial import _alarm_by_sample as alarm_of
+from pidcfg.study.verification.trial import _companion_events as other_events
+from pidcfg.study.verification.trial import _modes_by_sample as modes_of
+from pidcfg.study.verification.trial import _sample_at as sample_at
+from pidcfg.study.verification.trial import _square_root as root_of
+from pidcfg.study.verification.trial import companion_loops, loops_of, master_of, names_of, scenario_data, slaves_of
 from pidcfg.study.verification.twin import field_of, key_of
 from pidcfg.study.verification.verify import make_side
 from pidcfg.vendors import VENDORS
@@ -207,8 +207,8 @@ def test_the_loops_of_a_cascade(sources, slaves, masters, alone, with_master):
     real = [i for i, loop in enumerate(loops) if loop is not None]
     assert [slaves_of(loops, i) for i in real] == [slaves[i] for i in real]
     assert [master_of(loops, i) for i in range(len(loops))] == masters
-    assert [companions(loops, i, with_master=False) for i in real] == [alone[i] for i in real]
-    assert [companions(loops, i, with_master=True) for i in real] == [with_master[i] for i in real]
+    assert [companion_loops(loops, i, with_master=False) for i in real] == [alone[i] for i in real]
+    assert [companion_loops(loops, i, with_master=True) for i in real] == [with_master[i] for i in real]
 
 
 def counting():
@@ -281,7 +281,7 @@ def test_a_stage_is_a_scenario_in_the_words_of_a_side():
         {"at": 3.5, "set": {"lost": 1}},
         {"at": 4.5, "set": {"moved": 1.5}},
     ]
-    swept = scenario_data(replace(stage, swept=True), BENCH, names)
+    swept = scenario_data(replace(stage, is_swept=True), BENCH, names)
     assert swept["plants"] == [
         {"name": "Plant", "model": "integrator", "input": "0", "gain": 1, "load": 0, "initial": 55.0,
          "limits": [0.0, 200.0]}
@@ -317,4 +317,4 @@ def test_neutral_values_that_count_as_equal(a, b, alike):
 
 def test_fields_on_which_others_depend_come_first():
     one, two = {"x": 1, "tuning.gain": 2, "same": 3}, {"x": 2, "sample_time": 1, "tuning.gain": 3, "same": 3, "new": 1}
-    assert differing(one, two) == ["sample_time", "tuning.gain", "x", "new"]
+    assert differing_fields(one, two) == ["sample_time", "tuning.gain", "x", "new"]

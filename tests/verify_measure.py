@@ -26,7 +26,7 @@ from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.trial import loops_of, neutral_of, root_step
 from pidcfg.study.verification.verify import (
     Battery,
-    _sides,
+    _make_sides,
     hidden_fields,
     make_reference,
     tolerance_of,
@@ -276,7 +276,7 @@ class Conversion:
     def sides(self, result):
         """The source, what the report makes of it, and a result."""
         one, two = (self.source.vendor, self.source.config), (result.vendor, result.config)
-        return _sides(one, two, self.pairs, self.outcome.loops, ("source", "result"))
+        return _make_sides(one, two, self.pairs, self.outcome.loops, ("source", "result"))
 
     def unexplained(self, result, i: int, j: int, *, source: bool = False):
         """The first difference that no switch explains; None: both sides are alike. ``source``: that of the source."""
@@ -289,11 +289,11 @@ class Conversion:
         found = next(unsaid_numbers(sides.twin.loops[i], sides.target.loops[j]), None)
         found = found or next(unsaid_rules(sides, i, j), None)
         if found is None:
-            found = next(Battery(reference, sides.target, j, tolerance).differences(), None)
+            found = next(Battery(reference, sides.target, j, tolerance).find_differences(), None)
         if found is None and source:
             mirror = make_reference(sides.mirror, i, sides.target.loops[j], step)
             tolerance = tolerance_of(sides.mirror, i, sides.reduced, i, mirror.bench)
-            found = next(Battery(mirror, sides.reduced, i, tolerance).differences(), None)
+            found = next(Battery(mirror, sides.reduced, i, tolerance).find_differences(), None)
         return found
 
 

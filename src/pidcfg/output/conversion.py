@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pidcfg.conversion import Change, MaxLoss, Missing, Terms
     from pidcfg.conversion.pipeline import Converted, LoopReport
     from pidcfg.study.verification.comparison import SignalDifference
-    from pidcfg.study.verification.verify import Verified
+    from pidcfg.study.verification.verify import VerifiedLoop
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Data
     from pidcfg.vendors import Vendor
@@ -39,7 +39,7 @@ SEVERAL_LINES = "of the values that the report says were written"
 """Why two sides differ where no line alone does it."""
 
 
-def verified_data(loop: Verified) -> Data:
+def verified_data(loop: VerifiedLoop) -> Data:
     """One loop's verdict."""
     return {
         "loop": loop.loop,
@@ -161,7 +161,7 @@ class ConvertResult:
     target_document: Document | None = None
     target_findings: tuple[Diagnostic, ...] = ()
     """What the target's own rules say about the result; with an error, its PLC would not take it."""
-    verified: tuple[Verified, ...] | None = None
+    verified: tuple[VerifiedLoop, ...] | None = None
     """Loop by loop the verdict of the battery on both sides; None: that was not asked for, or not possible."""
     unverified: str = ""
     """Why that was not possible."""
@@ -232,7 +232,7 @@ def convert_checked(
     checked: Checked,
     target: Vendor,
     options: Mapping[str, object],
-    verify: Callable[[Checked, Checked, ConvertResult], tuple[Verified, ...]] | None,
+    verify: Callable[[Checked, Checked, ConvertResult], tuple[VerifiedLoop, ...]] | None,
     max_loss: MaxLoss = DEFAULT_MAX_LOSS,
 ) -> ConvertResult:
     """The conversion of a checked configuration; ``verify`` compares both sides where the target takes the result.
@@ -276,7 +276,7 @@ def _with_verdicts(
     conversion: ConvertResult,
     source: Checked,
     result: Checked,
-    verify: Callable[[Checked, Checked, ConvertResult], tuple[Verified, ...]],
+    verify: Callable[[Checked, Checked, ConvertResult], tuple[VerifiedLoop, ...]],
 ) -> ConvertResult:
     """The conversion with both sides on the same plants, or with the reason why that cannot be."""
     from pidcfg.sim.engine.run import UnusableError
@@ -333,7 +333,7 @@ def verify_sides(
     conversion: ConvertResult,
     progress: Callable[[float], None] | None = None,
     jobs: int = 1,
-) -> tuple[Verified, ...]:
+) -> tuple[VerifiedLoop, ...]:
     """Source and result in the battery, by so many processes; charts call them by their files' names and vendors."""
     from pidcfg.study.verification.verify import verify
 

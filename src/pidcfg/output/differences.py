@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.differences import Difference, State
     from pidcfg.schemas.base import ConfigurationFile
-    from pidcfg.study.verification.verify import Verified
+    from pidcfg.study.verification.verify import VerifiedLoop
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Files, Limits
     from pidcfg.validate.engine import Checked, Source
@@ -53,13 +53,13 @@ if TYPE_CHECKING:
 
 def with_verdict(result: DiffResult, progress: Callable[[float], None] | None, jobs: int = 1) -> DiffResult:
     """A comparison with both sides in the battery; its notes say which loops cannot be run, and why."""
-    from pidcfg.study.verification.verify import verified_sides
+    from pidcfg.study.verification.verify import verify_sides
 
     if result.sides is None or result.sources is None:
         reason = "not compared: nothing says the ranges of both sides, so neither can be run"
         return replace(result, verified=(), notes=(*result.notes, reason))
     notes: list[str] = []
-    loops = verified_sides(result.sides, result.sources, (result.before, result.after), notes.append, progress, jobs)
+    loops = verify_sides(result.sides, result.sources, (result.before, result.after), notes.append, progress, jobs)
     changed = {
         entry.loop: [d.key or d.field for d in entry.differences if d.risk != "cosmetic"] for entry in result.loops
     }
@@ -209,7 +209,7 @@ class DiffResult:
     loops: tuple[Compared, ...] = ()
     sources: tuple[Configuration, Configuration] | None = None
     """Configuration and vendor of both sides."""
-    verified: tuple[Verified, ...] | None = None
+    verified: tuple[VerifiedLoop, ...] | None = None
     """Loop by loop the verdict of the battery on both sides; None: that was not asked for."""
     notes: tuple[str, ...] = ()
     """What a listing did not say, or could not be read of it."""

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.output.conversion import ConvertResult
     from pidcfg.output.differences import DiffResult
     from pidcfg.study.verification.comparison import SignalDifference
-    from pidcfg.study.verification.verify import Named, Untried, Verified
+    from pidcfg.study.verification.verify import NamedDifference, UntriedStage, VerifiedLoop
 
 # --- The verdicts of the battery as text and Markdown -----------------------------------------------------------------
 
@@ -35,7 +35,7 @@ UNITS = {"pv": "PV", "output": "output", "setpoint": "set point", "mode": "mode"
 NOTHING = "  no loop could be compared"
 
 
-def verdict_text(loops: Sequence[Verified], *, pictures: bool = True) -> str:
+def verdict_text(loops: Sequence[VerifiedLoop], *, pictures: bool = True) -> str:
     """What differs, loop by loop, and where a line of the report says why; with pictures for the terminal."""
     lines = ["both sides in the same battery of stages, on the same plants"]
     for loop in loops:
@@ -50,7 +50,7 @@ def verdict_text(loops: Sequence[Verified], *, pictures: bool = True) -> str:
     return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
 
 
-def verdict_brief(loops: Sequence[Verified]) -> str:
+def verdict_brief(loops: Sequence[VerifiedLoop]) -> str:
     """A line a loop, what differs with a picture of it, and what the loops have in common once."""
     lines = ["", "both sides on the same plants: how far PV and output are apart, in % of range:"]
     for loop in loops:
@@ -85,12 +85,12 @@ def _in_loops(fields: Mapping[str, Sequence[str]]) -> list[str]:
     return [name if len(of) == len(fields) else f"{name} ({names_of(of)})" for name, of in loops.items()]
 
 
-def _judged(loop: Verified) -> str:
+def _judged(loop: VerifiedLoop) -> str:
     stages = f"{len(loop.stages)} stages" if len(loop.stages) > 1 else "one stage"
     return f"{'alike' if loop.passed else 'NOT alike'} in {stages}"
 
 
-def headline(loop: Verified) -> str:
+def headline(loop: VerifiedLoop) -> str:
     """The verdict, and how far both sides lie apart in a step and a disturbance."""
     ratio = "" if loop.iae_ratio is None else f", ratio of IAE {loop.iae_ratio:.4g}"
     apart = f"PV at most {loop.pv_percent:.3g} % of its range apart, output {loop.output_percent:.3g} %"
@@ -121,7 +121,7 @@ def _because(key: str) -> str:
     return f" (see {key})" if key else ""
 
 
-def _named(rows: Sequence[Named]) -> Iterator[str]:
+def _named(rows: Sequence[NamedDifference]) -> Iterator[str]:
     """Each line of the report once, with the stages in which it shows."""
     stages: dict[tuple[str, str], dict[str, None]] = {}
     for row in rows:
@@ -130,7 +130,7 @@ def _named(rows: Sequence[Named]) -> Iterator[str]:
         yield f"{field} ({', '.join(names)}){f': {note}' if note else ''}"
 
 
-def _line_of(row: Named) -> tuple[str, str]:
+def _line_of(row: NamedDifference) -> tuple[str, str]:
     """The field and the note of the report's line that names a difference."""
     return ("rounding", SEVERAL_LINES) if row.line is None else (row.line.field, row.line.note)
 
@@ -157,14 +157,14 @@ def _hidden(fields: Sequence[str]) -> Iterator[str]:
         yield f"{', '.join(fields)}: no stage can tell another value from this one"
 
 
-def _untried(rows: Sequence[Untried]) -> Iterator[str]:
+def _untried(rows: Sequence[UntriedStage]) -> Iterator[str]:
     """The stages of each mode that the source does not go to."""
     for mode in dict.fromkeys(row.mode for row in rows):
         stages = ", ".join(row.stage for row in rows if row.mode == mode)
         yield f"{stages}: the source does not go to {mode} when it is asked to; its program, or an input, decides"
 
 
-def verdict_markdown(loops: Sequence[Verified]) -> list[str]:
+def verdict_markdown(loops: Sequence[VerifiedLoop]) -> list[str]:
     """The same as lines of Markdown."""
     lines = ["", "### Verified", ""]
     for loop in loops:

@@ -43,7 +43,7 @@ def begin_curve(state: CurveState) -> None:
     state.tune_sum = 0.0
 
 
-def record(state: CurveState, first: int, aux: list[float], rise: float) -> bool:
+def record_point(state: CurveState, first: int, aux: list[float], rise: float) -> bool:
     """Keep one more sample of the response; True when it completes a point (kernel)."""
     state.tune_count += 1
     state.tune_sum += rise
@@ -62,7 +62,7 @@ def record(state: CurveState, first: int, aux: list[float], rise: float) -> bool
     return True
 
 
-def mean(aux: list[float], first: int, count: int) -> float:
+def mean_of_points(aux: list[float], first: int, count: int) -> float:
     """The mean of some points (kernel)."""
     total = 0.0
     for j in range(first, first + count):
@@ -70,7 +70,7 @@ def mean(aux: list[float], first: int, count: int) -> float:
     return total / count
 
 
-def crossing(state: CurveState, first: int, aux: list[float], level: float) -> int:
+def first_crossing(state: CurveState, first: int, aux: list[float], level: float) -> int:
     """The first point at or above a level (kernel)."""
     for j in range(state.tune_points):
         if aux[first + j] >= level:
@@ -81,7 +81,7 @@ def crossing(state: CurveState, first: int, aux: list[float], level: float) -> i
 def steepest_line(state: CurveState, first: int, aux: list[float], change: float) -> tuple[float, float]:
     """Slope a second of the steepest line, 0 when there is none, and the dead time in s, at least a sample (kernel)."""
     need = max(0.1 * change, min(12.0 * state.tune_noise, 0.2 * change))
-    width = crossing(state, first, aux, 2.0 * need) - crossing(state, first, aux, need)
+    width = first_crossing(state, first, aux, 2.0 * need) - first_crossing(state, first, aux, need)
     width = min(max(width, 1), state.tune_points - 1)
     spread = width * (width + 1.0) * (width + 2.0) / 12.0
     steepest = 0.0
@@ -98,7 +98,7 @@ def steepest_line(state: CurveState, first: int, aux: list[float], change: float
     steepest /= spread
     seconds = state.period / TICKS
     middle = (at + width / 2.0) * state.tune_stride + (state.tune_stride + 1) / 2.0
-    dead = middle - mean(aux, first + at, width + 1) / steepest * state.tune_stride
+    dead = middle - mean_of_points(aux, first + at, width + 1) / steepest * state.tune_stride
     return steepest / (state.tune_stride * seconds), max(dead, 1.0) * seconds
 
 
@@ -122,12 +122,12 @@ def judge_response(
     points = state.tune_points
     window = max(1, points // 12)
     last = first + points
-    change = mean(aux, last - window, window)
+    change = mean_of_points(aux, last - window, window)
     detectable = max(4.0 * count, 6.0 * state.tune_noise)
     if change >= ENOUGH * span and change >= detectable:
         return ANSWERED, change
     if change > detectable and points >= 24:
-        moved = change - mean(aux, last - points // 3, window)
+        moved = change - mean_of_points(aux, last - points // 3, window)
         if moved <= max(SMALL * change, state.tune_noise, rest):
             if last_step or change >= SMALL * span:
                 return ANSWERED, change
@@ -233,7 +233,7 @@ def relay_switch(state: RelayState, pv: float, error: float, band: float) -> int
     return side
 
 
-def stalled(state: RelayState, samples: int, seconds: float) -> bool:
+def is_stalled(state: RelayState, samples: int, seconds: float) -> bool:
     """Whether the relay has not switched for longer than so many samples and so many seconds, both (kernel)."""
     quiet = state.tune_count - state.tune_points
     return quiet > samples and quiet * (state.period / TICKS) > seconds

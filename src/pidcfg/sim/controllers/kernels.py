@@ -226,7 +226,7 @@ def nearest(value: float) -> float:
     return value + NEAREST - NEAREST
 
 
-def finite(value: float, otherwise: float) -> float:
+def finite_or(value: float, otherwise: float) -> float:
     """The number itself if it is finite, else ``otherwise``."""
     return value if isfinite(value) else otherwise
 
@@ -290,12 +290,12 @@ def tell_request(state: RequestState, reason: int) -> None:
     state.notice = add_notice(state.notice, state.requested, reason)
 
 
-def tell(state: LoopState, reason: int, requested: int = 0) -> None:
+def leave_notice(state: LoopState, reason: int, requested: int = 0) -> None:
     """Leave a notice for the log, from outside the kernels."""
     state.notice = add_notice(state.notice, requested, reason)
 
 
-def notices(notice: int) -> list[tuple[int, int]]:
+def split_notices(notice: int) -> list[tuple[int, int]]:
     """A notice number as requested mode bits and reasons, in the order in which they were left."""
     pairs: list[tuple[int, int]] = []
     while notice:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, MutableSequ
 from math import ceil, gcd, isfinite, sqrt
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from pidcfg.sim.controllers.kernels import REQUEST_BITS, CountsConfig, LoopConfig, LoopState, notices
+from pidcfg.sim.controllers.kernels import REQUEST_BITS, CountsConfig, LoopConfig, LoopState, split_notices
 from pidcfg.sim.engine.expressions import NoValue
 from pidcfg.text.frozen import frozen
 
@@ -316,7 +316,7 @@ class Plc(LoopFacts):
     @classmethod
     def requested(cls, notice: int) -> str | None:
         """The mode that was requested when a notice was left; None: none was."""
-        codes = [code for code, _ in notices(notice) if code]
+        codes = [code for code, _ in split_notices(notice) if code]
         return next((mode for mode in cls.modes if cls.request_code(mode) == codes[-1]), None) if codes else None
 
     @classmethod
@@ -328,7 +328,7 @@ class Plc(LoopFacts):
     def describe(cls, notice: int) -> tuple[str, str]:
         """What happened in words: to the mode (a refusal, an override), and apart from it; empty: nothing."""
         texts: tuple[list[str], list[str]] = [], []
-        for requested, reason in notices(notice):
+        for requested, reason in split_notices(notice):
             texts[not cls.is_about_mode(requested, reason)].append(cls.reasons[reason])
         return "; ".join(texts[0]), "; ".join(texts[1])
 

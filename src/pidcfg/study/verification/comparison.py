@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 # --- Fields of neutral loops, and their values on one scale -----------------------------------------------------------
 
-FOLLOWS, NO_FOLLOWING = "setpoint.follows_pv", False
+FOLLOWS_PV, NO_FOLLOWING = "setpoint.follows_pv", False
 """A PLC that knows nothing of it lets the set point stay."""
 LABELS = ("name", "description", "pv.unit", "output.unit")
 ACTION = "output_raises_pv"
 """No line excuses another action."""
-FIRST = ("sample_time", "tuning.gain")
+FIRST_FIELDS = ("sample_time", "tuning.gain")
 """Fields on which the meaning of others depends."""
 GAIN, INTEGRAL_TIME, DERIVATIVE_TIME = "tuning.gain", "tuning.integral_time", "tuning.derivative_time"
 
@@ -37,7 +37,7 @@ def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, A
     """
     one, two = flatten(loop), flatten(other)
     for values in (one, two):
-        values.setdefault(FOLLOWS, NO_FOLLOWING)
+        values.setdefault(FOLLOWS_PV, NO_FOLLOWING)
     two = rescale_output(one, two)
     if loop.tuning.proportional is other.tuning.proportional is False and one[GAIN] and two[GAIN]:
         share = two[GAIN] / one[GAIN]
@@ -46,10 +46,10 @@ def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, A
     return one, two
 
 
-def differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> list[str]:
+def differing_fields(one: Mapping[str, Any], two: Mapping[str, Any]) -> list[str]:
     """The neutral fields that differ, those first on which others depend."""
     keys = [key for key in dict.fromkeys((*one, *two)) if not same_value(one.get(key), two.get(key))]
-    return sorted(keys, key=lambda key: FIRST.index(key) if key in FIRST else len(FIRST))
+    return sorted(keys, key=lambda key: FIRST_FIELDS.index(key) if key in FIRST_FIELDS else len(FIRST_FIELDS))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -70,10 +70,10 @@ def distance_at(a: Sequence[float], b: Sequence[float], k: int, window: int) -> 
     """How far two signals lie apart at a sample, where each may come ``window`` samples earlier or later."""
     if a[k] == b[k]:
         return 0.0
-    return min(_outside(a, k, b[k], window), _outside(b, k, a[k], window))
+    return min(_distance_outside(a, k, b[k], window), _distance_outside(b, k, a[k], window))
 
 
-def _outside(values: Sequence[float], k: int, value: float, window: int) -> float:
+def _distance_outside(values: Sequence[float], k: int, value: float, window: int) -> float:
     """How far a value is outside of what a signal shows in the samples around."""
     near = values[max(k - window, 0) : k + window + 1]
     return max(value - max(near), min(near) - value, 0.0)
@@ -91,7 +91,7 @@ SAMPLE_TOLERANCE = 2
 """By which modes, alarms and set points may come apart."""
 DEADBAND_TOLERANCE = 0.5
 """Of a dead band, by which two PVs may rest apart in it."""
-BY_HAND = ("start", "manual")
+MANUAL_STAGES = ("start", "manual")
 """Stages in which an output in Manual is the one that was given."""
 EITHER_SAMPLE = (0, -1, 1)
 """By which PV and output may, from one act to the next: it may act with the sample or with the next one."""
@@ -168,28 +168,30 @@ class SignalDifference:
     """Samples at which both sides are held by their limits, each by another one: no rule of a PLC explains that."""
 
 
-def differences(stage: Stage, one: Trial, two: Trial, bench: Bench, tolerance: Tolerance) -> Iterator[SignalDifference]:
+def find_differences(
+    stage: Stage, one: Trial, two: Trial, bench: Bench, tolerance: Tolerance
+) -> Iterator[SignalDifference]:
     """Where two trials of a stage differ by more than they may, each signal once."""
-    compare = _Comparison(stage, one, two, bench, tolerance)
+    comparison = _Comparison(stage, one, two, bench, tolerance)
     if stage.output is None and abs(one.period - two.period) > RESPONSE_TOLERANCE * one.period:
         yield SignalDifference(stage.name, "sample time", 0.0, one.period, two.period, (0,))
     if "pv" in stage.signals:
-        yield from compare.pv()
+        yield from comparison.compare_pv()
     if "output" in stage.signals:
-        yield from compare.output()
-    if "setpoint" in stage.signals and not _by_hand(stage, one, two):
-        yield from compare.setpoint()
+        yield from comparison.compare_output()
+    if "setpoint" in stage.signals and not _begins_in_manual(stage, one, two):
+        yield from comparison.compare_setpoint()
     if "mode" in stage.signals:
         modes = [side.modes for side in (one, two)]
         if not (one.cascades and two.cascades):
             modes = [[IN_AUTO.get(mode, mode) for mode in side] for side in modes]
-        yield from compare.states("mode", *modes)
+        yield from comparison.compare_states("mode", *modes)
     if "alarms" in stage.signals:
         for name in sorted(one.alarms.keys() & two.alarms.keys()):
-            yield from compare.states(name, one.alarms[name], two.alarms[name])
+            yield from comparison.compare_states(name, one.alarms[name], two.alarms[name])
 
 
-def _by_hand(stage: Stage, one: Trial, two: Trial) -> bool:
+def _begins_in_manual(stage: Stage, one: Trial, two: Trial) -> bool:
     """Whether a loop begins in Manual, where some PLCs get their set point with the change to Auto only."""
     return stage.output is None and "manual" in {one.modes[-1], two.modes[-1]}
 
@@ -205,104 +207,112 @@ class _Comparison:
     tolerance: Tolerance
 
     @property
-    def first(self) -> int:
+    def first_sample(self) -> int:
         """The sample from which on they are compared."""
         return round(self.stage.begin / self.bench.sample)
 
-    def pv(self) -> Iterator[SignalDifference]:
+    def compare_pv(self) -> Iterator[SignalDifference]:
         """The PVs, which may rest anywhere in a dead band."""
         tolerance = self.tolerance
-        counts = tolerance.alone.pv if self.stage.swept else tolerance.closed.pv + DEADBAND_TOLERANCE * tolerance.band
-        yield from self._values("pv", self.one.pv, self.two.pv, counts, self.bench.span)
+        counts = (
+            tolerance.alone.pv if self.stage.is_swept else tolerance.closed.pv + DEADBAND_TOLERANCE * tolerance.band
+        )
+        yield from self._compare_values("pv", self.one.pv, self.two.pv, counts, self.bench.span)
 
-    def output(self) -> Iterator[SignalDifference]:
+    def compare_output(self) -> Iterator[SignalDifference]:
         """The outputs, which a dead band switches."""
         tolerance = self.tolerance
-        counts = tolerance.alone.output if self.stage.swept else tolerance.closed.output
-        if not (self.stage.swept or self.stage.name.startswith("dead band")):
+        counts = tolerance.alone.output if self.stage.is_swept else tolerance.closed.output
+        if not (self.stage.is_swept or self.stage.name.startswith("dead band")):
             counts += tolerance.switching
-        found = list(self._values("output", self.one.output, self.two.output, counts, 1.0))
-        if not found and self.stage.swept and tolerance.mean and not tolerance.band:
-            found = list(self._means())
-        yield from found
+        output_differences = list(self._compare_values("output", self.one.output, self.two.output, counts, 1.0))
+        if not output_differences and self.stage.is_swept and tolerance.mean and not tolerance.band:
+            output_differences = list(self._compare_means())
+        yield from output_differences
 
-    def _means(self) -> Iterator[SignalDifference]:
+    def _compare_means(self) -> Iterator[SignalDifference]:
         """Outputs whose means differ, although a count of the PV moves each of them by more for a sample."""
-        a, b = (running_means(side.output, self.first) for side in (self.one, self.two))
+        a, b = (running_means(side.output, self.first_sample) for side in (self.one, self.two))
         allowed = self.tolerance.share * (max(a) - min(a)) + self.tolerance.mean
-        samples = tuple(self.first + k for k in range(len(a)) if not distance_at(a, b, k, 1) <= allowed)
+        samples = tuple(self.first_sample + k for k in range(len(a)) if not distance_at(a, b, k, 1) <= allowed)
         if samples:
-            worst = max(abs(a[k - self.first] - b[k - self.first]) for k in samples)
-            found = self._difference("output", self.one.output, self.two.output, samples)
-            yield replace(found, worst=worst, allowed=allowed)
+            worst = max(abs(a[k - self.first_sample] - b[k - self.first_sample]) for k in samples)
+            difference = self._make_difference("output", self.one.output, self.two.output, samples)
+            yield replace(difference, worst=worst, allowed=allowed)
 
-    def _values(
+    def _compare_values(
         self, signal: str, a: Sequence[float], b: Sequence[float], counts: float, span: float
     ) -> Iterator[SignalDifference]:
         """A signal of which one side may come a sample later, where that fits better."""
-        first = self.first
+        first = self.first_sample
         allowed = self.tolerance.share * (max(a[first:]) - min(a[first:])) + counts
-        if self._operated:
+        if self._is_operated:
             window = (len(self.tolerance.shifts) > 1) + self.stage.slack
             samples = [k for k in range(first, len(a)) if not distance_at(a, b, k, window) <= allowed]
         else:
-            samples = [k for part in self._parts(len(a)) for k in _shifted(a, b, part, allowed, self.tolerance.shifts)]
-        if not self.stage.swept and self.tolerance.share:
+            samples = [
+                k
+                for part in self._stage_parts(len(a))
+                for k in _distant_samples(a, b, part, allowed, self.tolerance.shifts)
+            ]
+        if not self.stage.is_swept and self.tolerance.share:
             known = set(samples)
             samples = [k for k in samples if not _is_alone(k, known, abs(a[k] - b[k]) - allowed, allowed)]
         if signal == "output":
-            flips = self._flips()
+            flips = self._flipped_samples()
             kick = self.tolerance.kick
-            samples = [k for k in samples if k not in flips and not self._at_edge(k, abs(a[k] - b[k]) - allowed, kick)]
+            samples = [
+                k for k in samples if k not in flips and not self._is_at_edge(k, abs(a[k] - b[k]) - allowed, kick)
+            ]
         if samples:
             jump = self._jump_of_one_side()
             samples = [k for k in samples if k < jump]
         if signal == "output":
-            samples += self._by_hand(samples)
-        held = self._other_limits() if signal == "output" else frozenset()
-        if samples or held:
-            where = tuple(sorted({*samples, *held}))
-            worst = max(abs(a[k] - b[k]) for k in where) / span
-            found = self._difference(signal, a, b, where)
-            yield replace(found, worst=worst, allowed=allowed, at_limits=held)
+            samples += self._manual_samples(samples)
+        limit_samples = self._samples_at_limits() if signal == "output" else frozenset()
+        if samples or limit_samples:
+            all_samples = tuple(sorted({*samples, *limit_samples}))
+            worst = max(abs(a[k] - b[k]) for k in all_samples) / span
+            difference = self._make_difference(signal, a, b, all_samples)
+            yield replace(difference, worst=worst, allowed=allowed, at_limits=limit_samples)
 
-    def _by_hand(self, found: Sequence[int]) -> list[int]:
+    def _manual_samples(self, samples: Sequence[int]) -> list[int]:
         """Where both are in Manual, and their outputs are apart by more than counts."""
         one, two, most = self.one, self.two, self.tolerance.by_hand
-        if most is None or self.stage.name not in BY_HAND:
+        if most is None or self.stage.name not in MANUAL_STAGES:
             return []
-        known = set(found)
+        known = set(samples)
         return [
             k
-            for k in range(self.first, len(one.output))
+            for k in range(self.first_sample, len(one.output))
             if k not in known and one.modes[k] == two.modes[k] == "manual" and abs(one.output[k] - two.output[k]) > most
         ]
 
     @property
-    def _operated(self) -> bool:
+    def _is_operated(self) -> bool:
         """Whether an operator or another loop acts meanwhile: each PLC takes that over at a sample of its own."""
         begin, acts = self.stage.begin, self.stage.acts
         by_hand = any(act.mode is not None or act.output is not None for act in acts if act.at >= begin)
         return by_hand or self.stage.slack > 0 or self.stage.output is None
 
-    def _parts(self, count: int) -> Iterator[range]:
+    def _stage_parts(self, count: int) -> Iterator[range]:
         """From one act to the next."""
         begins = {round(act.at / self.bench.sample) for act in self.stage.acts}
-        ends = [self.first, *sorted(k for k in begins if self.first < k < count), count]
+        ends = [self.first_sample, *sorted(k for k in begins if self.first_sample < k < count), count]
         return (range(one, two) for one, two in pairwise(ends))
 
-    def _flips(self) -> frozenset[int]:
+    def _flipped_samples(self) -> frozenset[int]:
         """Where a PV that lies between two counts is rounded up on one side alone: a derivative makes much of that."""
-        if not self.stage.swept:
+        if not self.stage.is_swept:
             return frozenset()
         half = self.tolerance.alone.pv / COUNT_TOLERANCE / 2
-        flips = [k for k in range(self.first, len(self.one.pv)) if abs(self.one.pv[k] - self.two.pv[k]) > half]
+        flips = [k for k in range(self.first_sample, len(self.one.pv)) if abs(self.one.pv[k] - self.two.pv[k]) > half]
         return frozenset(k + n for k in flips for n in range(FLIP_SAMPLES)) if len(flips) <= FEW_FLIPS else frozenset()
 
-    def _at_edge(self, k: int, further: float, jump: float) -> bool:
+    def _is_at_edge(self, k: int, further: float, jump: float) -> bool:
         """Whether an output may jump, an error being at the edge of the dead band and inside on one side only."""
         band, near = self.tolerance.band, self.tolerance.closed.pv
-        if not band or self.stage.swept or further > 2 * jump:
+        if not band or self.stage.is_swept or further > 2 * jump:
             return False
         return any(
             abs(abs(side.setpoint[n] - side.pv[n]) - band) <= near
@@ -317,57 +327,59 @@ class _Comparison:
         """
         one, two, count = self.one, self.two, len(self.one.output)
         jump = self.tolerance.switching + self.tolerance.kick
-        if self.stage.swept or jump < LARGE_JUMP:
+        if self.stage.is_swept or jump < LARGE_JUMP:
             return count
-        apart = ((k, abs(one.output[k] - two.output[k]) - LARGE_JUMP) for k in range(self.first, count))
-        return next((k for k, further in apart if further > 0.0 and self._at_edge(k, further, jump)), count)
+        apart = ((k, abs(one.output[k] - two.output[k]) - LARGE_JUMP) for k in range(self.first_sample, count))
+        return next((k for k, further in apart if further > 0.0 and self._is_at_edge(k, further, jump)), count)
 
-    def setpoint(self) -> Iterator[SignalDifference]:
+    def compare_setpoint(self) -> Iterator[SignalDifference]:
         """The set points, but for one that follows its PV in Manual: some PLCs take it over with the change to Auto."""
         a, b, allowed = self.one.setpoint, self.two.setpoint, self.tolerance.setpoint
         window = SAMPLE_TOLERANCE + self.stage.slack
         samples = tuple(
             k
-            for k in range(self.first, len(a))
+            for k in range(self.first_sample, len(a))
             if not distance_at(a, b, k, window) <= allowed
-            and not (self.one.modes[k] == self.two.modes[k] == "manual" and self._follows(k, window, allowed))
+            and not (self.one.modes[k] == self.two.modes[k] == "manual" and self._is_following(k, window, allowed))
         )
         if samples:
             worst = max(abs(a[k] - b[k]) for k in samples) / self.bench.span
-            yield replace(self._difference("setpoint", a, b, samples), worst=worst, allowed=allowed)
+            yield replace(self._make_difference("setpoint", a, b, samples), worst=worst, allowed=allowed)
 
-    def _follows(self, k: int, window: int, allowed: float) -> bool:
+    def _is_following(self, k: int, window: int, allowed: float) -> bool:
         """Whether the set point of a side is its PV."""
         return any(distance_at(side.setpoint, side.pv, k, window) <= allowed for side in (self.one, self.two))
 
-    def states(self, signal: str, a: Sequence[State], b: Sequence[State]) -> Iterator[SignalDifference]:
+    def compare_states(self, signal: str, a: Sequence[State], b: Sequence[State]) -> Iterator[SignalDifference]:
         """A signal that is a mode or an alarm."""
         window = SAMPLE_TOLERANCE + self.stage.slack
-        runs = [list(run) for differs, run in groupby(range(self.first, len(a)), lambda k: a[k] != b[k]) if differs]
+        runs = [
+            list(run) for differs, run in groupby(range(self.first_sample, len(a)), lambda k: a[k] != b[k]) if differs
+        ]
         samples = tuple(k for run in runs if len(run) > window for k in run)
         if samples:
-            yield self._difference(signal, a, b, samples)
+            yield self._make_difference(signal, a, b, samples)
 
-    def _other_limits(self) -> frozenset[int]:
+    def _samples_at_limits(self) -> frozenset[int]:
         """Where the first output stands still at a limit, and the second one at an end of its way, but elsewhere."""
         if self.stage.output is None:
             return frozenset()
         a, b = self.one.output, self.two.output
         low, high = self.bench.limits
-        bottom, top = min(b[self.first :]), max(b[self.first :])
+        bottom, top = min(b[self.first_sample :]), max(b[self.first_sample :])
         return frozenset(
             k
-            for k in range(self.first + REST_SAMPLES, len(a))
+            for k in range(self.first_sample + REST_SAMPLES, len(a))
             if abs(a[k] - b[k]) > self.tolerance.limit
             and (
                 (a[k] >= high - LIMIT_DISTANCE and b[k] >= top - LIMIT_DISTANCE)
                 or (a[k] <= low + LIMIT_DISTANCE and b[k] <= bottom + LIMIT_DISTANCE)
             )
-            and _rests(a, k)
-            and _rests(b, k)
+            and _is_at_rest(a, k)
+            and _is_at_rest(b, k)
         )
 
-    def _difference(
+    def _make_difference(
         self, signal: str, a: Sequence[float | State], b: Sequence[float | State], samples: tuple[int, ...]
     ) -> SignalDifference:
         k = samples[0]
@@ -375,7 +387,9 @@ class _Comparison:
         return SignalDifference(self.stage.name, signal, at, a[k], b[k], samples)
 
 
-def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float, shifts: Sequence[int]) -> list[int]:
+def _distant_samples(
+    a: Sequence[float], b: Sequence[float], part: range, allowed: float, shifts: Sequence[int]
+) -> list[int]:
     """Where two signals lie apart in a part, the second one a sample earlier or later where that fits better."""
 
     def apart_by(shift: int) -> list[int]:
@@ -393,7 +407,7 @@ def _is_alone(k: int, samples: Collection[int], further: float, allowed: float) 
     return further <= allowed and k - 1 not in samples and k + 1 not in samples
 
 
-def _rests(output: Sequence[float], k: int) -> bool:
+def _is_at_rest(output: Sequence[float], k: int) -> bool:
     """Whether an output has not moved for some samples."""
     near = output[k - REST_SAMPLES : k + 1]
     return max(near) - min(near) <= LIMIT_DISTANCE
@@ -435,14 +449,14 @@ D306 = Decision(
 
 def refused_mode(stage: Stage, trial: Trial, sample: float) -> str:
     """The first mode that a stage asks for and the loop does not go to before the next is asked; empty: none."""
-    for mode, first, last in _asked(stage, sample):
-        wanted = mode if trial.cascades else IN_AUTO.get(mode, mode)
-        if wanted not in trial.modes[first:last]:
+    for mode, first, last in _wanted_modes(stage, sample):
+        mode_here = mode if trial.cascades else IN_AUTO.get(mode, mode)
+        if mode_here not in trial.modes[first:last]:
             return mode
     return ""
 
 
-def _asked(stage: Stage, sample: float) -> Iterator[tuple[str, int, int]]:
+def _wanted_modes(stage: Stage, sample: float) -> Iterator[tuple[str, int, int]]:
     """The modes of a stage, each with the samples in which it is the one that is wanted."""
     acts = [(act.mode, round(act.at / sample)) for act in stage.acts if act.mode is not None]
     for (mode, first), (_, last) in pairwise([*acts, ("", round(stage.end / sample) + 1)]):

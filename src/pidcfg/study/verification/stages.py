@@ -30,13 +30,13 @@ STRONGEST_GAIN, WANTED_GAIN = 3.0, 2.0
 """Gain of the plant, as a share of the PV's span for the whole output: at most, and where the loop's gain allows it."""
 PER_INTEGRAL, PER_DERIVATIVE, PER_DELAY = 4.0, 0.4, 0.25
 """Crossover times integral time, derivative time and the sum of what delays the loop."""
-SMALL, LARGE = 0.05, 0.5
+SMALL_STEP, LARGE_STEP = 0.05, 0.5
 """Steps, as shares of the set point's limits."""
 RANGE_MARGIN = 0.02
 """Share of the PV's range at its ends that the tests leave alone, where alarms that are not wanted are parked."""
-SETTLED_FILTERS = 12
+SETTLED_LAGS = 12
 """Time constants after which a filter has forgotten."""
-IN_CASCADE = 8
+CASCADE_SAMPLES = 8
 """Samples of the slowest loop of a cascade after which the inner ones are in Cascade."""
 MOST_SAMPLES = 800
 """Samples of a stage."""
@@ -73,9 +73,9 @@ class Bench:
     """The longest sample time in its cascade."""
     limits: tuple[float, float]
     """Of the output, as shares of its range."""
-    crossing: float = 0.0
+    band_crossing: float = 0.0
     """Within the dead band of both sides: by how much the set point passes the PV before it comes to it."""
-    least: float = 0.0
+    least_move: float = 0.0
     """The smallest move of the PV that shows an answer."""
 
     @property
@@ -88,7 +88,7 @@ class Bench:
         """1 where the PV rises with the output, else -1."""
         return 1.0 if self.gain > 0 else -1.0
 
-    def load(self, pv: float, output: float) -> float:
+    def load_for(self, pv: float, output: float) -> float:
         """The load with which the plant rests at a PV with an output (a share)."""
         return pv - self.gain * output
 
@@ -100,7 +100,7 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
     """
     low, high = (float(end) for end in loop.pv.range)
     sample = float(max(loop.sample_time, other.sample_time))
-    crossover, gain, time = _dynamics(loop, other, sample)
+    crossover, gain, time = _slower_dynamics(loop, other, sample)
     limits = output_limits(loop)
     bounds = loop.setpoint.limits or loop.pv.range
     room = float(bounds[1] - bounds[0])
@@ -119,28 +119,28 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
         room,
         samples * sample,
         min(ceil(5 / crossover / sample), MOST_SAMPLES // 2) * sample,
-        max(ceil(SETTLED_FILTERS * _filters(loop, other) / sample), 6, ceil(IN_CASCADE * slowest / sample)) * sample,
+        max(ceil(SETTLED_LAGS * _lag_of(loop, other) / sample), 6, ceil(CASCADE_SAMPLES * slowest / sample)) * sample,
         max(slowest, sample),
         limits,
         min(float(loop.deadband), float(other.deadband)) / 2,
     )
 
 
-def _filters(loop: Loop, other: Loop) -> float:
+def _lag_of(loop: Loop, other: Loop) -> float:
     """The longest time constant of a filter of either side."""
-    return max(float(max(one.pv.filter, one.tuning.derivative_filter)) for one in (loop, other))
+    return max(float(max(side.pv.filter, side.tuning.derivative_filter)) for side in (loop, other))
 
 
-def _dynamics(loop: Loop, other: Loop, sample: float) -> tuple[float, float, float]:
+def _slower_dynamics(loop: Loop, other: Loop, sample: float) -> tuple[float, float, float]:
     """What `dynamics` says, with the slower filter of both sides."""
-    filters = max(float(one.pv.filter) for one in (loop, other))
+    filters = max(float(side.pv.filter) for side in (loop, other))
     return dynamics(loop, sample, 2 * sample + filters, WANTED_GAIN)
 
 
-def dynamics(loop: Loop, sample: float, delay: float, wanted: float) -> tuple[float, float, float]:
+def dynamics(loop: Loop, sample: float, delay: float, wanted_gain: float) -> tuple[float, float, float]:
     """Crossover in rad/s, gain of the plant as a share of the span for the whole output, and its time constant.
 
-    ``delay``: what the loop is late by, in s; ``wanted``: the gain of the plant where the loop's gain allows it.
+    ``delay``: what the loop is late by, in s; ``wanted_gain``: the gain of the plant where the loop's gain allows it.
     """
     tuning = loop.tuning
     span, width = (float(pair[1] - pair[0]) for pair in (loop.pv.range, loop.output.range))
@@ -154,7 +154,7 @@ def dynamics(loop: Loop, sample: float, delay: float, wanted: float) -> tuple[fl
         return crossover, min(crossover * integral / share, STRONGEST_GAIN), sample
     if integral:
         crossover = min(crossover, PER_INTEGRAL / integral)
-    time = max(integral, 10 * sample, wanted * share / crossover)
+    time = max(integral, 10 * sample, wanted_gain * share / crossover)
     gain = min(crossover * time / share, STRONGEST_GAIN)
     return gain * share / time, gain, time
 
@@ -192,8 +192,8 @@ def quiet_range(loop: Loop) -> tuple[float, float]:
 # --- What a stage is made of: acts at times, and how both sides are compared ------------------------------------------
 
 Signal = Literal["pv", "output", "setpoint", "mode", "alarms"]
-ALL: frozenset[Signal] = frozenset(("pv", "output", "setpoint", "mode", "alarms"))
-CLOSED: frozenset[Signal] = ALL - {"alarms"}
+ALL_SIGNALS: frozenset[Signal] = frozenset(("pv", "output", "setpoint", "mode", "alarms"))
+CLOSED_LOOP: frozenset[Signal] = ALL_SIGNALS - {"alarms"}
 """Where the PV follows the output; alarms are compared where it goes its own way."""
 
 
@@ -225,12 +225,12 @@ class Stage:
     end: float
     begin: float = 0.0
     """From when on both sides are compared."""
-    signals: frozenset[Signal] = CLOSED
+    signals: frozenset[Signal] = CLOSED_LOOP
     pv: float = 0.0
     """Of the plant at the beginning."""
     load: float = 0.0
     loses_sensor: bool = False
-    swept: bool = False
+    is_swept: bool = False
     """The plant is an integrator that only its load moves."""
     output: float | None = None
     """With which a stage begins; None: as configured."""
@@ -245,41 +245,37 @@ def begin_at_rest(b: Bench) -> tuple[Act, ...]:
 
     The output is held until the inner loops are in Cascade: some masters take over what these have for a set point.
     """
-    held = min(round(IN_CASCADE * b.slowest / b.sample), round(b.manual_time / b.sample) - 1)
+    held_samples = min(round(CASCADE_SAMPLES * b.slowest / b.sample), round(b.manual_time / b.sample) - 1)
     return (
         Act(0.0, mode="auto"),  # a block may keep its set point from a master in Manual, too
         Act(0.0, mode="manual"),
         Act(0.0, output=b.middle),
         Act(b.sample, setpoint=b.start),
-        *(Act(k * b.sample, setpoint=b.start + by) for k, by in _crossing(b)),
-        *(Act(k * b.sample, output=b.middle) for k in range(1, held)),
+        *(Act(k * b.sample, setpoint=b.start + by) for k, by in _cross_pv(b)),
+        *(Act(k * b.sample, output=b.middle) for k in range(1, held_samples)),
         Act(b.manual_time - b.sample, output=b.middle),
     )
 
 
-def _crossing(b: Bench) -> Iterator[tuple[int, float]]:
+def _cross_pv(b: Bench) -> Iterator[tuple[int, float]]:
     """The set point to both sides of the PV: where a dead band begins there, no last digit decides about it."""
-    if b.crossing:
-        yield from ((2, b.crossing), (3, -b.crossing), (4, 0.0))
+    if b.band_crossing:
+        yield from ((2, b.band_crossing), (3, -b.band_crossing), (4, 0.0))
 
 
 def go_to_auto(b: Bench) -> tuple[Act, ...]:
     """The same, and then Auto with the same set point."""
-    return (
-        *begin_at_rest(b),
-        Act(b.manual_time, mode="auto"),
-        Act(b.manual_time + b.sample, setpoint=b.start),
-    )
+    return (*begin_at_rest(b), Act(b.manual_time, mode="auto"), Act(b.manual_time + b.sample, setpoint=b.start))
 
 
-def from_settled(
-    b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = CLOSED
+def settled_stage(
+    b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = CLOSED_LOOP
 ) -> Stage:
     """A stage in Auto whose acts are counted from the time at which the loop has settled."""
     begin = b.manual_time + 2 * b.sample + b.settling
-    moved = tuple(delayed_act(act, begin) for act in acts)
-    load = b.load(b.start, b.middle)
-    return Stage(name, title, (*go_to_auto(b), *moved), begin + length, begin, signals, b.start, load, output=b.middle)
+    later = tuple(delayed_act(act, begin) for act in acts)
+    load = b.load_for(b.start, b.middle)
+    return Stage(name, title, (*go_to_auto(b), *later), begin + length, begin, signals, b.start, load, output=b.middle)
 
 
 def delayed_act(act: Act, by: float) -> Act:
@@ -289,7 +285,7 @@ def delayed_act(act: Act, by: float) -> Act:
 
 # --- The stages in which the PV goes its own way, whatever the output does: the loop's answer, and its alarms ---------
 
-FASTEST, SLOWEST = 0.0025, 0.001
+FASTEST_SWEEP, SLOWEST_SWEEP = 0.0025, 0.001
 """Sweep of the PV through its alarms: share of the range a sample."""
 SHARE_OF_BAND = 0.1
 """Of the narrowest alarm, what the sweep covers in a sample."""
@@ -307,7 +303,7 @@ LARGEST_STEP = 0.2
 """Step of the PV, as a share of its range."""
 BANDS, FEWEST_BANDS = 6.0, 2.0
 """Widths of a dead band that the PV is moved by, where the output has room for it, and at least."""
-SHORTEST, LONGEST = 20, 600
+SHORTEST_STEP, LONGEST_STEP = 20, 600
 """Samples of which each step lasts."""
 SLOW_CHANGE_TIMES = 4.0
 """Derivative times that a slow change of the PV takes."""
@@ -333,26 +329,26 @@ OPEN_LOOP_FORGOTTEN = 6
 """Time constants after which a filter has forgotten, for what is to be seen."""
 
 
-def open_loop(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage]:
+def open_loop_stages(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage]:
     """The stages of one loop; ``other`` is the same loop on the other side, ``count`` what the PV is counted in."""
-    yield _answer(b, loop, other)
+    yield _pv_step_stage(b, loop, other)
     if loop.tuning.derivative_time:
-        yield _slow_answer(b, loop, other)
-    yield _setpoint_answer(b, loop)
-    yield from _limits(b, loop)
-    yield _transfers(b, loop, other)
-    yield from _deadband(b, loop, other)
-    yield from _alarms(b, loop, other)
-    yield from _hysteresis(b, loop, count)
+        yield _pv_ramp_stage(b, loop, other)
+    yield _setpoint_step_stage(b, loop)
+    yield from _limit_stages(b, loop)
+    yield _transfer_stage(b, loop, other)
+    yield from _deadband_stages(b, loop, other)
+    yield from _alarm_stages(b, loop, other)
+    yield from _hysteresis_stages(b, loop, count)
 
 
-def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
+def _pv_step_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     """Steps of the PV that keep the output within its limits: gain, integral, derivative and filters, one by one."""
-    tuning, share = loop.tuning, _share(b, loop)
+    tuning, share = loop.tuning, _gain_share(b, loop)
     constants = [float(x) for x in (tuning.derivative_filter, loop.pv.filter, other.pv.filter)]
     integral = float(tuning.integral_time)
-    wanted = max(OPEN_LOOP_FORGOTTEN * max(constants), integral / 2)
-    samples = min(max(round(wanted / b.sample), SHORTEST), LONGEST)
+    hold_time = max(OPEN_LOOP_FORGOTTEN * max(constants), integral / 2)
+    samples = min(max(round(hold_time / b.sample), SHORTEST_STEP), LONGEST_STEP)
     passed = -expm1(-b.sample / constants[1]) if constants[1] else 1.0
     kick = passed * float(tuning.derivative_time) / (constants[0] + b.sample)
     summed = samples * b.sample / integral if integral else 0.0
@@ -367,44 +363,46 @@ def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
         down = not down
     else:
         size = max(size, FEWEST_BANDS * band)
-    by = b.sign * _visible(b, size * b.span) * (-1.0 if down else 1.0)
+    by = b.sign * _visible_move(b, size * b.span) * (-1.0 if down else 1.0)
     hold = samples * b.sample
     acts = (Act(0.0, moved=by), Act(hold, moved=0.0))
-    return _sweep(b, "answer", "a step of the PV and back", acts, 2 * hold, ALL)
+    return _make_sweep(b, "answer", "a step of the PV and back", acts, 2 * hold, ALL_SIGNALS)
 
 
-def _slow_answer(b: Bench, loop: Loop, other: Loop) -> Stage:
+def _pv_ramp_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     """The PV slowly to another value and back: gain and integral, where the derivative's kick leaves them no room."""
-    tuning, share = loop.tuning, _share(b, loop)
-    integral, filters = float(tuning.integral_time), max(float(one.pv.filter) for one in (loop, other))
+    tuning, share = loop.tuning, _gain_share(b, loop)
+    integral, filters = float(tuning.integral_time), max(float(side.pv.filter) for side in (loop, other))
     ramp = ceil(max(OPEN_LOOP_FORGOTTEN * filters, SLOW_CHANGE_TIMES * float(tuning.derivative_time)) / b.sample)
-    hold = min(max(round(integral / 2 / b.sample), SHORTEST), LONGEST)
+    hold = min(max(round(integral / 2 / b.sample), SHORTEST_STEP), LONGEST_STEP)
     summed = (ramp / 2 + hold) * b.sample / integral if integral else 0.0
     low, high = b.middle - b.limits[0], b.limits[1] - b.middle
     size = min(OUTPUT_SHARE * max(low, high) / (share * (1 + 1 / SLOW_CHANGE_TIMES + summed)), LARGEST_STEP) * b.span
-    size = _visible(b, size)
+    size = _visible_move(b, size)
     rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
     beyond = HALF_STEP if loop.deadband or other.deadband else 0.0  # at the set point itself the last digit decides
     times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
     loads = (-rate, 0.0, rate * (1 + beyond / ramp), 0.0)
     acts = tuple(Act(at, load=load) for at, load in zip(times, loads, strict=True))
-    return _sweep(b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, CLOSED)
+    return _make_sweep(
+        b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, CLOSED_LOOP
+    )
 
 
-def _share(b: Bench, loop: Loop) -> float:
+def _gain_share(b: Bench, loop: Loop) -> float:
     """The share of the output's range that an error of the whole PV range makes, without integral and derivative."""
     return abs(float(loop.tuning.gain)) * b.span / float(loop.output.range[1] - loop.output.range[0]) or 1.0
 
 
-def _within_range(b: Bench, by: float) -> float:
+def _move_within_range(b: Bench, by: float) -> float:
     """A move of the PV that does not take it beyond its range."""
     margin = RANGE_MARGIN * b.span
     return min(max(by, b.low + margin - b.start), b.high - margin - b.start)
 
 
-def _visible(b: Bench, size: float) -> float:
+def _visible_move(b: Bench, size: float) -> float:
     """A move of the PV that no rounding hides, where a loop with a large gain would answer a smaller one."""
-    return max(size, b.least)
+    return max(size, b.least_move)
 
 
 def _nearer_limit(b: Bench) -> float:
@@ -413,9 +411,9 @@ def _nearer_limit(b: Bench) -> float:
     return min(low, high) if min(low, high) >= SMALLEST_SHARE else max(low, high)
 
 
-def _setpoint_answer(b: Bench, loop: Loop) -> Stage:
+def _setpoint_step_stage(b: Bench, loop: Loop) -> Stage:
     """Steps of the set point while the PV stands still: which of both the derivative acts on."""
-    size = _visible(b, min(STEP_SHARE * _nearer_limit(b) / _share(b, loop), LARGEST_STEP) * b.span)
+    size = _visible_move(b, min(STEP_SHARE * _nearer_limit(b) / _gain_share(b, loop), LARGEST_STEP) * b.span)
     up = b.start + size <= min(b.high, b.start + b.sp_width / 2)
     by = size if up else -size
     hold = STEP_SAMPLES * b.sample
@@ -423,48 +421,48 @@ def _setpoint_answer(b: Bench, loop: Loop) -> Stage:
     acts = (
         Act(0.0, setpoint=b.start + by),
         Act(hold, setpoint=b.start),
-        Act(2 * hold, setpoint=b.high, moved=_within_range(b, high - size - b.start)),
-        Act(3 * hold, setpoint=b.low, moved=_within_range(b, low + size - b.start)),
+        Act(2 * hold, setpoint=b.high, moved=_move_within_range(b, high - size - b.start)),
+        Act(3 * hold, setpoint=b.low, moved=_move_within_range(b, low + size - b.start)),
     )
     title = "steps of the set point while the PV stands, and both at their ends"
-    return _sweep(b, "set point", title, acts, 4 * hold, CLOSED)
+    return _make_sweep(b, "set point", title, acts, 4 * hold, CLOSED_LOOP)
 
 
-def _limits(b: Bench, loop: Loop) -> Iterator[Stage]:
+def _limit_stages(b: Bench, loop: Loop) -> Iterator[Stage]:
     """The PV far away until the integral is beyond the range of the output, and a little to the other side."""
-    share, integral = _share(b, loop), float(loop.tuning.integral_time)
+    share, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
     for name, sign in (("high", 1.0), ("low", -1.0)):
         by = -b.sign * sign * FAR_SHARE * (b.start - b.low if b.sign * sign > 0 else b.high - b.start)
         each = share * abs(by) / b.span * b.sample / integral if integral else 1.0
-        far = min(max(ceil(WOUND_SHARE / each), SHORTEST), LONGEST) * b.sample
-        back = b.sign * sign * _visible(b, min(BACK_SHARE / share, SMALL) * b.span)
+        far = min(max(ceil(WOUND_SHARE / each), SHORTEST_STEP), LONGEST_STEP) * b.sample
+        back = b.sign * sign * _visible_move(b, min(BACK_SHARE / share, SMALL_STEP) * b.span)
         acts = (Act(0.0, moved=by), Act(far, moved=back), Act(far + BACK_SAMPLES * b.sample, moved=0.0))
         title = f"into the {name} limit of the output and back"
         low, high = b.limits
         near = replace(b, middle=high - NEAR_LIMIT * (high - low) if sign > 0 else low + NEAR_LIMIT * (high - low))
-        yield _sweep(near, f"{name} limit", title, acts, far + 2 * BACK_SAMPLES * b.sample, CLOSED)
+        yield _make_sweep(near, f"{name} limit", title, acts, far + 2 * BACK_SAMPLES * b.sample, CLOSED_LOOP)
 
 
-def _deadband(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
+def _deadband_stages(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
     """The PV just inside of the dead band and just outside; one of few counts is too coarse for it."""
-    share, integral = _share(b, loop), float(loop.tuning.integral_time)
-    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > FINE_MOVES * b.least)
+    share, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
+    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > FINE_MOVES * b.least_move)
     for i, band in enumerate(bands):
         each = share * band / b.span * b.sample / integral if integral else 1.0
-        hold = min(max(ceil(DRIFT_SHARE / each), SHORTEST), LONGEST // 4) * b.sample
+        hold = min(max(ceil(DRIFT_SHARE / each), SHORTEST_STEP), LONGEST_STEP // 4) * b.sample
         acts = tuple(Act(k * hold, moved=by * band) for k, by in enumerate(BAND_SHARES))
         name = f"dead band {i + 1}" if i else "dead band"
-        yield _sweep(b, name, "the PV within the dead band and beyond", acts, hold * len(BAND_SHARES), CLOSED)
+        yield _make_sweep(b, name, "the PV within the dead band and beyond", acts, hold * len(BAND_SHARES), CLOSED_LOOP)
 
 
-def _transfers(b: Bench, loop: Loop, other: Loop) -> Stage:
+def _transfer_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     """Auto to Manual while the output is elsewhere, an output by hand, and back to Auto beside the set point."""
-    share, band = _share(b, loop), float(max(loop.deadband, other.deadband))
+    share, band = _gain_share(b, loop), float(max(loop.deadband, other.deadband))
     room = max(b.limits[1] - b.middle, b.middle - b.limits[0])
     up = 1.0 if b.limits[1] - b.middle >= room else -1.0
-    size = _visible(b, min(max(STEP_SHARE * room / share * b.span, TRANSFER_BANDS * band), LARGEST_STEP * b.span))
-    by = _within_range(b, -b.sign * up * size)
-    further = -b.sign * up * _visible(b, STEP_SHARE / 2 * room / share * b.span)
+    size = _visible_move(b, min(max(STEP_SHARE * room / share * b.span, TRANSFER_BANDS * band), LARGEST_STEP * b.span))
+    by = _move_within_range(b, -b.sign * up * size)
+    further = -b.sign * up * _visible_move(b, STEP_SHARE / 2 * room / share * b.span)
     hold = STEP_SAMPLES * b.sample
     acts = (
         Act(0.0, moved=by),
@@ -472,18 +470,18 @@ def _transfers(b: Bench, loop: Loop, other: Loop) -> Stage:
         Act(hold + MANUAL_SAMPLES * b.sample, output=clamp(b.middle - up * MANUAL_SHARE * room, *b.limits)),
         Act(2 * hold, mode="auto"),
         Act(2 * hold + b.sample, setpoint=b.start),
-        Act(3 * hold, moved=_within_range(b, by + further)),
+        Act(3 * hold, moved=_move_within_range(b, by + further)),
         Act(4 * hold, moved=0.0),
     )
-    return _sweep(b, "transfers", "Auto to Manual and back to Auto", acts, 5 * hold, CLOSED)
+    return _make_sweep(b, "transfers", "Auto to Manual and back to Auto", acts, 5 * hold, CLOSED_LOOP)
 
 
-def _alarms(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
+def _alarm_stages(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
     """The PV from the middle to the top, to the bottom and back, whatever the output does."""
     sides = (loop.alarms, other.alarms)
     widths = [w for a in sides for w in (a.deviation.high, a.deviation.high_high) if w]
     bands = [float(width) / b.span for width in widths]
-    speed = min(max(SHARE_OF_BAND * min(bands, default=1.0), SLOWEST), FASTEST)
+    speed = min(max(SHARE_OF_BAND * min(bands, default=1.0), SLOWEST_SWEEP), FASTEST_SWEEP)
     up, down = ((end / b.span) / speed for end in (b.high - b.start, b.start - b.low))
     edge = UNREACHED_ENDS / speed
     rates = [float(a.rate_of_change) for a in sides if a.rate_of_change]
@@ -495,14 +493,14 @@ def _alarms(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
         Act(2 * rise + fall, load=rate),
         Act(2 * (rise + fall), load=0.0),
     )
-    signals: frozenset[Signal] = ALL - {"output"}
+    signals: frozenset[Signal] = ALL_SIGNALS - {"output"}
     end = 2 * (rise + fall) + 5 * b.sample
-    yield _sweep(b, "alarms", "the PV through its whole range and back", acts, end, signals)
+    yield _make_sweep(b, "alarms", "the PV through its whole range and back", acts, end, signals)
     for i, limit in enumerate(dict.fromkeys(rates)):
-        yield _rate(b, f"rate of change {i + 1}" if i else "rate of change", limit, signals)
+        yield _rate_stage(b, f"rate of change {i + 1}" if i else "rate of change", limit, signals)
 
 
-def _hysteresis(b: Bench, loop: Loop, count: float) -> Iterator[Stage]:
+def _hysteresis_stages(b: Bench, loop: Loop, count: float) -> Iterator[Stage]:
     """The PV slowly through one alarm and back, where counts can tell how far."""
     width = float(loop.alarms.hysteresis)
     if width < FEWEST_COUNTS * count:
@@ -517,24 +515,37 @@ def _hysteresis(b: Bench, loop: Loop, count: float) -> Iterator[Stage]:
     way, slow = point - reach - b.start, round(2 * reach / (rate * b.sample)) * b.sample
     turn, back = 2 * b.sample + slow, 2 * b.sample + 2 * slow
     acts = (Act(0.0, moved=way), Act(2 * b.sample, load=rate), Act(turn, load=-rate), Act(back, load=0.0))
-    signals: frozenset[Signal] = ALL - {"output"}
-    yield _sweep(b, "hysteresis", "the PV through an alarm and back", acts, back + 5 * b.sample, signals)
+    signals: frozenset[Signal] = ALL_SIGNALS - {"output"}
+    yield _make_sweep(b, "hysteresis", "the PV through an alarm and back", acts, back + 5 * b.sample, signals)
 
 
-def _rate(b: Bench, name: str, limit: float, signals: frozenset[Signal]) -> Stage:
+def _rate_stage(b: Bench, name: str, limit: float, signals: frozenset[Signal]) -> Stage:
     """The PV a tenth more slowly than its alarm allows, then a tenth faster, up and down."""
     hold = min(8 * b.sample, 0.3 * b.span / limit)
     times = [i * hold for i in range(5)]
     loads = (0.9 * limit, -0.9 * limit, 1.1 * limit, -1.1 * limit, 0.0)
     acts = tuple(Act(at, load=load) for at, load in zip(times, loads, strict=True))
-    return _sweep(b, name, "the PV as fast as its alarm allows, and faster", acts, 5 * hold + 5 * b.sample, signals)
+    return _make_sweep(
+        b, name, "the PV as fast as its alarm allows, and faster", acts, 5 * hold + 5 * b.sample, signals
+    )
 
 
-def _sweep(b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal]) -> Stage:
+def _make_sweep(
+    b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal]
+) -> Stage:
     begin = b.manual_time + 5 * b.sample
-    moved = tuple(delayed_act(act, begin) for act in acts)
+    later = tuple(delayed_act(act, begin) for act in acts)
     return Stage(
-        name, title, (*go_to_auto(b), *moved), begin + length, begin, signals, b.start, 0.0, swept=True, output=b.middle
+        name,
+        title,
+        (*go_to_auto(b), *later),
+        begin + length,
+        begin,
+        signals,
+        b.start,
+        0.0,
+        is_swept=True,
+        output=b.middle,
     )
 
 
@@ -558,48 +569,48 @@ def stages_of(bench: Bench, loop: Loop, other: Loop, count: float, *, in_cascade
 
     ``count``: what the PV is counted in; ``in_cascade``: others run with it.
     """
-    yield _start(bench, loop, in_cascade=in_cascade)
+    yield _start_stage(bench, loop, in_cascade=in_cascade)
     if loop.setpoint.source is not None:
-        yield _cascade(bench)
-    yield _manual(bench, in_cascade=in_cascade)
-    yield _automatic(bench)
-    yield _small_step(bench)
-    yield _large_step(bench)
-    yield _disturbance(bench)
-    yield _setpoint_limits(bench)
-    yield from open_loop(bench, loop, other, count)
-    yield _sensor(bench)
+        yield _cascade_stage(bench)
+    yield _manual_stage(bench, in_cascade=in_cascade)
+    yield _automatic_stage(bench)
+    yield _small_step_stage(bench)
+    yield _large_step_stage(bench)
+    yield _disturbance_stage(bench)
+    yield _setpoint_limit_stage(bench)
+    yield from open_loop_stages(bench, loop, other, count)
+    yield _sensor_stage(bench)
 
 
-def _start(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
+def _start_stage(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
     """As configured: the plant rests a little beside the set point, where the first output of the loop holds it."""
-    wanted = b.start if loop.setpoint.value is None else float(loop.setpoint.value)
-    pv = min(max(wanted - b.sign * SMALL * b.span, b.alarm_free[0]), b.alarm_free[1])
+    setpoint = b.start if loop.setpoint.value is None else float(loop.setpoint.value)
+    pv = min(max(setpoint - b.sign * SMALL_STEP * b.span, b.alarm_free[0]), b.alarm_free[1])
     low, high = (float(end) for end in loop.output.range)
     first = 0.0 if loop.output.manual is None else (float(loop.output.manual) - low) / (high - low)
     first = min(max(first, b.limits[0]), b.limits[1])
-    title, load = "from Program to Run", b.load(pv, first)
+    title, load = "from Program to Run", b.load_for(pv, first)
     if loop.mode == "cascade":
         return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load, with_master=True)
     begin = 3 * b.slowest if b.slowest > b.sample or in_cascade else 0.0
     return Stage("start", title, (), b.length, begin, pv=pv, load=load)
 
 
-def _cascade(b: Bench) -> Stage:
+def _cascade_stage(b: Bench) -> Stage:
     """Auto to Cascade, and a step of the other loop's output."""
     begin, hold = b.manual_time + 2 * b.sample, max(b.settling, 6 * b.slowest)
-    there = (b.start - b.low) / b.span
+    master_output = (b.start - b.low) / b.span
     acts = (
         Act(0.0, mode="cascade"),
-        Act(b.slowest, master=there),
-        Act(hold, master=there + SMALL * b.sp_width / b.span),
+        Act(b.slowest, master=master_output),
+        Act(hold, master=master_output + SMALL_STEP * b.sp_width / b.span),
     )
-    moved = (*go_to_auto(b), Act(0.0, master=there), *(delayed_act(act, begin) for act in acts))
-    load = b.load(b.start, b.middle)
+    later = (*go_to_auto(b), Act(0.0, master=master_output), *(delayed_act(act, begin) for act in acts))
+    load = b.load_for(b.start, b.middle)
     return Stage(
         "cascade",
         "Cascade",
-        moved,
+        later,
         begin + 2 * hold,
         begin + 4 * b.slowest,
         pv=b.start,
@@ -610,7 +621,7 @@ def _cascade(b: Bench) -> Stage:
     )
 
 
-def _manual(b: Bench, *, in_cascade: bool) -> Stage:
+def _manual_stage(b: Bench, *, in_cascade: bool) -> Stage:
     """The output as the operator sets it."""
     low, high = b.limits
     acts = (
@@ -619,21 +630,21 @@ def _manual(b: Bench, *, in_cascade: bool) -> Stage:
         Act(b.manual_time + 10 * b.sample, output=low + 0.6 * (high - low)),
         *((Act(b.manual_time + k * b.sample, output=end) for k, end in MANUAL_ENDS) if not in_cascade else ()),
     )
-    load = b.load(b.start, b.middle)
+    load = b.load_for(b.start, b.middle)
     return Stage(
         "manual",
         "Manual",
         acts,
         b.manual_time + 30 * b.sample,
         b.manual_time - b.sample,
-        CLOSED,
+        CLOSED_LOOP,
         b.start,
         load,
         output=b.middle,
     )
 
 
-def _automatic(b: Bench) -> Stage:
+def _automatic_stage(b: Bench) -> Stage:
     """From Manual to Auto while the PV is beside the set point."""
     pv = b.start - b.sign * 0.02 * b.span
     acts = (*begin_at_rest(b), Act(b.manual_time, mode="auto"))
@@ -643,47 +654,47 @@ def _automatic(b: Bench) -> Stage:
         acts,
         b.manual_time + b.length / 2,
         b.manual_time - b.sample,
-        CLOSED,
+        CLOSED_LOOP,
         pv,
-        b.load(pv, b.middle),
+        b.load_for(pv, b.middle),
         output=b.middle,
     )
 
 
-def _small_step(b: Bench) -> Stage:
-    act = Act(0.0, setpoint=b.start + SMALL * b.sp_width)
-    return from_settled(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
+def _small_step_stage(b: Bench) -> Stage:
+    act = Act(0.0, setpoint=b.start + SMALL_STEP * b.sp_width)
+    return settled_stage(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
 
 
-def _large_step(b: Bench) -> Stage:
+def _large_step_stage(b: Bench) -> Stage:
     acts = (
-        Act(0.0, setpoint=b.start + LARGE / 2 * b.sp_width),
-        Act(b.length / 2, setpoint=b.start - LARGE / 2 * b.sp_width),
+        Act(0.0, setpoint=b.start + LARGE_STEP / 2 * b.sp_width),
+        Act(b.length / 2, setpoint=b.start - LARGE_STEP / 2 * b.sp_width),
     )
-    return from_settled(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
+    return settled_stage(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
 
 
-def _disturbance(b: Bench) -> Stage:
-    act = Act(0.0, load=_disturbed(b))
-    return from_settled(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.length)
+def _disturbance_stage(b: Bench) -> Stage:
+    act = Act(0.0, load=_disturbance_load(b))
+    return settled_stage(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.length)
 
 
-def _disturbed(b: Bench) -> float:
+def _disturbance_load(b: Bench) -> float:
     """The load that takes a part of what the output can do."""
     low, high = b.limits
-    size = min(DISTURBANCE_SHARE * (high - low) * abs(b.gain), LARGE * b.span)
+    size = min(DISTURBANCE_SHARE * (high - low) * abs(b.gain), LARGE_STEP * b.span)
     down = b.middle + DISTURBANCE_SHARE * (high - low) > high  # without an integral the output may rest at a limit
-    return b.load(b.start, b.middle) - (-b.sign if down else b.sign) * size
+    return b.load_for(b.start, b.middle) - (-b.sign if down else b.sign) * size
 
 
-def _setpoint_limits(b: Bench) -> Stage:
+def _setpoint_limit_stage(b: Bench) -> Stage:
     acts = (Act(0.0, setpoint=b.high), Act(5 * b.sample, setpoint=b.low))
     signals: frozenset[Signal] = frozenset(("setpoint", "mode"))
-    return from_settled(
+    return settled_stage(
         b, "set point limits", "the set point at both ends of the PV's range", acts, 10 * b.sample, signals
     )
 
 
-def _sensor(b: Bench) -> Stage:
+def _sensor_stage(b: Bench) -> Stage:
     acts = (Act(0.0, lost=True), Act(5 * b.sample, lost=False))
-    return replace(from_settled(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)
+    return replace(settled_stage(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)

@@ -34,7 +34,7 @@ from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.sim.controllers.generic import equation as bits
 from pidcfg.sim.controllers.generic import scan as generic
 from pidcfg.sim.controllers.generic.equation import AUTO, BUMPLESS, CASCADE, FRESH, MANUAL, MODES, REQUEST, SP_SET
-from pidcfg.sim.controllers.generic.scan import Generic, share
+from pidcfg.sim.controllers.generic.scan import Generic, filter_share
 from pidcfg.sim.controllers.kernels import clamp, nearest
 from pidcfg.sim.controllers.plc import TICKS, CountsPlc
 from pidcfg.sim.costs import COSTS
@@ -57,18 +57,18 @@ D927 = Decision(
     "A sentence that explained a stage explained everything in it: an action that was turned round drove the output to "
     "its limit, and the line about the integral at a limit called 19 differences of up to 90 % of the output alike.",
 )
-ANEW = 64
+FRESH_DERIVATIVE = 64
 """`State.pending`: the next calculation has no past for its derivative."""
-VELOCITY_LIKE = (Windup.WORKED_OUT, Windup.NONE)
+WINDUP_BY_OUTPUT = (Windup.WORKED_OUT, Windup.NONE)
 """What the integral is worked out of the output that is sent."""
-DIGITS = 10
+SHARE_DIGITS = 10
 """Of a filter's share, which a time constant in the neutral form says with so many."""
-EDGE = 0.1
+EDGE_SHARE = 0.1
 """Share of a count by which a number in double precision may miss a whole one."""
-LEVELS = {"low_low_at": -1, "low_at": -1, "high_at": 1, "high_high_at": 1, "deviation_at": 2, "deviation_2_at": 2}
+ALARM_LEVELS = {"low_low_at": -1, "low_at": -1, "high_at": 1, "high_high_at": 1, "deviation_at": 2, "deviation_2_at": 2}
 """Alarm points: those of the PV count from the low end of its range; a positive one is passed upward."""
-AT_LIMITS = (Windup.FROZEN, Windup.WITHIN_LIMITS)
-AT_ENDS = (Windup.FROZEN_AT_ENDS, Windup.WITHIN_RANGE)
+WINDUP_AT_LIMITS = (Windup.FROZEN, Windup.WITHIN_LIMITS)
+WINDUP_AT_ENDS = (Windup.FROZEN_AT_ENDS, Windup.WITHIN_RANGE)
 """Rules with an integral that stays between the limits of the output, or between the ends of its range."""
 
 
@@ -85,7 +85,7 @@ class Rules:
     """The same of the output, in the unit of the output's signal."""
     least_count: float = 0.0
     """The count at the low end of the PV's range: ties go to even counts."""
-    cycle: int = 0
+    filter_cycle: int = 0
     """Ticks between two calculations of the PV's filter; 0: it is worked out with the samples."""
 
     @classmethod
@@ -94,7 +94,7 @@ class Rules:
         plc = new_plc(side, (i,))
         task = getattr(getattr(side.config, "plc", None), "sample_time", None)
         if operation.filter is Filter.CYCLIC and task is not None:  # else a loop without a filter, in another PLC
-            return cls(operation, cycle=round(float(task) * TICKS))
+            return cls(operation, filter_cycle=round(float(task) * TICKS))
         if not isinstance(plc, CountsPlc):
             return cls(operation)
         low, high, counts = plc.scales[i]
@@ -123,7 +123,7 @@ class State(bits.State):
     unlimited: float = 0.0
     """The output within its range, before its limits."""
     error_sign: float = 0.0
-    crossed: int = 0
+    has_crossed: int = 0
     """The PV has crossed the set point since it came into the dead band."""
     goal: int = 0
     """The mode that the loop is brought to after its start; 0: it is there."""
@@ -137,14 +137,14 @@ TIE_DIGITS = 9
 """Of counts that were divided: a half that misses itself by the last digit of double precision is a half."""
 
 
-def whole(counts: float) -> float:
+def whole_count(counts: float) -> float:
     """The nearest count; of a half the even one, as the PLC's product has it."""
     return nearest(round(counts, TIE_DIGITS))
 
 
-def rounded(value: float, low: float, count: float) -> float:
+def round_to_count(value: float, low: float, count: float) -> float:
     """A value in whole counts from ``low`` on."""
-    return low + whole((value - low) / count) * count if count else value
+    return low + whole_count((value - low) / count) * count if count else value
 
 
 def measure_pv(config: Config, state: State, raw: float) -> None:
@@ -154,7 +154,7 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
     if rules.pv_count:
         zero = config.pv_low - rules.least_count * rules.pv_count
         last = rules.least_count + config.pv_span / rules.pv_count
-        counts = whole(clamp((raw - zero) / rules.pv_count, rules.least_count, last))
+        counts = whole_count(clamp((raw - zero) / rules.pv_count, rules.least_count, last))
         if state.pv_share < 1.0 and not first:
             counts = nearest(state.counts + state.pv_share * (counts - state.counts))
         state.counts = counts
@@ -163,7 +163,7 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
     if config.square_root:
         pv = config.pv_low + config.pv_span * sqrt(max((raw - config.pv_low) / config.pv_span, 0.0))
     state.previous_pv = pv if first else state.pv
-    if rules.cycle:
+    if rules.filter_cycle:
         pv = state.filtered
     elif state.pv_share < 1.0 and not first and not rules.pv_count:
         pv = state.pv + (pv - state.pv) * state.pv_share
@@ -173,17 +173,17 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
 def in_dead_band(config: Config, state: State, error: float) -> bool:
     """Whether the rule of the dead band holds."""
     band, rule = config.deadband, config.rules.operation.deadband
-    edge = EDGE * config.rules.pv_count
+    edge = EDGE_SHARE * config.rules.pv_count
     inside = band > 0.0 and abs(error) < band + (edge if config.rules.operation.has_edge else -edge)
     if rule is not Deadband.CROSSED:
         return inside
     if not inside:
-        state.crossed = 0
+        state.has_crossed = 0
     elif state.error_sign * error < 0.0:
-        state.crossed = 1
+        state.has_crossed = 1
     if error:
         state.error_sign = 1.0 if error > 0.0 else -1.0
-    return bool(state.crossed)
+    return bool(state.has_crossed)
 
 
 def calculate_derivative(config: Config, state: State, *, inside: bool) -> float:
@@ -195,9 +195,9 @@ def calculate_derivative(config: Config, state: State, *, inside: bool) -> float
         change = state.previous_pv - state.pv if config.output_raises_pv else state.pv - state.previous_pv
         if inside and operation.deadband is Deadband.CROSSED:
             change = 0.0
-    if state.pending & ANEW:
+    if state.pending & FRESH_DERIVATIVE:
         change, state.filtered_difference = 0.0, 0.0
-        state.pending &= ~ANEW
+        state.pending &= ~FRESH_DERIVATIVE
     if inside and operation.deadband is Deadband.ONLY_BIAS:
         state.filtered_difference = 0.0
         return 0.0
@@ -238,9 +238,9 @@ def holds_integral(config: Config, state: State, step: float) -> bool:
 
 def bound_integral(config: Config, state: State) -> None:
     """The integral within the limits or the range, where the rule has it so."""
-    if config.rules.operation.windup in AT_LIMITS:
+    if config.rules.operation.windup in WINDUP_AT_LIMITS:
         state.integral = clamp(state.integral, config.low, config.high)
-    elif config.rules.operation.windup in AT_ENDS:
+    elif config.rules.operation.windup in WINDUP_AT_ENDS:
         state.integral = clamp(state.integral, config.out_low, config.out_low + config.out_span)
 
 
@@ -268,7 +268,7 @@ def calculate_output(config: Config, state: State, proportional_term: float, der
         windup is Windup.CONDITIONAL and ((output > config.high and step > 0.0) or (output < config.low and step < 0.0))
     ):
         state.integral = before
-    elif windup in VELOCITY_LIKE and (state.ki > 0.0 or windup is Windup.NONE):
+    elif windup in WINDUP_BY_OUTPUT and (state.ki > 0.0 or windup is Windup.NONE):
         if not config.low <= output <= config.high:
             state.integral = clamp(output, config.low, config.high) - proportional_term - derivative_term
     elif windup is Windup.PARTIAL and (output - state.out) * step > 0.0:
@@ -279,9 +279,11 @@ def calculate_output(config: Config, state: State, proportional_term: float, der
 def send_output(config: Config, state: State, output: float) -> None:
     """The output as fast as it may, within its limits, in counts."""
     count = config.rules.output_count
-    state.unlimited = rounded(clamp(output, config.out_low, config.out_low + config.out_span), config.out_low, count)
+    state.unlimited = round_to_count(
+        clamp(output, config.out_low, config.out_low + config.out_span), config.out_low, count
+    )
     bits.move_output(config, state, output)
-    state.out = clamp(rounded(state.out, config.out_low, count), config.low, config.high)
+    state.out = clamp(round_to_count(state.out, config.out_low, count), config.low, config.high)
 
 
 def send_by_hand(config: Config, state: State) -> None:
@@ -291,15 +293,15 @@ def send_by_hand(config: Config, state: State) -> None:
     elif config.rules.operation.hand is Hand.LIMITED:
         state.out = state.unlimited = clamp(state.manual, config.low, config.high)
     else:
-        state.out = state.unlimited = rounded(state.manual, config.out_low, config.rules.output_count)
+        state.out = state.unlimited = round_to_count(state.manual, config.out_low, config.rules.output_count)
 
 
 # --- Modes: how a loop begins, and what becomes of set point, output and integral when it is switched -----------------
 
 
-def is_refused(config: Config, state: State, wanted: int) -> bool:
+def is_refused(config: Config, state: State, mode: int) -> bool:
     """Whether an alarm of the PV keeps a loop in Manual."""
-    if config.rules.operation.interlock is Interlock.GRANTED or not state.status & MANUAL or wanted == MANUAL:
+    if config.rules.operation.interlock is Interlock.GRANTED or not state.status & MANUAL or mode == MANUAL:
         return False
     pv = state.pv
     return (
@@ -313,21 +315,21 @@ def is_refused(config: Config, state: State, wanted: int) -> bool:
 
 def switch_mode(config: Config, state: State) -> None:
     """The requested mode takes effect, or is refused."""
-    wanted, operation = state.wanted_mode, config.rules.operation
-    if is_refused(config, state, wanted):
+    mode, operation = state.wanted_mode, config.rules.operation
+    if is_refused(config, state, mode):
         if not state.goal:
             state.wanted_mode = MANUAL
             state.pending &= ~(REQUEST | bits.MANUAL_SET | SP_SET)
         return
-    if wanted == MANUAL and not state.status & MANUAL:
+    if mode == MANUAL and not state.status & MANUAL:
         if not state.pending & bits.MANUAL_SET and operation.manual is Manual.STAYS:
             state.manual = state.out
-    elif state.status & MANUAL and wanted != MANUAL:
-        state.pending |= BUMPLESS | (ANEW if operation.rate is Rate.ANEW else 0)
+    elif state.status & MANUAL and mode != MANUAL:
+        state.pending |= BUMPLESS | (FRESH_DERIVATIVE if operation.rate is Rate.ANEW else 0)
         if config.sp_follows_pv and not (state.pending & SP_SET or operation.keeps_following):
             state.sp = state.pv
     state.pending &= ~(REQUEST | bits.MANUAL_SET | SP_SET)
-    state.status = (state.status & ~MODES) | wanted
+    state.status = (state.status & ~MODES) | mode
 
 
 def choose_setpoint(i: int, configs: Sequence[Config], states: Sequence[State]) -> None:
@@ -344,7 +346,7 @@ def waits_for_slave(i: int, configs: Sequence[Config], states: Sequence[State]) 
     """Whether a slave is still on its way to Cascade, where a master goes to Manual without one."""
     if configs[i].rules.operation.master is not Master.MANUAL or not states[i].status & MANUAL:
         return False
-    return any(one.master == i and state.goal == CASCADE for one, state in zip(configs, states, strict=True))
+    return any(config.master == i and state.goal == CASCADE for config, state in zip(configs, states, strict=True))
 
 
 def approach_goal(state: State) -> None:
@@ -360,7 +362,7 @@ def held_setpoint(config: Config, state: State) -> float:
     """The set point in the counts of the PV, or of its root."""
     rules = config.rules
     zero = 0.0 if config.square_root else rules.least_count * rules.pv_count
-    return rounded(state.sp, config.pv_low - zero, rules.setpoint_count)
+    return round_to_count(state.sp, config.pv_low - zero, rules.setpoint_count)
 
 
 def measure_error(config: Config, state: State) -> bool:
@@ -431,14 +433,14 @@ def filter_pv(tick: int, config: Config, state: State, raw: float) -> None:
     """One cycle of a filter that runs faster than its loop."""
     if tick == 0:
         state.filtered = raw
-    elif tick % config.rules.cycle == 0:
+    elif tick % config.rules.filter_cycle == 0:
         state.filtered += (raw - state.filtered) * state.pv_share
 
 
 def scan(tick: int, configs: list[Config], states: list[State], _aux: list[float], signals: list[float]) -> None:
     """The loops that are due at ``tick``, and filters with cycles of their own."""
     for i, (config, state) in enumerate(zip(configs, states, strict=True)):
-        if config.rules.cycle:
+        if config.rules.filter_cycle:
             filter_pv(tick, config, state, signals[config.in_slot])
         if tick >= state.due:
             due = state.due + state.period
@@ -463,7 +465,7 @@ class StandInPlc(Generic):
     @property
     def base(self) -> int:
         """The step in which samples and cycles of filters are whole."""
-        return gcd(super().base, *(config.rules.cycle for config in self.configs))
+        return gcd(super().base, *(config.rules.filter_cycle for config in self.configs))
 
     def begin(self, loop: int) -> None:
         """What a loop starts with."""
@@ -471,8 +473,8 @@ class StandInPlc(Generic):
         config.rules = self._rules[loop]
         super().begin(loop)
         operation = config.rules.operation
-        self._smooth(loop)
-        self._count(loop)
+        self._set_filters(loop)
+        self._round_levels(loop)
         state.integral = state.bias
         if operation.zero is Zero.OF_RANGE and (state.ki > 0.0 or not state.bias):
             state.integral = config.out_low
@@ -486,10 +488,10 @@ class StandInPlc(Generic):
 
     def _begin_by_hand(self, loop: int) -> None:
         """The output that a loop begins with in Manual."""
-        config, state, given = self.configs[loop], self.states[loop], self._contents[loop].get("output.manual")
+        config, state, configured = self.configs[loop], self.states[loop], self._contents[loop].get("output.manual")
         operation = config.rules.operation
         limited = operation.hand is Hand.LIMITED
-        first = float((0.0 if operation.zero is Zero.OF_UNIT else config.out_low) if given is None else given)
+        first = float((0.0 if operation.zero is Zero.OF_UNIT else config.out_low) if configured is None else configured)
         state.out = state.manual = clamp(first, config.low, config.high) if limited else first
         self._show(loop, self.signal_values)
 
@@ -501,28 +503,32 @@ class StandInPlc(Generic):
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a field."""
         text = super().set(loop, path, value, signals)
-        self._smooth(loop)
-        self._count(loop)
+        self._set_filters(loop)
+        self._round_levels(loop)
         return text
 
-    def _count(self, loop: int) -> None:
+    def _round_levels(self, loop: int) -> None:
         """Levels and distances in whole counts of the PV."""
         config, count = self.configs[loop], self.configs[loop].rules.pv_count
-        config.deadband = rounded(config.deadband, 0.0, config.rules.setpoint_count)
+        config.deadband = round_to_count(config.deadband, 0.0, config.rules.setpoint_count)
         if not count or config.square_root:
             return
-        config.hysteresis = rounded(config.hysteresis, 0.0, count)
-        for name, side in LEVELS.items():
+        config.hysteresis = round_to_count(config.hysteresis, 0.0, count)
+        for name, side in ALARM_LEVELS.items():
             value = getattr(config, name)
             low = config.pv_low if abs(side) == 1 else 0.0
-            setattr(config, name, rounded(value, low, count) + side * EDGE * count if isfinite(value) else value)
+            setattr(
+                config,
+                name,
+                round_to_count(value, low, count) + side * EDGE_SHARE * count if isfinite(value) else value,
+            )
 
-    def _smooth(self, loop: int) -> None:
+    def _set_filters(self, loop: int) -> None:
         """The filters and the integral as the rules work them out."""
         config, state = self.configs[loop], self.states[loop]
-        if config.rules.cycle:
-            state.pv_share = share(float(self._contents[loop]["pv.filter"]), config.rules.cycle / TICKS)
-        state.pv_share = round(state.pv_share, DIGITS)
+        if config.rules.filter_cycle:
+            state.pv_share = filter_share(float(self._contents[loop]["pv.filter"]), config.rules.filter_cycle / TICKS)
+        state.pv_share = round(state.pv_share, SHARE_DIGITS)
         slowest = float(config.rules.operation.slowest_integral)
         if slowest and state.ki <= 0.0:
             state.ki = state.kp * state.period / TICKS / slowest
@@ -554,11 +560,13 @@ class Controller:
     COST, INLINED, Config, State, scan, load = COSTS["generic"], (), Config, State, staticmethod(scan), StandInPlc
 
 
-def stand_in(loops: Sequence[Loop | None], rules: Sequence[Rules | None]) -> StandIn:
+def make_stand_in(loops: Sequence[Loop | None], rules: Sequence[Rules | None]) -> StandIn:
     """Neutral loops with rules; one without a neutral form keeps its place and does nothing."""
     vendor = VENDORS["generic"]
     first = next(loop for loop in loops if loop is not None)
-    whole = [first.model_copy(update={"name": f"_{i}"}) if loop is None else loop for i, loop in enumerate(loops)]
-    config = GenericFile(pidcfg=1, vendor="generic", loops=whole)
+    neutral_loops = [
+        first.model_copy(update={"name": f"_{i}"}) if loop is None else loop for i, loop in enumerate(loops)
+    ]
+    config = GenericFile(pidcfg=1, vendor="generic", loops=neutral_loops)
     other = next(rule for rule in rules if rule is not None)
     return StandIn(vendor, config, encoder_of(vendor).encode(config).image, tuple(loops), [r or other for r in rules])

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 def neutral_of(config: Any, vendor: Vendor) -> tuple[tuple[Loop | None, ...], list[NeutralLoop]]:
     """The loops of a file, None for one without a neutral form, and what became of their fields."""
     neutral: list[NeutralLoop] = source_of(vendor).to_neutral(config)
-    whole = [loop for loop in neutral if not loop.missing]
-    models = iter(generic_file(config, whole).loops if whole else ())
+    complete = [loop for loop in neutral if not loop.missing]
+    models = iter(generic_file(config, complete).loops if complete else ())
     return tuple(None if loop.missing else next(models) for loop in neutral), neutral
 
 
@@ -58,7 +58,7 @@ class SideNames:
 
     loop: str
     output: str
-    inlet: str
+    pv_inlet: str
     """Where the PV comes in."""
     measured: str
     """What the transmitter shows, as an expression of the plant's value."""
@@ -66,7 +66,7 @@ class SideNames:
     """What the output's signal shows at 0 % and 100 %."""
     step: float
     """The base step in s: what happens to the plant begins with a sample and is seen at the next one on every side."""
-    whole: tuple[bool, bool]
+    takes_integers: tuple[bool, bool]
     """Whether output and set point are set in whole numbers."""
     modes: Collection[str]
     """What can be asked for."""
@@ -81,28 +81,39 @@ class SideNames:
         """The value of the output's signal for a share of its range."""
         low, high = self.scale
         value = low + share * (high - low)
-        return round(value) if self.whole[0] else value
+        return round(value) if self.takes_integers[0] else value
 
     def setpoint_at(self, value: float) -> float:
         """A set point as the loop takes it."""
-        return round(value) if self.whole[1] else value
+        return round(value) if self.takes_integers[1] else value
 
 
 def slaves_of(loops: Sequence[Loop | None], i: int) -> tuple[int, ...]:
     """The loops whose set point is the output of one."""
     loop = loops[i]
     name = None if loop is None else loop.name
-    return tuple(j for j, one in enumerate(loops) if one is not None and one.setpoint.source == name and j != i)
+    return tuple(
+        j
+        for j, loop_of_side in enumerate(loops)
+        if loop_of_side is not None and loop_of_side.setpoint.source == name and j != i
+    )
 
 
 def master_of(loops: Sequence[Loop | None], i: int) -> int | None:
     """The loop whose output is the set point of one."""
     loop = loops[i]
     source = None if loop is None else loop.setpoint.source
-    return next((j for j, one in enumerate(loops) if one is not None and one.name == source and j != i), None)
+    return next(
+        (
+            j
+            for j, loop_of_side in enumerate(loops)
+            if loop_of_side is not None and loop_of_side.name == source and j != i
+        ),
+        None,
+    )
 
 
-def companions(loops: Sequence[Loop | None], i: int, *, with_master: bool) -> tuple[int, ...]:
+def companion_loops(loops: Sequence[Loop | None], i: int, *, with_master: bool) -> tuple[int, ...]:
     """The loops that run with one: its slaves and theirs, the last ones first, behind its master where it is wanted."""
     master = master_of(loops, i)
     others = list(slaves_of(loops, i))
@@ -131,34 +142,36 @@ def names_of(
     name, c = plc.loops[i], plc.configs[i]
     scale = output_scale(plc, i, loops[i])
     master = master_of(loops, i)
-    gives = None if master is None else (plc.loops[master], output_scale(plc, master, loops[master]))
+    master_scale = None if master is None else (plc.loops[master], output_scale(plc, master, loops[master]))
     return SideNames(
         name,
         plc.signals[c.out_slot],
-        _inlet(plc, i),
+        _pv_inlet(plc, i),
         measured,
         scale,
         plc.base / TICKS,
         (is_whole(plc, i, "output", scale[0]), is_whole(plc, i, "setpoint", plc.scales[i][0])),
         plc.modes,
-        {_inlet(plc, j): plc.signals[plc.configs[j].sp_slot] for j in others},
+        {_pv_inlet(plc, j): plc.signals[plc.configs[j].sp_slot] for j in others},
         []
         if as_configured
         else [
             event
             for turn, j in enumerate(others)
-            for event in _others_events(plc, j, turn, output_scale(plc, j, loops[j]), is_master=j == master)
+            for event in _companion_events(plc, j, turn, output_scale(plc, j, loops[j]), is_master=j == master)
         ],
-        gives,
+        master_scale,
     )
 
 
-def _inlet(plc: Plc, i: int) -> str:
+def _pv_inlet(plc: Plc, i: int) -> str:
     name = plc.loops[i]
     return plc.inlets.get(name, f"{name}.PV")
 
 
-def _others_events(plc: Plc, j: int, turn: int, scale: tuple[float, float], *, is_master: bool) -> list[dict[str, Any]]:
+def _companion_events(
+    plc: Plc, j: int, turn: int, scale: tuple[float, float], *, is_master: bool
+) -> list[dict[str, Any]]:
     """A master goes to Manual, a slave by way of Auto to Cascade, where it has that mode, its output in the middle."""
     if is_master:
         return [{"at": 0, "loop": plc.loops[j], "mode": "manual"}]
@@ -197,7 +210,7 @@ def is_whole(plc: Plc, i: int, key: str, low: float) -> bool:
 
 # --- A stage as the scenario of one side: its plant, what is wired to what, and its events ----------------------------
 
-PLANT, LOST, MOVED = "Plant", "lost", "moved"
+PLANT_NAME, LOST_SIGNAL, OFFSET_SIGNAL = "Plant", "lost", "moved"
 
 
 def scenario_data(stage: Stage, bench: Bench, names: SideNames) -> dict[str, Any]:
@@ -207,12 +220,12 @@ def scenario_data(stage: Stage, bench: Bench, names: SideNames) -> dict[str, Any
     """
     low, high = names.scale
     width, zero = high - low, bench.gain * low / (high - low)
-    plant: dict[str, Any] = {"name": PLANT, "model": "first_order", "input": names.output, "initial": stage.pv}
+    plant: dict[str, Any] = {"name": PLANT_NAME, "model": "first_order", "input": names.output, "initial": stage.pv}
     plant |= {"gain": bench.gain / width, "time_constant": bench.time_constant, "dead_time": bench.dead_time}
     plant["load"] = stage.load - zero
-    if stage.swept:
-        plant = {"name": PLANT, "model": "integrator", "input": "0", "gain": 1, "load": 0, "initial": stage.pv}
-    offset = 0.0 if stage.swept else zero
+    if stage.is_swept:
+        plant = {"name": PLANT_NAME, "model": "integrator", "input": "0", "gain": 1, "load": 0, "initial": stage.pv}
+    offset = 0.0 if stage.is_swept else zero
     plant["limits"] = [bench.low, bench.high]
     return {
         "pidcfg": 1,
@@ -220,16 +233,16 @@ def scenario_data(stage: Stage, bench: Bench, names: SideNames) -> dict[str, Any
         "config": "configuration.yaml",
         "duration": round(stage.end, 6),
         "plants": [plant],
-        "signals": {LOST: 0, MOVED: 0},
-        "connect": {names.inlet: names.measured, **names.connect},
+        "signals": {LOST_SIGNAL: 0, OFFSET_SIGNAL: 0},
+        "connect": {names.pv_inlet: names.measured, **names.connect},
         "events": [
             *names.events,
-            *(event for act in stage.acts for event in _events(act, names, offset)),
+            *(event for act in stage.acts for event in _act_events(act, names, offset)),
         ],
     }
 
 
-def _events(act: Act, names: SideNames, zero: float) -> Iterator[dict[str, Any]]:
+def _act_events(act: Act, names: SideNames, zero: float) -> Iterator[dict[str, Any]]:
     event: dict[str, Any] = {"at": round(act.at, 6)}
     if act.mode is not None and act.mode in names.modes:
         yield event | {"loop": names.loop, "mode": act.mode}
@@ -242,11 +255,11 @@ def _events(act: Act, names: SideNames, zero: float) -> Iterator[dict[str, Any]]
         yield event | {"loop": name, "set": {"output": low + act.master * (high - low)}}
     after = {"at": round(act.at + names.step, 6)}
     if act.load is not None:
-        yield after | {"plant": PLANT, "disturb": {"load": act.load - zero}}
+        yield after | {"plant": PLANT_NAME, "disturb": {"load": act.load - zero}}
     if act.moved is not None:
-        yield after | {"set": {MOVED: act.moved}}
+        yield after | {"set": {OFFSET_SIGNAL: act.moved}}
     if act.lost is not None:
-        yield after | {"set": {LOST: int(act.lost)}}
+        yield after | {"set": {LOST_SIGNAL: int(act.lost)}}
 
 
 # --- One side through one stage: its signals, modes and alarms at every sample of the slower side ---------------------
@@ -262,7 +275,7 @@ D580 = Decision(
 )
 TWELVE_BITS = 4095
 """Counts of an analog module where the PLC calculates with finer numbers."""
-SAME_ALARM = {"deviation_yellow": "deviation_high", "deviation_red": "deviation_high_high"}
+ALARM_NAMES = {"deviation_yellow": "deviation_high", "deviation_red": "deviation_high_high"}
 """Alarms that go by another name."""
 
 
@@ -289,11 +302,11 @@ class Side:
 
     def load(self, *, by_hand: bool) -> Plc:
         """The PLC; ``by_hand``: with nothing but its operator."""
-        plc: Plc = self.controller.load(self._operated if by_hand else self.image)
+        plc: Plc = self.controller.load(self._operated_image if by_hand else self.image)
         return plc
 
     @cached_property
-    def _operated(self) -> Any:
+    def _operated_image(self) -> Any:
         """The image with the operator's inputs in his own hand, whatever the program wires to them."""
         return self.controller.load(self.image).operated(self.image)
 
@@ -367,7 +380,7 @@ def root_step(side: Side, i: int) -> float:
     return abs(high - low) / sqrt(counts) if isinstance(plc, CountsPlc) and side.loop(i).pv.square_root else 0.0
 
 
-def resolution(plc: Plc, i: int) -> tuple[float, float]:
+def analog_counts(plc: Plc, i: int) -> tuple[float, float]:
     """The same, of an analog module of 12 bits at least."""
     low, high, _ = plc.scales[i]
     pv, output = finest_counts(plc, i)
@@ -379,14 +392,14 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.engine.run import Settings, simulate
 
-    others = companions(side.loops, i, with_master=stage.with_master)
+    others = companion_loops(side.loops, i, with_master=stage.with_master)
     by_hand = stage.output is not None
     plc = new_plc(side, (i, *others), by_hand=by_hand)
     name, c = plc.loops[i], plc.configs[i]
     low, width = bench.low, bench.span
-    shown = f"(Plant * (1 - lost) + ({low!r}) * lost)" if stage.loses_sensor else "Plant"
-    shown = "(Plant + moved)" if stage.swept else shown
-    measured = f"({low!r}) + ({shown} - ({low!r})) * ({shown} - ({low!r})) / {width!r}" if before_root else shown
+    pv_text = f"(Plant * (1 - lost) + ({low!r}) * lost)" if stage.loses_sensor else "Plant"
+    pv_text = "(Plant + moved)" if stage.is_swept else pv_text
+    measured = f"({low!r}) + ({pv_text} - ({low!r})) * ({pv_text} - ({low!r})) / {width!r}" if before_root else pv_text
     names = names_of(plc, side.loops, i, measured, others, as_configured=not by_hand)
     scenario = Scenario.model_validate(scenario_data(stage, bench, names))
     signals = [plc.signals[slot] for slot in (c.pv_slot, c.sp_slot, c.out_slot)]
@@ -394,27 +407,27 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     settings = Settings("python", recording=recording, max_loop_steps=limit, with_verdicts=False)
     unused = [plc]
 
-    def fresh() -> Plc:
+    def next_plc() -> Plc:
         return unused.pop() if unused else new_plc(side, (i, *others), by_hand=by_hand)
 
-    report = simulate(scenario, fresh, side.controller, settings)
+    report = simulate(scenario, next_plc, side.controller, settings)
     count = int(stage.end / bench.sample + 1e-9) + 1
     rows = [min(round(k * bench.sample / recording.dt), len(recording.columns[signals[0]]) - 1) for k in range(count)]
     pv, setpoint, output = ([recording.columns[signal][row] for row in rows] for signal in signals)
     if plc.roots and plc.roots[i] is not None:
         pv, setpoint = (
-            [_root(value, low, width, plc.roots[i] or 0.0) for value in column] for column in (pv, setpoint)
+            [_square_root(value, low, width, plc.roots[i] or 0.0) for value in column] for column in (pv, setpoint)
         )
     bottom, top = names.scale
     return Trial(
         pv,
         setpoint,
         [(value - bottom) / (top - bottom) for value in output],
-        _modes(report.loops[name], count, bench.sample),
+        _modes_by_sample(report.loops[name], count, bench.sample),
         plc.configs[i].period / TICKS,
         "cascade" in plc.modes and names.master is not None,
         {
-            SAME_ALARM.get(alarm.removeprefix("pv_"), alarm.removeprefix("pv_")): _alarm(
+            ALARM_NAMES.get(alarm.removeprefix("pv_"), alarm.removeprefix("pv_")): _alarm_by_sample(
                 report.loops[name], alarm, count, bench.sample
             )
             for alarm in plc.alarm_bits
@@ -422,52 +435,52 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     )
 
 
-def _root(value: float, low: float, width: float, zero: float) -> float:
+def _square_root(value: float, low: float, width: float, zero: float) -> float:
     return low + width * sqrt(max((value - low) / width + zero, 0.0))
 
 
-def _at(time: float, sample: float) -> int:
+def _sample_at(time: float, sample: float) -> int:
     """The sample at which something that happened at a time is first seen."""
     return -int(-(time / sample - 1e-6) // 1)
 
 
-def _modes(report: LoopReport, count: int, sample: float) -> list[str]:
+def _modes_by_sample(report: LoopReport, count: int, sample: float) -> list[str]:
     modes = [report.first_mode] * count
     for change in report.modes:
-        first = _at(change.at, sample)
+        first = _sample_at(change.at, sample)
         modes[first:] = [change.mode] * max(count - first, 0)
     return modes
 
 
-def _alarm(report: LoopReport, name: str, count: int, sample: float) -> list[bool]:
+def _alarm_by_sample(report: LoopReport, name: str, count: int, sample: float) -> list[bool]:
     states = [False] * count
     for alarm in report.alarms:
         if alarm.alarm == name:
-            first = _at(alarm.at, sample)
-            last = count if alarm.cleared is None else min(max(_at(alarm.cleared, sample), first + 1), count)
+            first = _sample_at(alarm.at, sample)
+            last = count if alarm.cleared is None else min(max(_sample_at(alarm.cleared, sample), first + 1), count)
             states[first:last] = [True] * max(last - first, 0)
     return states
 
 
 # --- The moves of a stage: smaller ones, and set points that both sides can hold ------------------------------------
 
-SMALLER = 0.987
+SMALLER_SHARE = 0.987
 """Of a stage's moves, with which it is gone through again."""
 
 
 def smaller_moves(stage: Stage, b: Bench, step: float) -> Stage:
     """The stage with everything moved by less from where it rests; ``step``: of its set points, 0: any."""
 
-    def nearer(value: float | None, rest: float) -> float | None:
-        return None if value is None else rest + SMALLER * (value - rest)
+    def shrink(value: float | None, rest: float) -> float | None:
+        return None if value is None else rest + SMALLER_SHARE * (value - rest)
 
     acts = tuple(
         replace(
             act,
-            setpoint=nearer(act.setpoint, b.start),
-            output=nearer(act.output, b.middle),
-            load=nearer(act.load, stage.load),
-            moved=nearer(act.moved, 0.0),
+            setpoint=shrink(act.setpoint, b.start),
+            output=shrink(act.output, b.middle),
+            load=shrink(act.load, stage.load),
+            moved=shrink(act.moved, 0.0),
         )
         if act.at >= stage.begin
         else act

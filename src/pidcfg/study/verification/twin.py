@@ -21,11 +21,11 @@ from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.study.verification.comparison import (
     ACTION,
     DERIVATIVE_TIME,
-    FOLLOWS,
+    FOLLOWS_PV,
     GAIN,
     INTEGRAL_TIME,
     LABELS,
-    differing,
+    differing_fields,
     neutral_values,
 )
 from pidcfg.study.verification.trial import loops_of, neutral_of
@@ -48,13 +48,13 @@ if TYPE_CHECKING:
 MANUAL_OUTPUT = "output.manual"
 """Acts in a loop that starts in Manual, and in no other."""
 PROPORTIONAL = "tuning.proportional"
-SAID = Decimal("1e-4")
+SAID_SHARE = Decimal("1e-4")
 """Share by which a number may differ from the one that its line says."""
 LINE_TOLERANCE = Decimal(5)
 """How much more than a line's own error a value may be off, where the line says it in another unit; in errors, and in
 percent."""
 LEAST_ERROR = Decimal("0.1")
-DETAILS = (
+PLC_DETAILS = (
     "has_edge",
     "leads_master",
     "moves_by_hand",
@@ -64,11 +64,11 @@ DETAILS = (
     "slowest_integral",
 )
 """What is so with a PLC, whatever a file says, and too little for a line of a report."""
-NONE = Decimal(0)
+NO_WIDTH = Decimal(0)
 PERCENT = (Decimal(0), Decimal(100))
 ALARMS = "alarms."
 """Points that a PLC with one switch for a whole group has, too, where they do least."""
-POSITIONS = {"output.limits": "output", "output.bias": "output", "setpoint.": "pv", "alarms.pv.": "pv"}
+POSITION_FIELDS = {"output.limits": "output", "output.bias": "output", "setpoint.": "pv", "alarms.pv.": "pv"}
 """Neutral fields that are positions on a range."""
 ENDS = ("0", "1")
 """Last steps of the paths of a range or of limits."""
@@ -83,7 +83,7 @@ class ReportLine:
 
 
 @dataclass(slots=True)
-class Reported:
+class ReportedLoops:
     """The loops of a source as a report has them, by their places."""
 
     loops: list[Loop | None]
@@ -99,30 +99,30 @@ def reported_loops(
     target: Vendor,
     pairs: Sequence[tuple[int, int]],
     report: Sequence[LoopReport],
-) -> Reported:
+) -> ReportedLoops:
     """The loops of a source for a conversion's result and its report; ``pairs``: the places of loops on both sides."""
     before, (after, fields) = neutral_of(config, vendor)[0], neutral_of(result, target)
     operations, other_rules = source_of(vendor).operations(config), source_of(target).operations(result)
-    twin = Reported(list(before), list(operations))
+    twin = ReportedLoops(list(before), list(operations))
     for i, j in pairs:
         loop, other = before[i], after[j]
         if loop is None or other is None:
             continue
         changes = report[i].changes
         places = {entry.path: entry.neutral for entry in fields[j].fields}
-        told = dict(_told(loop, other, changes, places))
-        begun = {} if loop.mode != "manual" else {MANUAL_OUTPUT: first_output(operations[i], loop)}
-        twin.loops[i] = with_fields(loop, begun | {path: value for path, (value, _) in told.items()})
+        reported = dict(_reported_fields(loop, other, changes, places))
+        begin_values = {} if loop.mode != "manual" else {MANUAL_OUTPUT: first_output(operations[i], loop)}
+        twin.loops[i] = with_fields(loop, begin_values | {path: value for path, (value, _) in reported.items()})
         twin.rules[i] = with_rules(operations[i], changes, other_rules[j], integral=bool(loop.tuning.integral_time))
-        if told.get(MANUAL_OUTPUT, (0, None))[0] is None:
+        if reported.get(MANUAL_OUTPUT, (0, None))[0] is None:
             twin.rules[i] = replace(twin.rules[i], zero=other_rules[j].zero)  # it begins as the target does without
-        twin.lines[i] = [ReportLine(path, row) for path, (_, row) in told.items()]
+        twin.lines[i] = [ReportLine(path, row) for path, (_, row) in reported.items()]
         twin.lines[i] += [ReportLine(row.field, row) for row in changes if row.field.startswith(PREFIX)]
         twin.lines[i] += [ReportLine("", row) for row in changes if _is_beyond_neutral(row)]
     return twin
 
 
-def _told(
+def _reported_fields(
     loop: Loop, other: Loop, changes: Sequence[Change], places: Mapping[str, Sequence[str]]
 ) -> Iterator[tuple[str, tuple[Any, Change]]]:
     """The neutral fields in which the target differs as a line says: its value, and the line.
@@ -132,31 +132,31 @@ def _told(
     """
     one, two = neutral_values(loop, other)
     own = flatten(other) if other.output.range == PERCENT else two
-    for path in differing(one, two):
+    for path in differing_fields(one, two):
         if path == ACTION or path in LABELS:
             continue
         rows = [row for row in changes if row.kind != "exact" and _is_about(row, path, places)]
         section = "pv" if path.startswith("setpoint") else "output"
         whole = "limits" in path and two.get(path) in {one.get(f"{section}.range.0"), one.get(f"{section}.range.1")}
-        width = _width(path, one)
+        width = _range_width(path, one)
         row = next(
             (row for row in rows if whole or _is_said(path, one.get(path), two.get(path), own.get(path), row, width)),
             None,
         )
         if row is not None:
             yield path, (two.get(path), row)
-            if path == PROPORTIONAL and not loop.tuning.proportional and _acts_as(one, two):
+            if path == PROPORTIONAL and not loop.tuning.proportional and _acts_alike(one, two):
                 yield from ((name, (two[name], row)) for name in (GAIN, INTEGRAL_TIME, DERIVATIVE_TIME))
 
 
-def _acts_as(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
+def _acts_alike(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
     """Whether integral and derivative act as strongly with a gain that is smaller and hardly acts itself."""
     gain, other = one[GAIN], two[GAIN]
     pairs = (
         (gain * two[INTEGRAL_TIME], other * one[INTEGRAL_TIME]),
         (gain * one[DERIVATIVE_TIME], other * two[DERIVATIVE_TIME]),
     )
-    return abs(other) < abs(gain) and all(abs(a - b) <= SAID * max(abs(a), abs(b)) for a, b in pairs)
+    return abs(other) < abs(gain) and all(abs(a - b) <= SAID_SHARE * max(abs(a), abs(b)) for a, b in pairs)
 
 
 def _is_about(row: Change, path: str, places: Mapping[str, Sequence[str]]) -> bool:
@@ -164,7 +164,7 @@ def _is_about(row: Change, path: str, places: Mapping[str, Sequence[str]]) -> bo
     return not row.field.startswith(PREFIX) and any(do_overlap(path, name) for name in names)
 
 
-def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: Decimal = NONE) -> bool:
+def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: Decimal = NO_WIDTH) -> bool:
     """Whether a target's value is the one that a line of the report says.
 
     ``own``: on the target's scale, which a line about a rounded number never excuses; ``width``: of the scale that a
@@ -172,34 +172,34 @@ def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: D
     """
     one, two = number_of(before), number_of(after)
     if row.terms is not None and row.terms.field == path:
-        return two is not None and abs(two - row.terms.held) <= SAID * max(abs(two), abs(row.terms.held))
-    said = _is_target(two, row) or (row.kind != "rounded" and _is_target(number_of(own), row))
+        return two is not None and abs(two - row.terms.held) <= SAID_SHARE * max(abs(two), abs(row.terms.held))
+    is_said = _is_target(two, row) or (row.kind != "rounded" and _is_target(number_of(own), row))
     if not isinstance(after, bool | str) and two is not None and one is not None:
         most = (LINE_TOLERANCE * Decimal(row.error_percent) + LEAST_ERROR) / 100
-        near = abs(two - one) <= most * max(abs(one), abs(two), width)
-        gone = row.kind == "dropped" and (path.startswith(ALARMS) or _is_as_not_given(path, after))
-        return near or said or gone
+        is_near = abs(two - one) <= most * max(abs(one), abs(two), width)
+        is_dropped = row.kind == "dropped" and (path.startswith(ALARMS) or _is_as_not_given(path, after))
+        return is_near or is_said or is_dropped
     if two is None or one is None:
-        return said or (not two and row.kind == "dropped")
+        return is_said or (not two and row.kind == "dropped")
     return row.kind in LOSSES
 
 
-def _width(path: str, values: Mapping[str, Any]) -> Decimal:
+def _range_width(path: str, values: Mapping[str, Any]) -> Decimal:
     """The width of the range that a position is on; 0 for what is no position."""
-    section = next((name for kind, name in POSITIONS.items() if path.startswith(kind)), None)
+    section = next((name for kind, name in POSITION_FIELDS.items() if path.startswith(kind)), None)
     ends = [number_of(values.get(f"{section}.range.{end}")) for end in ENDS]
-    return abs(ends[1] - ends[0]) if ends[0] is not None and ends[1] is not None else NONE
+    return abs(ends[1] - ends[0]) if ends[0] is not None and ends[1] is not None else NO_WIDTH
 
 
 def _is_target(value: Decimal | None, row: Change) -> bool:
     """Whether a line says this number for the target."""
     held = number_of(row.target)
-    return held is not None and value is not None and abs(held - value) <= SAID * max(abs(held), abs(value))
+    return held is not None and value is not None and abs(held - value) <= SAID_SHARE * max(abs(held), abs(value))
 
 
 def _is_as_not_given(path: str, value: Any) -> bool:
     """Whether a neutral value is what a loop has that does not give it."""
-    return not value if path == FOLLOWS else bool(value == default_of(Loop, path))
+    return not value if path == FOLLOWS_PV else bool(value == default_of(Loop, path))
 
 
 def with_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
@@ -211,18 +211,18 @@ def with_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
         *above, last = path.split(".")
         if last in ENDS:
             section, pair = above
-            given = data[section]
-            ends = list(given.get(pair) or given.get("range") or data["pv"]["range"])
+            section_data = data[section]
+            ends = list(section_data.get(pair) or section_data.get("range") or data["pv"]["range"])
             ends[int(last)] = value
-            given[pair] = tuple(ends)
+            section_data[pair] = tuple(ends)
             continue
-        here = data
+        parent = data
         for key in above:
-            here = here.setdefault(key, {})
+            parent = parent.setdefault(key, {})
         if value is None:
-            here.pop(last, None)
+            parent.pop(last, None)
         else:
-            here[last] = value
+            parent[last] = value
     if not data["output"].get("pulse", {"period": 1}).get("period"):
         del data["output"]["pulse"]
     return Loop.model_validate(data)
@@ -230,24 +230,24 @@ def with_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
 
 def with_rules(operation: Operation, changes: Sequence[Change], target: Operation, *, integral: bool) -> Operation:
     """The rules of a loop with those that the lines of a report name; ``target``: what they are of."""
-    said: dict[str, Any] = {name: getattr(target, name) for name in DETAILS}
-    said["squared"] = operation.squared and target.squared
+    answers: dict[str, Any] = {name: getattr(target, name) for name in PLC_DETAILS}
+    answers["squared"] = operation.squared and target.squared
     if not integral and target.slowest_integral:
-        said |= {"windup": target.windup, "transfer": target.transfer}
+        answers |= {"windup": target.windup, "transfer": target.transfer}
     for row in changes:
         rule = row.field.removeprefix(PREFIX)
         if rule == row.field:
             continue
         for name in (rule, *(("without_integral",) if rule == "transfer" else ())):
-            answer = _answer(name, row.target)
+            answer = _find_answer(name, row.target)
             if answer is not None:
-                said[name] = answer
-    if not integral and said.get("without_integral") is WithoutIntegral.CONSTANT:
-        said["windup"] = target.windup  # whether the limits of the output bound a constant bias, too
-    return replace(operation, **said)
+                answers[name] = answer
+    if not integral and answers.get("without_integral") is WithoutIntegral.CONSTANT:
+        answers["windup"] = target.windup  # whether the limits of the output bound a constant bias, too
+    return replace(operation, **answers)
 
 
-def _answer(rule: str, text: Any) -> Answer | None:
+def _find_answer(rule: str, text: Any) -> Answer | None:
     """The answer of a rule by its text; None: it is one of another rule."""
     kind = WithoutIntegral if rule == "without_integral" else getattr(rules_of_operation, rule.capitalize(), None)
     return None if kind is None else next((answer for answer in kind if answer.text == text), None)
@@ -271,13 +271,13 @@ def without_losses(config: Any, vendor: Vendor, report: Sequence[LoopReport]) ->
     for i, loop in enumerate(report):
         for row in loop.changes:
             if _is_beyond_neutral(row):
-                config = _without(config, vendor, i, row.field)
+                config = _without_key(config, vendor, i, row.field)
     return config
 
 
-def _without(config: Any, vendor: Vendor, i: int, key: str) -> Any:
+def _without_key(config: Any, vendor: Vendor, i: int, key: str) -> Any:
     """The same without a key of a loop; as it is where it cannot be without."""
-    path = _place(config, i, key)
+    path = _place_of_key(config, i, key)
     if path is None:
         return config
     entry = value_at(config, path)
@@ -296,7 +296,7 @@ def _without(config: Any, vendor: Vendor, i: int, key: str) -> Any:
         return config
 
 
-def _place(config: Any, i: int, key: str) -> Path | None:
+def _place_of_key(config: Any, i: int, key: str) -> Path | None:
     """Where a key of a loop stands in the file: below the loop, else in the file itself; None: nowhere."""
     path = parse_path(key)
     if str(path[0]) in type(config.loops[i]).model_fields:
@@ -324,7 +324,7 @@ def with_value_at(model: Any, path: Path, *, value: Any) -> Any:
 
 RANGES = ("pv.range", "output.range")
 """Of which gains and limits are shares in some PLCs; another range of the output is often but another scale."""
-CONTROL = (
+CONTROL_FIELDS = (
     "pv.range",
     "tuning.",
     "output.limits",
@@ -333,15 +333,15 @@ CONTROL = (
     "deadband",
     "anti_windup",
     "setpoint.limits",
-    FOLLOWS,
+    FOLLOWS_PV,
     "output.",
 )
-ACTS_ON: Mapping[str, Sequence[str]] = {
+FIELDS_OF_SIGNALS: Mapping[str, Sequence[str]] = {
     "sample time": ("sample_time",),
     "mode": ("mode", "setpoint.source"),
     "setpoint": ("setpoint.", "mode", "pv.range"),
-    "pv": ("pv.filter", "pv.range", "pv.", "output_raises_pv", *CONTROL),
-    "output": ("output_raises_pv", *CONTROL),
+    "pv": ("pv.filter", "pv.range", "pv.", "output_raises_pv", *CONTROL_FIELDS),
+    "output": ("output_raises_pv", *CONTROL_FIELDS),
 }
 """Neutral fields that move a signal, those first that do it most directly; alarms have their own."""
 ALARM_CONTEXT = ("alarms.hysteresis", "pv.", "setpoint.limits")
@@ -356,13 +356,13 @@ MATERIAL_SHARE = 0.005
 """From which difference on a number explains anything: a share of it, or of the range of the PV or the output."""
 
 
-def key_of(difference: SignalDifference, loop: Loop, side: Side, j: int, told: Iterable[str] = ()) -> str:
+def key_of(difference: SignalDifference, loop: Loop, side: Side, j: int, reported: Iterable[str] = ()) -> str:
     """The key of the other side that explains a difference; empty where none is known.
 
-    ``told``: neutral fields of which the report says that they differ.
+    ``reported``: neutral fields of which the report says that they differ.
     """
     entries = neutral_of(side.config, side.vendor)[1][j].fields
-    fields = _fields(difference, loop, side.loop(j), tuple(told))
+    fields = _explaining_fields(difference, loop, side.loop(j), tuple(reported))
     keys = (_key_in_file(field, entries) or _key_not_given(field, loop, side.vendor) for field in fields)
     return next(filter(None, keys), "")
 
@@ -382,29 +382,31 @@ def _key_not_given(field: str, loop: Loop, vendor: Vendor) -> str:
     return next((entry.path for entry in file.fields[0] if entry.neutral and do_overlap(field, entry.neutral)), "")
 
 
-def field_of(difference: SignalDifference, loop: Loop, other: Loop, told: Iterable[str] = ()) -> str:
+def field_of(difference: SignalDifference, loop: Loop, other: Loop, reported: Iterable[str] = ()) -> str:
     """The neutral field that explains a difference of two loops; empty where none is known."""
-    return next(_fields(difference, loop, other, tuple(told)), "")
+    return next(_explaining_fields(difference, loop, other, tuple(reported)), "")
 
 
-def _fields(difference: SignalDifference, loop: Loop, other: Loop, told: Sequence[str]) -> Iterator[str]:
+def _explaining_fields(difference: SignalDifference, loop: Loop, other: Loop, reported: Sequence[str]) -> Iterator[str]:
     """The neutral fields that may explain a difference of two loops, the likeliest first."""
     one, two = neutral_values(loop, other)
     if difference.signal in {"pv", "output", "setpoint"}:
         two |= {path: value for path, value in flatten(other).items() if path.startswith(RANGES)}
-    elsewhere = {*LABELS, *(() if difference.stage == "start" else FIELDS_AT_START)}
+    ignored = {*LABELS, *(() if difference.stage == "start" else FIELDS_AT_START)}
     if not loop.tuning.integral_time:
-        elsewhere.discard("output.bias")
+        ignored.discard("output.bias")
     if "manual" not in {loop.mode, other.mode}:
-        elsewhere.add(MANUAL_OUTPUT)
+        ignored.add(MANUAL_OUTPUT)
     if not loop.tuning.derivative_time and not other.tuning.derivative_time:
-        elsewhere.add("tuning.derivative_on")
+        ignored.add("tuning.derivative_on")
     fields = [
         field
-        for field in differing(one, two)
-        if field not in elsewhere and is_material(field, one, two) and not any(do_overlap(field, name) for name in told)
+        for field in differing_fields(one, two)
+        if field not in ignored
+        and is_material(field, one, two)
+        and not any(do_overlap(field, name) for name in reported)
     ]
-    kinds = (*_first_kinds(difference, fields, loop, other), *_kinds(difference, loop))
+    kinds = (*_first_kinds(difference, fields, loop, other), *_explaining_kinds(difference, loop))
     yield from (field for kind in kinds for field in fields if field.startswith(kind))
 
 
@@ -417,7 +419,7 @@ def _first_kinds(difference: SignalDifference, fields: Sequence[str], loop: Loop
     return FIELDS_AT_LIMITS if _stands_at_a_limit(difference, loop, other) else ()
 
 
-def _kinds(difference: SignalDifference, loop: Loop) -> Iterator[str]:
+def _explaining_kinds(difference: SignalDifference, loop: Loop) -> Iterator[str]:
     """What may explain a difference, the most direct first."""
     signal, stage = difference.signal, difference.stage
     if signal == "sample time":
@@ -434,8 +436,8 @@ def _kinds(difference: SignalDifference, loop: Loop) -> Iterator[str]:
         yield from ("output.limits", "output.range")
     if stage.startswith("dead band"):
         yield "deadband"
-    if signal in ACTS_ON:
-        kinds = ACTS_ON[signal]
+    if signal in FIELDS_OF_SIGNALS:
+        kinds = FIELDS_OF_SIGNALS[signal]
     else:
         head, _, end = signal.partition("deviation_")
         kinds = (f"alarms.deviation.{end}" if end else f"alarms.pv.{head}", f"alarms.{signal}", *ALARM_CONTEXT)
@@ -461,10 +463,10 @@ def is_material(field: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> b
     a, b = number_of(one.get(field)), number_of(two.get(field))
     if a is None or b is None or isinstance(one.get(field), bool):
         return True
-    return abs(a - b) > _scale(field, a, b, one) * type(a)(str(MATERIAL_SHARE))
+    return abs(a - b) > _difference_scale(field, a, b, one) * type(a)(str(MATERIAL_SHARE))
 
 
-def _scale(field: str, a: Decimal, b: Decimal, values: Mapping[str, Any]) -> Decimal:
+def _difference_scale(field: str, a: Decimal, b: Decimal, values: Mapping[str, Any]) -> Decimal:
     """What a difference of a field is a share of."""
     ranged = {"setpoint.": "pv.range", "alarms.pv.": "pv.range", "pv.range": "pv.range", "output.": "output.range"}
     name = next((name for kind, name in ranged.items() if field.startswith(kind)), None)

@@ -30,22 +30,22 @@ from pidcfg.study.verification.comparison import (
     CountSizes,
     SignalDifference,
     Tolerance,
-    differences,
-    differing,
+    differing_fields,
+    find_differences,
     neutral_values,
     refused_mode,
 )
 from pidcfg.study.verification.stages import Bench, Stage, bench_of, stages_of
-from pidcfg.study.verification.stand_in import Rules, StandIn, stand_in
+from pidcfg.study.verification.stand_in import Rules, StandIn, make_stand_in
 from pidcfg.study.verification.trial import (
     Side,
     Trial,
-    companions,
+    analog_counts,
+    companion_loops,
     finest_counts,
     loops_of,
     nearest_step,
     new_plc,
-    resolution,
     root_step,
     round_setpoints,
     run_stage,
@@ -75,9 +75,9 @@ LAST_DIGITS = 2e-5
 """Share of a range that single precision makes of a stage."""
 VISIBLE_COUNTS, VISIBLE_SHARE = 3.0, 1e-4
 """Of a PV, in counts and as a share of the largest one: what single precision tells well enough."""
-SINGLE = 1.2e-7
+SINGLE_PRECISION_SHARE = 1.2e-7
 """What single precision rounds a PV to, as a share of it."""
-ALONE_STAGES = ("cascade", "manual", "set point limits")
+CASCADE_STAGES = ("cascade", "manual", "set point limits")
 """What a loop of a cascade goes through besides the stages in which its PV goes its own way: in the others each PLC
 lets outer and inner loops act on each other in another way."""
 NUMBERS = "numbers"
@@ -110,15 +110,15 @@ class Reference:
         return self.side.loop(self.i)
 
     @property
-    def possible(self) -> tuple[Stage, ...]:
+    def possible_stages(self) -> tuple[Stage, ...]:
         """The stages in which the loop goes to every mode that is asked of it."""
-        return tuple(stage for stage in self.stages if not self.refused(stage))
+        return tuple(stage for stage in self.stages if not self.refused_mode(stage))
 
-    def refused(self, stage: Stage) -> str:
+    def refused_mode(self, stage: Stage) -> str:
         """The mode that a stage asks for and the loop does not go to; empty: none."""
-        return refused_mode(stage, self.trial(stage), self.bench.sample)
+        return refused_mode(stage, self.run_trial(stage), self.bench.sample)
 
-    def trial(self, stage: Stage) -> Trial:
+    def run_trial(self, stage: Stage) -> Trial:
         """The loop through a stage."""
         key = (self.bench, stage)
         if key not in self.trials:
@@ -133,31 +133,31 @@ def make_reference(side: Side, i: int, other: Loop, step: float = 0.0, *, in_cas
     ``in_cascade``: others run with it, on this side or on another one.
     """
     loop = side.loop(i)
-    cascade = [i, *companions(side.loops, i, with_master=True)]
+    cascade = [i, *companion_loops(side.loops, i, with_master=True)]
     bench = bench_of(loop, other, float(max(side.loop(k).sample_time for k in cascade)))
     if step:
         bench = replace(bench, start=nearest_step(bench.start, bench.low, step, bench.high))
-    count, _ = resolution(new_plc(side, (i,)), i)
-    finest = side.rules[i].pv_count if isinstance(side, StandIn) else finest_counts(new_plc(side, (i,)), i)[0]
-    bench = replace(bench, least=max(VISIBLE_COUNTS * finest, VISIBLE_SHARE * max(abs(bench.low), abs(bench.high))))
+    count, _ = analog_counts(new_plc(side, (i,)), i)
+    fine = side.rules[i].pv_count if isinstance(side, StandIn) else finest_counts(new_plc(side, (i,)), i)[0]
+    bench = replace(bench, least_move=max(VISIBLE_COUNTS * fine, VISIBLE_SHARE * max(abs(bench.low), abs(bench.high))))
     stages = tuple(stages_of(bench, loop, other, count, in_cascade=in_cascade or len(cascade) > 1))
     if step:
         stages = tuple(round_setpoints(stage, bench.low, step, bench.high) for stage in stages)
     if isinstance(side, StandIn) and in_cascade:
-        stages = tuple(stage for stage in stages if stage.swept or stage.name in ALONE_STAGES)
+        stages = tuple(stage for stage in stages if stage.is_swept or stage.name in CASCADE_STAGES)
     return Reference(side, i, bench, stages, loop.pv.square_root, step)
 
 
-def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
+def tolerance_of(first: Side, i: int, second: Side, j: int, bench: Bench) -> Tolerance:
     """How far a stand-in and the side that it stands for may lie apart (D306)."""
-    loop = one.loop(i)
-    pv, output = _coarser(finest_counts(new_plc(side, (k,)), k) for side, k in ((one, i), (two, j)))
+    loop = first.loop(i)
+    pv, output = _larger_counts(finest_counts(new_plc(side, (k,)), k) for side, k in ((first, i), (second, j)))
     pv, output = max(pv, bench.span * LAST_DIGITS), max(output, LAST_DIGITS)
     share = abs(float(loop.tuning.gain)) * bench.span / float(loop.output.range[1] - loop.output.range[0])
     kick = float(loop.tuning.derivative_time) / (bench.sample + float(loop.tuning.derivative_filter))
     carried = output + pv / bench.span * share * (1 + kick)
-    whole = any(getattr(new_plc(side, (k,)).configs[k], "is_integer", 0) for side, k in ((one, i), (two, j)))
-    last = 1.0 if whole else SINGLE * max(abs(bench.low), abs(bench.high))
+    whole = any(getattr(new_plc(side, (k,)).configs[k], "is_integer", 0) for side, k in ((first, i), (second, j)))
+    last = 1.0 if whole else SINGLE_PRECISION_SHARE * max(abs(bench.low), abs(bench.high))
     digits = last / bench.span * share * (1 + kick)
     band = float(loop.deadband)
     switching = share * band / bench.span
@@ -174,17 +174,17 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     )
 
 
-def tolerance_between(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
+def tolerance_between(first: Side, i: int, second: Side, j: int, bench: Bench) -> Tolerance:
     """How far two PLCs of different families may lie apart (D306)."""
-    loop, sides = one.loop(i), ((one, i), (two, j))
-    pv, output = _coarser(resolution(new_plc(side, (k,)), k) for side, k in sides)
-    fine_pv, fine_output = _coarser(finest_counts(new_plc(side, (k,)), k) for side, k in sides)
+    loop, sides = first.loop(i), ((first, i), (second, j))
+    pv, output = _larger_counts(analog_counts(new_plc(side, (k,)), k) for side, k in sides)
+    fine_pv, fine_output = _larger_counts(finest_counts(new_plc(side, (k,)), k) for side, k in sides)
     setpoint = COUNT_TOLERANCE * pv
     # a filter that is worked out in counts stops where its share of the rest is less than half a count
     passed = -expm1(-bench.sample / float(loop.pv.filter)) if loop.pv.filter else 1.0
     width = float(loop.output.range[1] - loop.output.range[0])
     share = abs(float(loop.tuning.gain)) * bench.span / width
-    other = two.loop(j)
+    other = second.loop(j)
     smoothed = float(min(loop.tuning.derivative_filter, other.tuning.derivative_filter))
     kick = float(loop.tuning.derivative_time) / (bench.sample + smoothed)
     alone = fine_output + fine_pv / bench.span * share * (1 / passed + kick)
@@ -206,7 +206,7 @@ def tolerance_between(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tol
     )
 
 
-def _coarser(counts: Iterable[tuple[float, float]]) -> tuple[float, float]:
+def _larger_counts(counts: Iterable[tuple[float, float]]) -> tuple[float, float]:
     """The larger counts of two sides, of PV and of output."""
     pvs, outputs = zip(*counts, strict=True)
     return max(pvs), max(outputs)
@@ -224,10 +224,10 @@ class Battery:
     """Where the other side has trials already."""
     trials: dict[Stage, Trial] = field(default_factory=dict)
 
-    def trial(self, stage: Stage) -> Trial:
+    def run_trial(self, stage: Stage) -> Trial:
         """The other side through a stage."""
         if self.other is not None:
-            return self.other.trial(stage)
+            return self.other.run_trial(stage)
         if stage not in self.trials:
             rooted = self.reference.before_root
             self.trials[stage] = run_stage(self.side, self.j, stage, self.reference.bench, before_root=rooted)
@@ -235,42 +235,42 @@ class Battery:
 
     def as_reference(self) -> Reference:
         """The other side with the trials that it has."""
-        kept = {(self.reference.bench, stage): self.trial(stage) for stage in self.reference.possible}
-        return replace(self.reference, side=self.side, i=self.j, trials=kept)
+        trials = {(self.reference.bench, stage): self.run_trial(stage) for stage in self.reference.possible_stages}
+        return replace(self.reference, side=self.side, i=self.j, trials=trials)
 
-    def differences(self) -> Iterator[SignalDifference]:
+    def find_differences(self) -> Iterator[SignalDifference]:
         """Where both sides differ."""
-        for stage in self.reference.possible:
-            yield from self._of(stage)
+        for stage in self.reference.possible_stages:
+            yield from self._lasting_differences(stage)
 
-    def _of(self, stage: Stage) -> Iterator[SignalDifference]:
+    def _lasting_differences(self, stage: Stage) -> Iterator[SignalDifference]:
         """The differences of a stage that are there with smaller moves, too: rounding at an edge is not."""
-        found = list(self._within(stage))
+        differences = list(self._stage_differences(stage))
         smaller = smaller_moves(stage, self.reference.bench, self.reference.step)
-        if found and smaller != stage:
-            lasting = {difference.signal for difference in self._within(smaller)}
-            found = [difference for difference in found if difference.signal in lasting]
-        yield from found
+        if differences and smaller != stage:
+            lasting = {difference.signal for difference in self._stage_differences(smaller)}
+            differences = [difference for difference in differences if difference.signal in lasting]
+        yield from differences
 
-    def _within(self, stage: Stage) -> Iterator[SignalDifference]:
+    def _stage_differences(self, stage: Stage) -> Iterator[SignalDifference]:
         try:
-            trial = self.trial(stage)
+            trial = self.run_trial(stage)
         except UnusableError as error:
             yield SignalDifference(stage.name, RUN_SIGNAL, 0.0, "", str(error), ())
             return
-        yield from differences(stage, self.reference.trial(stage), trial, self.reference.bench, self.tolerance)
+        yield from find_differences(stage, self.reference.run_trial(stage), trial, self.reference.bench, self.tolerance)
 
     def key_of(self, difference: SignalDifference, lines: Sequence[ReportLine] = ()) -> str:
         """The key of the other side that explains what ``lines`` of the report do not; empty where none does."""
-        told = {line.neutral for line in lines} - {"", ACTION}
-        return key_of(difference, self.reference.loop, self.side, self.j, told)
+        reported = {line.neutral for line in lines} - {"", ACTION}
+        return key_of(difference, self.reference.loop, self.side, self.j, reported)
 
 
 # --- What the battery found: of each loop the differences that nothing explains, and those that a line names ----------
 
 
 @frozen
-class Named:
+class NamedDifference:
     """A difference, and the line of the report that says why; None: several do, and none of them alone."""
 
     difference: SignalDifference
@@ -286,7 +286,7 @@ class Failure:
 
 
 @frozen
-class Untried:
+class UntriedStage:
     """A stage that shows nothing, and the mode that it asks for and the source does not go to."""
 
     stage: str
@@ -294,7 +294,7 @@ class Untried:
 
 
 @frozen
-class Verified:
+class VerifiedLoop:
     """One loop's two sides in the battery, and how far they lie apart in its step and its disturbance."""
 
     loop: str
@@ -305,9 +305,9 @@ class Verified:
     chart: Chart
     stages: tuple[str, ...] = ()
     """Those that were run."""
-    untried: tuple[Untried, ...] = ()
+    untried: tuple[UntriedStage, ...] = ()
     failures: tuple[Failure, ...] = ()
-    named: tuple[Named, ...] = ()
+    named: tuple[NamedDifference, ...] = ()
     switched: tuple[Change, ...] = ()
     """The lines of the report whose rules, and values, the source's numbers were run with."""
     hidden: tuple[str, ...] = ()
@@ -394,105 +394,105 @@ def verify(  # noqa: PLR0913
     progress: Callable[[float], None] | None = None,
     *,
     jobs: int = 1,
-) -> list[Verified]:
+) -> list[VerifiedLoop]:
     """The loops of both sides in the battery, pair by pair of their places; one without a neutral form is left out.
 
     ``report``: of the conversion, by the places of the source; without one both files are held against each other.
     ``names``: what charts call the sides. ``progress`` is called with the share that is done. ``jobs``: processes,
     which are started for `MANY_LOOPS` loops.
     """
-    given = (source, target, pairs, report, names)
-    sides = _sides(*given)
+    inputs = (source, target, pairs, report, names)
+    sides = _make_sides(*inputs)
     comparable = [(i, j) for i, j in pairs if sides.source.loops[i] is not None and sides.target.loops[j] is not None]
     several = jobs > 1 and len(comparable) >= MANY_LOOPS
-    found = WorkerPool(jobs, _judge, given).results(comparable) if several else map(_judge(*given), comparable)
+    loops = WorkerPool(jobs, _judge_of, inputs).results(comparable) if several else map(_judge_of(*inputs), comparable)
     results = []
-    for done, one in enumerate(found, start=1):
-        results.append(one)
+    for done, verified in enumerate(loops, start=1):
+        results.append(verified)
         if progress is not None:
             progress(done / len(comparable))
     return results
 
 
-def _judge(
+def _judge_of(
     source: Configured,
     target: Configured,
     pairs: Sequence[tuple[int, int]],
     report: Sequence[LoopReport],
     names: tuple[str, str],
-) -> Callable[[tuple[int, int]], Verified]:
+) -> Callable[[tuple[int, int]], VerifiedLoop]:
     """What judges one pair of loops after the other."""
-    sides = _sides(source, target, pairs, report, names)
+    sides = _make_sides(source, target, pairs, report, names)
     exactly = not report and source[0] == target[0]
-    return lambda pair: _loop(sides, *pair, exactly=exactly)
+    return lambda pair: _judge_loop(sides, *pair, exactly=exactly)
 
 
-def _sides(
+def _make_sides(
     source: Configured,
     target: Configured,
     pairs: Sequence[tuple[int, int]],
     report: Sequence[LoopReport],
     names: tuple[str, str],
 ) -> Sides:
-    (one, before), (two, after) = source, target
-    second = make_side(two, after)
+    (source_vendor, before), (target_vendor, after) = source, target
+    second = make_side(target_vendor, after)
     if not report:
-        return Sides(make_side(one, before), second, names)
-    told = reported_loops(before, one, after, two, pairs, report)
-    first = make_side(one, before)
-    reduced_config = without_losses(before, one, report)
-    reduced = first if reduced_config is before else make_side(one, reduced_config)
-    own, others = source_of(one).operations(reduced.config), dict(pairs)
-    mirror = [None if loop is None else Rules.of(reduced, i, own[i]) for i, loop in enumerate(reduced.loops)]
+        return Sides(make_side(source_vendor, before), second, names)
+    reported = reported_loops(before, source_vendor, after, target_vendor, pairs, report)
+    first = make_side(source_vendor, before)
+    reduced_config = without_losses(before, source_vendor, report)
+    reduced = first if reduced_config is before else make_side(source_vendor, reduced_config)
+    source_rules, places = source_of(source_vendor).operations(reduced.config), dict(pairs)
+    mirror = [None if loop is None else Rules.of(reduced, i, source_rules[i]) for i, loop in enumerate(reduced.loops)]
     twin = [
-        None if loop is None else Rules.of(*((second, others[i]) if i in others else (first, i)), told.rules[i])
-        for i, loop in enumerate(told.loops)
+        None if loop is None else Rules.of(*((second, places[i]) if i in places else (first, i)), reported.rules[i])
+        for i, loop in enumerate(reported.loops)
     ]
-    stand_ins = stand_in(reduced.loops, mirror), stand_in(told.loops, twin)
-    return Sides(first, second, names, reduced, *stand_ins, told.lines)
+    stand_ins = make_stand_in(reduced.loops, mirror), make_stand_in(reported.loops, twin)
+    return Sides(first, second, names, reduced, *stand_ins, reported.lines)
 
 
-def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
+def _judge_loop(sides: Sides, i: int, j: int, *, exactly: bool) -> VerifiedLoop:
     """One loop's verdict."""
     other = sides.target.loop(j)
-    held = sides.twin or sides.source
+    tested = sides.twin or sides.source
     step = max(root_step(sides.source, i), root_step(sides.target, j))
     cascades = ((sides.source, i), (sides.target, j))
-    in_cascade = any(companions(side.loops, k, with_master=True) for side, k in cascades)
-    reference = make_reference(held, i, other, step, in_cascade=in_cascade)
-    between = tolerance_between if sides.twin is None else tolerance_of
-    tolerance = between(held, i, sides.target, j, reference.bench)
+    in_cascade = any(companion_loops(side.loops, k, with_master=True) for side, k in cascades)
+    reference = make_reference(tested, i, other, step, in_cascade=in_cascade)
+    tolerance_for = tolerance_between if sides.twin is None else tolerance_of
+    tolerance = tolerance_for(tested, i, sides.target, j, reference.bench)
     if exactly:
         pv, output = finest_counts(new_plc(sides.source, (i,)), i)
         tolerance = Tolerance(0.0, CountSizes(pv, output), CountSizes(pv, output), pv, output)
     battery, lines = Battery(reference, sides.target, j, tolerance), sides.lines.get(i, ())
-    failures = [Failure(difference, battery.key_of(difference, lines)) for difference in battery.differences()]
-    original, named = reference, list[Named]()
+    failures = [Failure(difference, battery.key_of(difference, lines)) for difference in battery.find_differences()]
+    original, named = reference, list[NamedDifference]()
     if sides.mirror is not None and sides.reduced is not None:
         original = replace(reference, side=sides.source, trials={})
-        named = list(_named(original, battery, lines))
+        named = list(_name_differences(original, battery, lines))
         mirror = replace(reference, side=sides.mirror, trials={})
         tolerance = tolerance_of(sides.mirror, i, sides.reduced, i, reference.bench)
         trials = original if sides.reduced is sides.source else None
         first = Battery(mirror, sides.reduced, i, tolerance, trials)
-        failures += [Failure(difference, first.key_of(difference)) for difference in first.differences()]
-    result = _result(sides, i, reference, original, battery, failures, named)
-    if not isinstance(held, StandIn):
+        failures += [Failure(difference, first.key_of(difference)) for difference in first.find_differences()]
+    result = _make_result(sides, i, reference, original, battery, failures, named)
+    if not isinstance(tested, StandIn):
         return result
     switched = tuple(line.change for line in lines)
-    unsaid = map(Failure, chain(unsaid_numbers(held.loop(i), other), unsaid_rules(sides, i, j)))
-    result = replace(result, failures=(*result.failures, *unsaid))
-    return replace(result, switched=switched, hidden=tuple(hidden_fields(reference, held, i)))
+    unsaid_failures = map(Failure, chain(unsaid_numbers(tested.loop(i), other), unsaid_rules(sides, i, j)))
+    result = replace(result, failures=(*result.failures, *unsaid_failures))
+    return replace(result, switched=switched, hidden=tuple(hidden_fields(reference, tested, i)))
 
 
 def hidden_fields(reference: Reference, side: StandIn, i: int) -> Iterator[str]:
     """The numbers of a loop of which a small change goes unseen in every stage."""
-    swept_first = replace(reference, stages=tuple(sorted(reference.stages, key=lambda stage: not stage.swept)))
+    swept_first = replace(reference, stages=tuple(sorted(reference.stages, key=lambda stage: not stage.is_swept)))
     for path, value in spoiled_fields(side.loop(i)):
         loop = with_fields(side.loop(i), {path: value})
-        other = stand_in([loop if k == i else one for k, one in enumerate(side.loops)], side.rules)
+        other = make_stand_in([loop if k == i else other_loop for k, other_loop in enumerate(side.loops)], side.rules)
         tolerance = tolerance_of(side, i, other, i, reference.bench)
-        if next(Battery(swept_first, other, i, tolerance).differences(), None) is None:
+        if next(Battery(swept_first, other, i, tolerance).find_differences(), None) is None:
             yield path
 
 
@@ -535,13 +535,13 @@ def unsaid_numbers(loop: Loop, other: Loop) -> Iterator[SignalDifference]:
     """
     one, two = neutral_values(loop, other)
     idle = {*LABELS, *SHOWN_AS_RULES, *_without_effect(loop, other)}
-    for path in differing(one, two):
+    for path in differing_fields(one, two):
         before, after = one.get(path), two.get(path)
         is_lost = after is None and path.startswith(ALARMS)
         if before is None or path in idle or (after is None and not is_lost):
             continue
         if is_lost or is_material(path, one, two):
-            yield SignalDifference(NUMBERS, path, 0.0, _plain(before), _plain(after), ())
+            yield SignalDifference(NUMBERS, path, 0.0, _plain_value(before), _plain_value(after), ())
 
 
 def unsaid_rules(sides: Sides, i: int, j: int) -> Iterator[SignalDifference]:
@@ -557,7 +557,7 @@ def unsaid_rules(sides: Sides, i: int, j: int) -> Iterator[SignalDifference]:
         yield SignalDifference(NUMBERS, row.field, 0.0, str(row.source), str(row.target), ())
 
 
-def _plain(value: Any) -> float | str | bool:
+def _plain_value(value: Any) -> float | str | bool:
     if isinstance(value, Decimal):
         return float(value)
     return value if isinstance(value, bool) else "nothing" if value is None else str(value)
@@ -587,57 +587,57 @@ RULE_STAGES: Mapping[str, Sequence[str]] = {
 """The stages in which a rule shows itself first."""
 
 
-def _named(original: Reference, battery: Battery, lines: Sequence[ReportLine]) -> Iterator[Named]:
+def _name_differences(original: Reference, battery: Battery, lines: Sequence[ReportLine]) -> Iterator[NamedDifference]:
     """Where the source as it is and the target differ, each with the line that it is likeliest of."""
     shown = Battery(original, battery.side, battery.j, battery.tolerance, battery.as_reference())
-    for difference in shown.differences():
+    for difference in shown.find_differences():
         line = next((line for line in lines if difference.stage in _stages_of_rule(line)), None)
         field = field_of(difference, original.loop, battery.side.loop(battery.j))
         line = line or next((line for line in lines if field and do_overlap(field, line.neutral)), None)
         if line is None and len(lines) == 1:
             (line,) = lines
         if lines:
-            yield Named(difference, None if line is None else line.change)
+            yield NamedDifference(difference, None if line is None else line.change)
 
 
 def _stages_of_rule(line: ReportLine) -> Sequence[str]:
     return RULE_STAGES.get(line.neutral.removeprefix(PREFIX), ())
 
 
-def _result(  # noqa: PLR0913, PLR0917
+def _make_result(  # noqa: PLR0913, PLR0917
     sides: Sides,
     i: int,
     reference: Reference,
     original: Reference,
     battery: Battery,
     failures: Sequence[Failure],
-    named: Sequence[Named],
-) -> Verified:
+    named: Sequence[NamedDifference],
+) -> VerifiedLoop:
     """The verdict with its figures, and the picture of the step and the disturbance."""
     loop = sides.source.loop(i)
-    shown = [stage for stage in reference.stages if stage.name in SHOWN_STAGES and stage in reference.possible]
+    shown = [stage for stage in reference.stages if stage.name in SHOWN_STAGES and stage in reference.possible_stages]
     shown = shown or [reference.stages[0]]
     sample = reference.bench.sample
-    parts = [(stage, original.trial(stage), battery.trial(stage)) for stage in shown]
-    cut = [(round(stage.begin / sample), one, two) for stage, one, two in parts]
+    parts = [(stage, original.run_trial(stage), battery.run_trial(stage)) for stage in shown]
+    runs = [(round(stage.begin / sample), one, two) for stage, one, two in parts]
     pvs, outputs, setpoints = (
-        [list(chain.from_iterable(getattr(side(one, two), key)[first:] for first, one, two in cut)) for side in SIDES]
+        [list(chain.from_iterable(getattr(side(one, two), key)[first:] for first, one, two in runs)) for side in SIDES]
         for key in ("pv", "output", "setpoint")
     )
     count = len(pvs[0])
     times = [k * sample for k in range(count)]
-    ends = [len(one.pv) - first for first, one, _ in cut]
+    ends = [len(one.pv) - first for first, one, _ in runs]
     iae = [sum(abs(sp - pv) for sp, pv in zip(setpoints[0], side, strict=True)) for side in pvs]
-    return Verified(
+    return VerifiedLoop(
         loop.name,
         100 * max(abs(a - b) for a, b in zip(*pvs, strict=True)) / reference.bench.span,
         100 * max(abs(a - b) for a, b in zip(*outputs, strict=True)),
         iae[1] / iae[0] if iae[0] else None,
         overlay_chart(
-            loop, times, setpoints[0], pvs, outputs, sides.names, (0.0, ends[0] * sample if len(cut) > 1 else 0.0)
+            loop, times, setpoints[0], pvs, outputs, sides.names, (0.0, ends[0] * sample if len(runs) > 1 else 0.0)
         ),
-        tuple(stage.name for stage in reference.possible),
-        tuple(Untried(stage.name, mode) for stage in reference.stages if (mode := reference.refused(stage))),
+        tuple(stage.name for stage in reference.possible_stages),
+        tuple(UntriedStage(stage.name, mode) for stage in reference.stages if (mode := reference.refused_mode(stage))),
         tuple(failures),
         tuple(named),
     )
@@ -656,18 +656,18 @@ SIDES = (_first, _second)
 # --- Both sides of a ``diff`` in the battery: their verdicts and charts, loop over loop -------------------------------
 
 
-def verified_sides(
+def verify_sides(
     sides: tuple[NeutralSide, NeutralSide],
     sources: Sequence[tuple[Any, Vendor]],
     names: tuple[str, str],
     note: Callable[[str], None],
     progress: Callable[[float], None] | None = None,
     jobs: int = 1,
-) -> list[Verified]:
+) -> list[VerifiedLoop]:
     """A verdict for each loop that both sides have and that can be run; ``note`` is told what cannot, and why."""
     from pidcfg.sim.engine.run import UnusableError
 
-    pairs = list(_comparable(*sides, note))
+    pairs = list(_comparable_pairs(*sides, note))
     if not pairs:
         note("not compared: no loop of both sides can be run on the same plant")
         return []
@@ -680,7 +680,9 @@ def verified_sides(
     return []
 
 
-def _comparable(before: NeutralSide, after: NeutralSide, note: Callable[[str], None]) -> Iterator[tuple[int, int]]:
+def _comparable_pairs(
+    before: NeutralSide, after: NeutralSide, note: Callable[[str], None]
+) -> Iterator[tuple[int, int]]:
     """The places of loops with a neutral form on both sides, whose PVs have the same unit."""
     from pidcfg.conversion.comparison import match_loops
 

@@ -33,11 +33,11 @@ from pidcfg.sim.controllers.autotune import (
     curve_gains,
     cycle_gains,
     cycle_length,
+    is_stalled,
     judge_response,
     measure_noise,
-    record,
+    record_point,
     relay_switch,
-    stalled,
     steepest_line,
     ultimate_gain,
     was_moving,
@@ -202,7 +202,7 @@ class Range(NamedTuple):
     high: float
 
 
-def _end(error: PidError, end: Decimal | None, otherwise: float) -> float:
+def _limit_value(error: PidError, end: Decimal | None, otherwise: float) -> float:
     """A limit as the register holds it: whole digits, or a single-precision number."""
     codec = WORDS_BY_NAME[error.register].codec
     if end is None:
@@ -211,7 +211,7 @@ def _end(error: PidError, end: Decimal | None, otherwise: float) -> float:
 
 
 RANGES = {
-    error.register: Range(_end(error, error.low, float("-inf")), _end(error, error.high, float("inf")))
+    error.register: Range(_limit_value(error, error.low, float("-inf")), _limit_value(error, error.high, float("inf")))
     for error in ERRORS
     if error.low is not None
 }
@@ -306,7 +306,7 @@ def loop_of(words: Mapping[int, int], index: int, entry: Mapping[str, Any]) -> L
     )
 
 
-def configure(config: Config, n: Mapping[str, float]) -> None:
+def configure_loop(config: Config, n: Mapping[str, float]) -> None:
     """Everything in a loop's `Config` that follows from its registers."""
     read_registers(config, n)
     config.filter = single(nearest_allowed("filter", n["filter"]) / 100.0)
@@ -435,12 +435,12 @@ def renew_alarms(config: Config, state: State, previous_pv: float) -> None:
     state.alarm_band_low = UNBOUNDED
     state.alarm_band_high = -UNBOUNDED
     if status & ALARMS == 0:
-        band = lower(config.deviation_high, lower(config.deviation_high_high, UNBOUNDED))
-        state.alarm_band_low = -lower(-config.low, lower(-config.low_low, band - state.sp))
-        state.alarm_band_high = lower(config.high, lower(config.high_high, state.sp + band))
+        band = lower_of(config.deviation_high, lower_of(config.deviation_high_high, UNBOUNDED))
+        state.alarm_band_low = -lower_of(-config.low, lower_of(-config.low_low, band - state.sp))
+        state.alarm_band_high = lower_of(config.high, lower_of(config.high_high, state.sp + band))
 
 
-def lower(x: float, y: float) -> float:
+def lower_of(x: float, y: float) -> float:
     """The lower one, and the second where the first is no number, on which ``min`` differs once it is compiled."""
     if x < y:
         return x
@@ -453,7 +453,7 @@ def lower(x: float, y: float) -> float:
 ON, OFF = 1.0, 0.0
 
 
-def pulse(config: Config, state: State, tick: int) -> float:
+def set_pulse(config: Config, state: State, tick: int) -> float:
     """The discrete output of the base step that begins at ``tick``: as it is in the middle of the step.
 
     The first step's length is not known yet; its beginning counts. The on-time is taken where a period begins.
@@ -511,7 +511,7 @@ LEAST_MS, MOST_MS = RANGES["sample_rate"]
 """What registers without a PID error hold."""
 
 
-def tunable(config: Config) -> bool:
+def is_tunable(config: Config) -> bool:
     """Whether the limits of PV and output are ranges."""
     return (
         0.0 < config.pv_high - config.pv_low <= LARGEST_VALUE
@@ -536,13 +536,13 @@ def restore_output(state: State) -> None:
     state.tune_phase = IDLE
 
 
-def abandon(state: State) -> None:
+def abandon_autotune(state: State) -> None:
     """The autotune ends without results."""
     restore_output(state)
     state.tune_done = CANCELLED
 
 
-def fail(state: State, reason: int) -> None:
+def fail_autotune(state: State, reason: int) -> None:
     """Back to Auto with the gains of before."""
     restore_output(state)
     state.tune_done = FAILED
@@ -554,10 +554,10 @@ def fail(state: State, reason: int) -> None:
 def change_rate(state: State) -> None:
     """Another sample rate has been written: samples of two rates make no curve and no cycle (D695)."""
     if state.status & TUNING:
-        fail(state, TUNE_RATE)
+        fail_autotune(state, TUNE_RATE)
 
 
-def store(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
+def write_results(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
     """Write the results, within what the registers hold, and return to Auto."""
     state.gain = single(clamp(gain, LEAST_GAIN, MOST_GAIN))
     state.reset = single(clamp(reset, LEAST_RESET, MOST_RESET))
@@ -598,45 +598,45 @@ def begin_relay(state: State) -> None:
     begin_cycle(state)
 
 
-def sign(config: Config, state: State) -> float:
+def step_sign(config: Config, state: State) -> float:
     """1 when the step moves the PV up, else -1."""
     return 1.0 if (state.tune_step > 0.0) == (config.reverse == 0) else -1.0
 
 
-def measure(config: Config, state: State, aux: list[float], change: float) -> None:
+def measure_response(config: Config, state: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
     slope, dead = steepest_line(state, config.tune_buffer, aux, change)
     if slope <= 0.0:
-        fail(state, TUNE_NO_RESPONSE)
+        fail_autotune(state, TUNE_NO_RESPONSE)
         return
     if was_moving(state, slope, 0.0):
         state.notice = add_notice(state.notice, 0, TUNE_MOVING)
     gain, reset, rate, sample = curve_gains(
         config.tune_pi, STEP * (config.out_high - config.out_low) / (dead * slope), dead
     )
-    store(config, state, gain, reset, rate, sample)
+    write_results(config, state, gain, reset, rate, sample)
 
 
-def respond(config: Config, state: State, aux: list[float]) -> None:
+def record_response(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the step response, until there is enough of it or it has settled."""
-    if not record(state, config.tune_buffer, aux, sign(config, state) * (state.pv - state.tune_base)):
+    if not record_point(state, config.tune_buffer, aux, step_sign(config, state) * (state.pv - state.tune_base)):
         return
     span = config.pv_high - config.pv_low
     second = int(abs(state.tune_step) > STEP)
     count = span * RESOLUTION
     verdict, change = judge_response(state, config.tune_buffer, aux, span, count, count, second)
     if verdict == ANSWERED:
-        measure(config, state, aux, change)
+        measure_response(config, state, aux, change)
     elif verdict == TOO_SMALL:
-        state.tune_base += sign(config, state) * change
+        state.tune_base += step_sign(config, state) * change
         step_output(config, state)
     elif verdict == NO_ANSWER and second:
-        fail(state, TUNE_NO_RESPONSE)
+        fail_autotune(state, TUNE_NO_RESPONSE)
     elif verdict == NO_ANSWER:
         step_output(config, state)
 
 
-def relay(config: Config, state: State) -> None:
+def run_relay(config: Config, state: State) -> None:
     """One sample of the relay, whose hysteresis is that of DFn+21 in % of the PV limits."""
     span = config.pv_high - config.pv_low
     band = config.tune_hysteresis * span / 100.0
@@ -648,15 +648,15 @@ def relay(config: Config, state: State) -> None:
             state, config.out_high - config.out_low, band, LEAST_SWING * span * (LEAST_SWING * span)
         )
         gain, reset, rate, sample = cycle_gains(config.tune_pi, ultimate, cycle_length(state) * state.period / TICKS)
-        store(config, state, gain, reset, rate, sample)
-    elif stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS):
-        fail(state, TUNE_NO_RESPONSE)
+        write_results(config, state, gain, reset, rate, sample)
+    elif is_stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS):
+        fail_autotune(state, TUNE_NO_RESPONSE)
 
 
-def tune(config: Config, state: State, aux: list[float]) -> None:
+def run_autotune(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the autotune; its limits may be written meanwhile."""
-    if not tunable(config):
-        fail(state, TUNE_NO_RANGE)
+    if not is_tunable(config):
+        fail_autotune(state, TUNE_NO_RANGE)
     elif state.tune_phase == OBSERVING:
         if measure_noise(state, state.pv):
             if config.tune_closed:
@@ -664,6 +664,6 @@ def tune(config: Config, state: State, aux: list[float]) -> None:
             else:
                 step_output(config, state)
     elif state.tune_phase == RESPONSE:
-        respond(config, state, aux)
+        record_response(config, state, aux)
     else:
-        relay(config, state)
+        run_relay(config, state)

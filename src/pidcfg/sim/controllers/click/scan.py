@@ -44,23 +44,23 @@ from pidcfg.sim.controllers.click.equation import (
     Config,
     Loop,
     State,
-    abandon,
+    abandon_autotune,
     calculate_gains,
     calculate_output,
     change_rate,
-    configure,
+    configure_loop,
     float_of,
+    is_tunable,
     loop_of,
     lowest_error,
-    pulse,
     renew_alarms,
+    run_autotune,
     sample_ticks,
+    set_pulse,
     start_tune,
-    tunable,
-    tune,
     write_state,
 )
-from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEVER, clamp, finite, single, tell_request
+from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEVER, clamp, finite_or, single, tell_request
 from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, Plc
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.controllers.settings import NOT_NOW, Done, Keys, RegisterError, Registers, items_of, rows_of
@@ -98,7 +98,7 @@ MODE_NOTICES = {REFUSED_STOP, REFUSED_TUNING, OVERRIDE_STOP}
 def stop_tune(state: State) -> None:
     """A mode other than Auto ends an autotune without results."""
     if state.status & TUNING:
-        abandon(state)
+        abandon_autotune(state)
         state.status |= TUNE_ERROR
         state.requested = 0
         tell_request(state, TUNE_ABORTED)
@@ -126,7 +126,7 @@ def tune_refusal(config: Config, state: State) -> int:
     """Why an autotune cannot start: it needs Auto and PV limits (D123); 0: it can."""
     if state.status & AUTO == 0:
         return REFUSED_TUNE_MODE
-    return 0 if tunable(config) else REFUSED_TUNE_RANGE
+    return 0 if is_tunable(config) else REFUSED_TUNE_RANGE
 
 
 def request_mode(config: Config, state: State, wanted: int) -> int:
@@ -154,12 +154,12 @@ def request_mode(config: Config, state: State, wanted: int) -> int:
     return reason
 
 
-def cancel(state: State) -> None:
+def cancel_autotune(state: State) -> None:
     """The autotune request is cleared: back to Auto with the registers as they were."""
     state.request &= ~TUNING
     state.requested = 0
     if state.status & TUNING:
-        abandon(state)
+        abandon_autotune(state)
         state.status = (state.status & ~MODES) | AUTO
         tell_request(state, TUNE_CANCELLED)
     else:
@@ -363,7 +363,7 @@ class Click(Plc):
         """Make the registers the controller's configuration, and look for PID errors (D117)."""
         config, state = self.configs[i], self.states[i]
         n, period = self._loops[i].numbers(), state.period
-        configure(config, n)
+        configure_loop(config, n)
         write_state(state, n)
         self._note_error(state, lowest_error(n))
         if state.period != period:
@@ -393,11 +393,11 @@ class Click(Plc):
         config, state = self.configs[i], self.states[i]
         stopped = bool(state.pending & bits.STOPPED)
         signals[config.pv_slot], signals[config.sp_slot], signals[config.bias_slot] = (
-            finite(state.pv, 0.0),
-            finite(state.sp, 0.0),
-            finite(state.bias, 0.0),
+            finite_or(state.pv, 0.0),
+            finite_or(state.sp, 0.0),
+            finite_or(state.bias, 0.0),
         )
-        signals[config.out_slot] = 0.0 if stopped else finite(state.out, 0.0)
+        signals[config.out_slot] = 0.0 if stopped else finite_or(state.out, 0.0)
         signals[config.error_slot] = state.number
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
@@ -474,7 +474,7 @@ class Click(Plc):
         if command == "start":
             self.request(loop, "autotune")
         else:
-            cancel(self.states[loop])
+            cancel_autotune(self.states[loop])
 
     def tuned(self, loop: int) -> TuneReport | None:
         """How the autotune of a loop went; None when there was none."""
@@ -602,16 +602,16 @@ def sample(config: Config, state: State, aux: list[float], signals: list[float])
         or -change > fast
     ):
         renew_alarms(config, state, previous_pv)
-        signals[config.sp_slot] = finite(state.sp, 0.0)
+        signals[config.sp_slot] = finite_or(state.sp, 0.0)
     if state.status & TUNING:
-        tune(config, state, aux)
+        run_autotune(config, state, aux)
     # Control Output (DFn+08)
     if state.status & AUTO:
         control_output(config, state, signals)
     # D116: what is no number is shown as 0
     signals[config.pv_slot] = pv
-    signals[config.out_slot] = finite(state.out, 0.0)
-    signals[config.bias_slot] = finite(state.bias, 0.0)
+    signals[config.out_slot] = finite_or(state.out, 0.0)
+    signals[config.bias_slot] = finite_or(state.bias, 0.0)
 
 
 def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
@@ -625,7 +625,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             state.due = due if due > tick else tick + state.period
             sample(config, state, aux, signals)
         if config.pwm:
-            signals[config.pwm_slot] = pulse(config, state, tick)
+            signals[config.pwm_slot] = set_pulse(config, state, tick)
 
 
 INLINED = (scan, sample, calculate_output)

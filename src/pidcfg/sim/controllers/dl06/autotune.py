@@ -17,11 +17,11 @@ from pidcfg.sim.controllers.autotune import (
     curve_gains,
     cycle_gains,
     cycle_length,
+    is_stalled,
     judge_response,
     measure_noise,
-    record,
+    record_point,
     relay_switch,
-    stalled,
     steepest_line,
     was_moving,
 )
@@ -114,18 +114,18 @@ def change_rate(state: State) -> None:
         end_tune(state, TUNE_RATE)
 
 
-def digits(x: float) -> float:
+def nearest_digit(x: float) -> float:
     """The nearest whole number, half to even; what only a rounding error keeps from a half is one."""
     return nearest(nearest(x * 1e6) / 1e6)
 
 
-def store(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
+def write_results(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
     """Write the results to their words: rounded to the last digit, within what the words hold (D65)."""
-    state.gain = clamp(digits(gain * 100.0), 1.0, 9999.0) / 100.0
-    steps = clamp(digits(reset / (config.reset_unit * config.reset_step)), 1.0, 9998.0)
+    state.gain = clamp(nearest_digit(gain * 100.0), 1.0, 9999.0) / 100.0
+    steps = clamp(nearest_digit(reset / (config.reset_unit * config.reset_step)), 1.0, 9998.0)
     state.reset = steps * config.reset_step * config.reset_unit
-    state.rate = clamp(digits(rate * 100.0), 0.0, 9999.0) / 100.0
-    state.period = int(clamp(digits(seconds * 100.0) * 10000.0, config.least_period * 1.0, 99990000.0))
+    state.rate = clamp(nearest_digit(rate * 100.0), 0.0, 9999.0) / 100.0
+    state.period = int(clamp(nearest_digit(seconds * 100.0) * 10000.0, config.least_period * 1.0, 99990000.0))
     calculate_gains(config, state)
     end_tune(state, 0)
 
@@ -151,7 +151,7 @@ def step_output(config: Config, state: State) -> None:
     begin_curve(state)
 
 
-def measure(config: Config, state: State, aux: list[float], change: float) -> None:
+def measure_response(config: Config, state: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
     slope, dead = steepest_line(state, config.tune_buffer, aux, change)
     if slope <= 0.0:
@@ -160,20 +160,20 @@ def measure(config: Config, state: State, aux: list[float], change: float) -> No
     if was_moving(state, slope, config.span / config.pv_span):
         state.notice = add_notice(state.notice, 0, TUNE_MOVING)
     gain, reset, derivative, sample = curve_gains(config.tune_pi, STEP / (dead * (slope / config.span)), dead)
-    store(config, state, gain, reset, derivative, sample)
+    write_results(config, state, gain, reset, derivative, sample)
 
 
-def respond(config: Config, state: State, aux: list[float], pv: float) -> None:
+def record_response(config: Config, state: State, aux: list[float], pv: float) -> None:
     """One sample of the step response, until it is large enough or settled (D59), or fails to come (D63)."""
     rise = state.tune_base - pv if config.reverse else pv - state.tune_base
-    if not record(state, config.tune_buffer, aux, rise):
+    if not record_point(state, config.tune_buffer, aux, rise):
         return
     second = int(state.tune_step > STEP)
     verdict, change = judge_response(
         state, config.tune_buffer, aux, config.span, config.span / config.pv_span, 1.0, second
     )
     if verdict == ANSWERED:
-        measure(config, state, aux, change)
+        measure_response(config, state, aux, change)
     elif verdict == TOO_SMALL:
         state.tune_base += -change if config.reverse else change
         step_output(config, state)
@@ -200,7 +200,7 @@ def begin_relay(config: Config, state: State) -> None:
         tell_request(state, TUNE_AT_LIMITS)
 
 
-def switching(config: Config, state: State, pv: float, sp: float) -> None:
+def run_relay(config: Config, state: State, pv: float, sp: float) -> None:
     """One sample of the relay of three cycles (D60), and their gains (D61); noise widens the hysteresis."""
     band = 3.0 * state.tune_noise if state.tune_noise > 1.0 else 0.0
     side = relay_switch(state, pv, sp - pv, band)
@@ -218,8 +218,8 @@ def switching(config: Config, state: State, pv: float, sp: float) -> None:
         gain, reset, derivative, sample = cycle_gains(
             config.tune_pi, ultimate, cycle_length(state) * state.period / TICKS
         )
-        store(config, state, gain, reset, derivative, sample)
-    elif stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS):
+        write_results(config, state, gain, reset, derivative, sample)
+    elif is_stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS):
         end_tune(state, TUNE_NO_RESPONSE)
 
 
@@ -252,7 +252,7 @@ def check_start(config: Config, state: State, pv: float, sp: float) -> None:
         begin_noise(state)
 
 
-def observe(config: Config, state: State, pv: float) -> None:
+def observe_rest(config: Config, state: State, pv: float) -> None:
     """Estimate the noise from second differences, and the PV at rest from the mean (D58)."""
     if not measure_noise(state, pv):
         return
@@ -264,7 +264,7 @@ def observe(config: Config, state: State, pv: float) -> None:
         begin_relay(config, state)
 
 
-def tune(config: Config, state: State, aux: list[float], sp: float) -> None:
+def run_autotune(config: Config, state: State, aux: list[float], sp: float) -> None:
     """One sample of the auto-tune; one for the other mode stops it, too (D64)."""
     pv = pv_on_sp_scale(config, state.pv)
     if state.tune_phase == REQUESTED:
@@ -272,8 +272,8 @@ def tune(config: Config, state: State, aux: list[float], sp: float) -> None:
     elif state.status & (MANUAL if config.tune_open else AUTO) == 0:
         end_tune(state, TUNE_ABORTED)
     elif state.tune_phase == OBSERVE:
-        observe(config, state, pv)
+        observe_rest(config, state, pv)
     elif state.tune_phase == RESPONSE:
-        respond(config, state, aux, pv)
+        record_response(config, state, aux, pv)
     else:
-        switching(config, state, pv, sp)
+        run_relay(config, state, pv, sp)

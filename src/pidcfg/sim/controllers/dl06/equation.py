@@ -256,29 +256,29 @@ def decode_block(
 
 def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
     """The 32 words of a loop, and which of them have no value."""
-    values, problems = _decoded(tuple(words), reset_decimals)
+    values, problems = _decode_words(tuple(words), reset_decimals)
     return dict(values), list(problems)
 
 
 @lru_cache(maxsize=KEPT_TABLES)
-def _decoded(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
+def _decode_words(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
     return decode_block(LOOP_TABLES[reset_decimals], words, {})
 
 
-def counts(value: Any) -> float:
+def count_value(value: Any) -> float:
     """A decoded quantity as a float."""
     return float(value.value)
 
 
-def configure(config: Config, v: Values, reset_decimals: int, loops: int) -> None:
+def configure_loop(config: Config, v: Values, reset_decimals: int, loops: int) -> None:
     """Everything in a loop's `Config` that follows from its words; ``loops`` decides the least sample rate (D51)."""
     read_registers(config, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
-    _scales(config, v)
+    _set_scales(config, v)
     config.bumpless = 1 if v["bumpless"] == "I" else 2
-    config.output_low_limit = clamp(counts(v["output.limits.0"]), config.out_min, config.out_max)
-    config.output_high_limit = clamp(counts(v["output.limits.1"]), config.out_min, config.out_max)
+    config.output_low_limit = clamp(count_value(v["output.limits.0"]), config.out_min, config.out_max)
+    config.output_high_limit = clamp(count_value(v["output.limits.1"]), config.out_min, config.out_max)
     config.span = sqrt(config.pv_span) if config.square_root else config.pv_span
-    config.deadband = counts(v["error.deadband"]) / config.span if v["error.deadband_enabled"] else 0.0
+    config.deadband = count_value(v["error.deadband"]) / config.span if v["error.deadband_enabled"] else 0.0
     config.shapes_error = int(config.square_root or config.squared or config.deadband > 0.0)
     config.is_special = int(config.velocity or config.shapes_error or config.derivative_on_pv or config.step_bias)
     config.fetches_pv = int(isinstance(v["pv.transfer"], tuple))
@@ -296,7 +296,7 @@ def ticks(seconds: Any) -> int:
     return round(float(seconds) * TICKS)
 
 
-def _scales(config: Config, v: Values) -> None:
+def _set_scales(config: Config, v: Values) -> None:
     pv, output = raw_scales(v)["pv"].format, raw_scales(v)["output"].format
     config.pv_min, config.pv_max, config.pv_span = float(pv.minimum), float(pv.maximum), float(pv.span)
     config.out_min, config.out_max, config.out_span = float(output.minimum), float(output.maximum), float(output.span)
@@ -315,7 +315,7 @@ def alarm_error(v: Values) -> bool:
     return is_alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)
 
 
-def tuning(config: Config, state: State, v: Values, reset_decimals: int) -> None:
+def set_gains(config: Config, state: State, v: Values, reset_decimals: int) -> None:
     """The gain words and the sample rate; a reset of all zeros or all nines is off."""
     codec = RESET[reset_decimals]
     reset = v["tuning.reset"]
@@ -327,27 +327,32 @@ def tuning(config: Config, state: State, v: Values, reset_decimals: int) -> None
 
 def decode_profile(words: Sequence[int], v: Values) -> Sequence[tuple[Values, list[NoWord]]]:
     """The pairs of a ramp/soak table, each with its words that have no value."""
-    return _pairs(tuple(words), *(v[path] for path in OF_SCALES))
+    return _word_pairs(tuple(words), *(v[path] for path in OF_SCALES))
 
 
 @lru_cache(maxsize=KEPT_TABLES)
-def _pairs(words: Sequence[int], *formats: Any) -> Sequence[tuple[Values, list[NoWord]]]:
+def _word_pairs(words: Sequence[int], *formats: Any) -> Sequence[tuple[Values, list[NoWord]]]:
     scales = raw_scales(dict(zip(OF_SCALES, formats, strict=True)))
     size = RAMP_SOAK_PAIR.size
     starts = range(0, RAMP_SOAK_SIZE, size)
     return [decode_block(RAMP_SOAK_PAIR, words[at : at + size], scales, at) for at in starts]
 
 
-def profile(words: Sequence[int], v: Values) -> Sequence[float]:
+def read_profile(words: Sequence[int], v: Values) -> Sequence[float]:
     """A ramp/soak table as the kernels want it: target, slope a second, seconds to soak, deviation for each pair."""
-    return _profile(tuple(words), *(v[path] for path in OF_SCALES))
+    return _decode_profile(tuple(words), *(v[path] for path in OF_SCALES))
 
 
 @lru_cache(maxsize=KEPT_TABLES)
-def _profile(words: Sequence[int], *formats: Any) -> Sequence[float]:
+def _decode_profile(words: Sequence[int], *formats: Any) -> Sequence[float]:
     table: list[float] = []
-    for pair, _ in _pairs(words, *formats):
-        table += [counts(pair["ramp_to"]), counts(pair["slope"]), float(pair["soak"] * 60), counts(pair["deviation"])]
+    for pair, _ in _word_pairs(words, *formats):
+        table += [
+            count_value(pair["ramp_to"]),
+            count_value(pair["slope"]),
+            float(pair["soak"] * 60),
+            count_value(pair["deviation"]),
+        ]
     return table
 
 
@@ -361,17 +366,17 @@ def major_of(pointer: int, start: int, loops: int, minor: int) -> int:
 def write_state(state: State, v: Values, path: str) -> None:
     """Words that the controller also writes: a value from outside replaces theirs."""
     if path == "setpoint.value":
-        state.sp = state.goal_sp = counts(v[path])
+        state.sp = state.goal_sp = count_value(v[path])
         state.goal_writes = 1
     elif path == "state.pv":
-        state.pv = counts(v[path])
+        state.pv = count_value(v[path])
     elif path == "state.bias":
-        state.bias = counts(v[path])
+        state.bias = count_value(v[path])
     elif path == "state.output":
-        state.out = state.unrounded_output = counts(v[path])
+        state.out = state.unrounded_output = count_value(v[path])
 
 
-def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def show_signals(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The signals of a loop as its words say; a remote set point stays the one that was calculated with last (D67)."""
     out = 0.0 if state.pending & (STOPPED | OUTPUT_CUT) else state.out
     if state.status & CASCADE == 0 or config.major < 0:

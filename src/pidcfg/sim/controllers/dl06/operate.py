@@ -110,7 +110,7 @@ def to_manual(i: int, configs: list[Config], states: list[State], reason: int) -
         reason = OVERRIDE_MINOR
 
 
-def transfer(i: int, wanted: int, configs: list[Config], states: list[State]) -> None:
+def transfer_mode(i: int, wanted: int, configs: list[Config], states: list[State]) -> None:
     """Carry out a granted change of mode with its bumpless transfer.
 
     Type I: manual to auto makes the bias the output and SP the PV, auto to cascade makes the major loop's output this
@@ -138,7 +138,7 @@ def transfer(i: int, wanted: int, configs: list[Config], states: list[State]) ->
     state.status = (state.status & ~MODES) | wanted
 
 
-def refusal(i: int, wanted: int, configs: list[Config], states: list[State]) -> int:
+def refusal_reason(i: int, wanted: int, configs: list[Config], states: list[State]) -> int:
     """Why a requested mode is refused, by alarms (D43) or in a cascade (D44); 0: it is granted."""
     config, state = configs[i], states[i]
     now = state.status & MODES
@@ -164,9 +164,9 @@ def request_mode(i: int, wanted: int, configs: list[Config], states: list[State]
     state.requested = wanted
     if state.status & MODES == wanted:
         return 0
-    reason = refusal(i, wanted, configs, states)
+    reason = refusal_reason(i, wanted, configs, states)
     if reason == 0:
-        transfer(i, wanted, configs, states)
+        transfer_mode(i, wanted, configs, states)
     return reason
 
 
@@ -210,13 +210,13 @@ def restore_mode(i: int, configs: list[Config], states: list[State]) -> None:
         state.requested = state.prior
         tell_request(state, REFUSED_ALARM_ERROR)
         return
-    transfer(i, AUTO, configs, states)
+    transfer_mode(i, AUTO, configs, states)
     if state.prior == CASCADE and configs[i].major < 0:
         state.requested = CASCADE
         tell_request(state, REFUSED_NO_REMOTE)
         return
     if state.prior == CASCADE:
-        transfer(i, CASCADE, configs, states)
+        transfer_mode(i, CASCADE, configs, states)
     tell_request(state, RESTORED)
 
 
@@ -448,7 +448,7 @@ Scales = Mapping[str, Scale]
 
 
 @cache
-def keys(reset_decimals: int) -> Keys:
+def settable_keys(reset_decimals: int) -> Keys:
     """What can be set in a loop whose reset word has so many decimals."""
     rows = rows_of([LOOP_TABLES[reset_decimals]], FIXED | set(EVENTS))
     return Keys(rows, SHORT, EVENTS, PARSERS, parser_of)
@@ -461,12 +461,12 @@ def parser_of(word: Word) -> Callable[[object], object]:
 
 def find_rows(path: tuple[str, ...], reset_decimals: int = 1) -> list[Point]:
     """The registers behind a key: one, or both ends of a pair of limits."""
-    return keys(reset_decimals).find(("remote_setpoint",) if path == (CASCADE_FROM,) else path)
+    return settable_keys(reset_decimals).find(("remote_setpoint",) if path == (CASCADE_FROM,) else path)
 
 
 def parse_setting(path: tuple[str, ...], rows: list[Point], value: object) -> object:
     """The value of a key as its registers take it; every number of decimals is written alike."""
-    return parse_text(value) if path == (CASCADE_FROM,) else keys(1).parse(rows, value)
+    return parse_text(value) if path == (CASCADE_FROM,) else settable_keys(1).parse(rows, value)
 
 
 def encode_setting(row: Point, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
@@ -498,6 +498,6 @@ def stored_rate(row: Point, value: Any) -> Decimal:
     return Decimal(row.decode(word))
 
 
-def fits(rows: list[Point], value: Any, values: Mapping[str, Any], scales: Scales) -> None:
+def refuse_misfit(rows: list[Point], value: Any, values: Mapping[str, Any], scales: Scales) -> None:
     """Refuses a value that its word cannot hold."""
     check_fit(rows, value, lambda row, item: encode_setting(row, item, values, scales))

@@ -35,14 +35,14 @@ from pidcfg.sim.controllers.dl06.equation import (
     Values,
     alarm_error,
     calculate_gains,
-    configure,
+    configure_loop,
     decode_loop,
     decode_profile,
     major_of,
-    profile,
-    show,
+    read_profile,
+    set_gains,
+    show_signals,
     ticks,
-    tuning,
     write_state,
 )
 from pidcfg.sim.controllers.dl06.operate import (
@@ -58,8 +58,8 @@ from pidcfg.sim.controllers.dl06.operate import (
     SIGNALS,
     encode_setting,
     find_rows,
-    fits,
     parse_setting,
+    refuse_misfit,
     stored_rate,
 )
 from pidcfg.sim.controllers.kernels import NEVER, tell_request
@@ -187,7 +187,7 @@ def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], deci
     values, problems = decode_loop(memory, decimals)
     pv, out = entry.get("pv") or {}, entry.get("output") or {}
     goal = intended_mode(memory[LOOP_TABLE.offset_of("mode_and_alarm_status")], entry.get("mode", "manual"))
-    loop = Loop(entry["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
+    loop = Loop(entry["loop"], goal, pv_ends(pv), pv_ends(out), decimals, memory, memory[:], values)
     loop.has_setpoint = entry.get("setpoint") is not False
     if values["ramp_soak.enabled"]:
         table = [words.get(values["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
@@ -207,7 +207,7 @@ def tuned_words(config: Config, state: State) -> dict[str, Decimal]:
     return {name: Decimal(f"{value:.2f}") for name, value in results.items()}
 
 
-def ends(settings: Mapping[str, Any]) -> tuple[Decimal, Decimal] | None:
+def pv_ends(settings: Mapping[str, Any]) -> tuple[Decimal, Decimal] | None:
     """The engineering range of a settings entry."""
     pair = settings.get("range")
     return None if pair is None else (Decimal(str(pair[0])), Decimal(str(pair[1])))
@@ -326,7 +326,7 @@ class Dl06(CountsPlc):
         words, config, state = self._loops[i], self.configs[i], self.states[i]
         v = words.values
         form, period = config.velocity, state.period
-        configure(config, v, words.decimals, self._setup.count)
+        configure_loop(config, v, words.decimals, self._setup.count)
         state.pending |= bits.FRESH if config.velocity != form else 0  # another form has no past (D681)
         config.halt = int(config.halt or not self._setup.is_running or i >= self._setup.count)
         config.slow = int(self._options.scan_time > 0 and config.period > SLOW)
@@ -334,9 +334,9 @@ class Dl06(CountsPlc):
         config.pv_low, config.pv_width = low_and_width(words.pv_range, config.pv_min, config.pv_span)
         config.out_low, config.out_width = low_and_width(words.out_range, config.out_min, config.out_span)
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
-        for at, value in enumerate(profile(table, v), config.rs_table):
+        for at, value in enumerate(read_profile(table, v), config.rs_table):
             self.aux[at] = value
-        tuning(config, state, v, words.decimals)
+        set_gains(config, state, v, words.decimals)
         if config.halt or state.period != period:
             change_rate(state)
         calculate_gains(config, state)
@@ -380,7 +380,7 @@ class Dl06(CountsPlc):
 
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals of a loop as its words say."""
-        show(self.configs[i], self.states[i], signals)
+        show_signals(self.configs[i], self.states[i], signals)
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:
@@ -542,7 +542,7 @@ class Dl06(CountsPlc):
         parsed = parse_setting(path, rows, value)
         if path == (CASCADE_FROM,):
             return self._output_address(str(parsed))
-        fits(rows, parsed, words.values, words.scales())
+        refuse_misfit(rows, parsed, words.values, words.scales())
         return parsed
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
@@ -568,7 +568,7 @@ class Dl06(CountsPlc):
             if reason is None:
                 self._apply(loop)
                 write_state(self.states[loop], words.values, str(row.path))
-                reason = overruled(self.configs[loop], self.states[loop], str(row.path))
+                reason = overruling_reason(self.configs[loop], self.states[loop], str(row.path))
             if reason is not None:
                 late.append(reason)
         self._show(loop, signals)
@@ -582,7 +582,7 @@ class Dl06(CountsPlc):
         return self._words.get(TABLE_POINTER, 0) + index * LOOP_TABLE.size + LOOP_TABLE.offset_of("output")
 
 
-def overruled(config: Config, state: State, path: str) -> str | None:
+def overruling_reason(config: Config, state: State, path: str) -> str | None:
     """Why a word that has just been written has no effect, or soon none any more; None: it has."""
     controls = state.status & (bits.AUTO | bits.CASCADE) and not config.halt and not state.pending & bits.STOPPED
     if path == "state.output" and controls:

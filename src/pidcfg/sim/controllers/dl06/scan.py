@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 from pidcfg.encoders.codecs import DecodeError, EncodeError, bcd_digits
 from pidcfg.encoders.maps.dl06 import ERROR_FLAGS, FORMATS, LOOP_COUNT, LOOP_TABLE, LOOP_TABLES, SPACE, TABLE_POINTER
 from pidcfg.encoders.regmap import Bits, Word
-from pidcfg.sim.controllers.dl06.autotune import tune
+from pidcfg.sim.controllers.dl06.autotune import run_autotune
 from pidcfg.sim.controllers.dl06.equation import (
     CASCADE,
     FIRST,
@@ -132,7 +132,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         signals[config.sp_slot] = low + (centre - least) * width / span
 
     if pending & TUNE:
-        tune(config, state, aux, sp)
+        run_autotune(config, state, aux, sp)
         pending = state.pending
     # Control output: the equation, then its limits
     if status & MANUAL == 0 and pending & RELAY == 0:

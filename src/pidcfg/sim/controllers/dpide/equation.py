@@ -16,12 +16,12 @@ from pidcfg.sim.controllers.autotune import (
     begin_cycle,
     begin_noise,
     cycle_length,
+    is_stalled,
     measure_noise,
     relay_switch,
-    stalled,
     ultimate_gain,
 )
-from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, add_notice, clamp, finite, register, single
+from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, add_notice, clamp, finite_or, register, single
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning import TYREUS_LUYBEN
 
@@ -267,12 +267,12 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
 
 def show_signals(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Renew them; what is no number is shown as 0 (kernel)."""
-    signals[config.pv_slot] = finite(state.pv, 0.0)
+    signals[config.pv_slot] = finite_or(state.pv, 0.0)
     signals[config.sp_slot] = state.sp
     signals[config.out_slot] = state.out
     signals[config.mout_slot] = state.mout
     signals[config.bias_slot] = state.integral
-    signals[config.error_slot] = finite(state.error, 0.0)
+    signals[config.error_slot] = finite_or(state.error, 0.0)
 
 
 # --- Autotune of DPIDE, PID_MODE 1: the noise, then a relay around SV (D276), and the operands at its end (D277) ------
@@ -340,7 +340,7 @@ def leave_tuning(config: Config, state: State, mode: int) -> None:
     state.pending |= FRESH
 
 
-def fail(config: Config, state: State, reason: int) -> None:
+def fail_autotune(config: Config, state: State, reason: int) -> None:
     """The autotune ends without results, and the operands are those of before."""
     state.tune_done = FAILED
     state.tune_reason = reason
@@ -352,10 +352,10 @@ def fail(config: Config, state: State, reason: int) -> None:
 def change_rate(config: Config, state: State) -> None:
     """Another sampling time has been written: samples of two of them make no cycle (D695)."""
     if state.status & TUNING:
-        fail(config, state, RATE_WRITTEN)
+        fail_autotune(config, state, RATE_WRITTEN)
 
 
-def abandon(state: State) -> None:
+def abandon_autotune(state: State) -> None:
     """The autotune is ended by the operator or the program."""
     state.tune_done = CANCELLED
     state.notice = add_notice(state.notice, 0, ABANDONED)
@@ -366,7 +366,7 @@ def is_usable(value: float) -> bool:
     return value > 0.0 and isfinite(value)
 
 
-def store(config: Config, state: State, ultimate: float, period: float, mean: float) -> None:
+def write_results(config: Config, state: State, ultimate: float, period: float, mean: float) -> None:
     """Results to their operands, and I_MV such that the algorithm goes on around the mean MV."""
     gain = single(GAIN * ultimate)
     reset = single(RESET * period)
@@ -376,7 +376,7 @@ def store(config: Config, state: State, ultimate: float, period: float, mean: fl
         reset = single(gain / reset)
         rate = single(gain * rate)
     if not (is_usable(gain) and is_usable(reset) and is_usable(rate) and is_usable(tf)):
-        fail(config, state, OUT_OF_RANGE)
+        fail_autotune(config, state, OUT_OF_RANGE)
         return
     state.gain = gain
     state.reset = reset
@@ -392,31 +392,31 @@ def store(config: Config, state: State, ultimate: float, period: float, mean: fl
     leave_tuning(config, state, 0)
 
 
-def mean(state: State) -> float:
+def mean_mv(state: State) -> float:
     """MV over the cycles that count so far."""
     return state.tune_sum / (state.tune_count - state.tune_start)
 
 
 def imbalance(state: State) -> float:
     """How far the share of MV's higher value is from a half of the cycle."""
-    return abs((mean(state) - state.tune_mv_low) / (state.tune_mv_high - state.tune_mv_low) - 0.5)
+    return abs((mean_mv(state) - state.tune_mv_low) / (state.tune_mv_high - state.tune_mv_low) - 0.5)
 
 
-def measure(config: Config, state: State) -> None:
+def measure_cycle(config: Config, state: State) -> None:
     """The ultimate cycle from the relay's, which has come to its end."""
     samples = cycle_length(state)
     amplitude = state.tune_swing / 4.0
     if amplitude <= 0.0:
-        fail(config, state, NO_RESPONSE)
+        fail_autotune(config, state, NO_RESPONSE)
     elif samples < LEAST_PERIOD:
-        fail(config, state, TOO_FAST)
+        fail_autotune(config, state, TOO_FAST)
     elif imbalance(state) > WORST_IMBALANCE:
-        fail(config, state, UNEVEN)
+        fail_autotune(config, state, UNEVEN)
     else:
         ultimate = ultimate_gain(
             state, state.tune_mv_high - state.tune_mv_low, state.tune_band, amplitude * amplitude / 4.0
         )
-        store(config, state, ultimate, samples * (state.period / TICKS), mean(state))
+        write_results(config, state, ultimate, samples * (state.period / TICKS), mean_mv(state))
 
 
 def begin_relay(state: State, low: float, high: float) -> None:
@@ -426,7 +426,7 @@ def begin_relay(state: State, low: float, high: float) -> None:
     begin_cycle(state)
 
 
-def balance(config: Config, state: State, middle: float) -> None:
+def balance_relay(config: Config, state: State, middle: float) -> None:
     """From now on MV swings as far up from its mean as down: both halves of the cycle then last equally long."""
     way = max(
         min(middle - config.lowest_mv, config.highest_mv - middle), LEAST_SWING * (config.highest_mv - config.lowest_mv)
@@ -435,34 +435,34 @@ def balance(config: Config, state: State, middle: float) -> None:
     begin_relay(state, max(config.lowest_mv, middle - way), min(config.highest_mv, middle + way))
 
 
-def relay(config: Config, state: State, error: float) -> None:
+def run_relay(config: Config, state: State, error: float) -> None:
     """One sample of the relay: the higher MV while the error is above 0, else the lower one."""
     side = relay_switch(state, state.pv, error, state.tune_band)
     if side:
         if state.tune_turns == BALANCE_TURN and state.tune_rounds < ROUNDS and imbalance(state) > MOST_IMBALANCE:
-            balance(config, state, mean(state))
+            balance_relay(config, state, mean_mv(state))
         state.out = clamp(state.tune_mv_high if side > 0 else state.tune_mv_low, config.lowest_mv, config.highest_mv)
         state.tune_base = state.pv
         state.tune_pv_change = 0.0
     if state.tune_turns >= LAST_TURN:
-        measure(config, state)
+        measure_cycle(config, state)
         return
     if state.tune_turns == FIRST_TURN and side:
         state.tune_sum = 0.0
     state.tune_sum += state.out
     state.tune_pv_change = max(state.tune_pv_change, abs(state.pv - state.tune_base))
-    if state.tune_pv_change <= RESPONSE_DEVIATIONS * state.tune_noise and stalled(
+    if state.tune_pv_change <= RESPONSE_DEVIATIONS * state.tune_noise and is_stalled(
         state, PATIENCE_SAMPLES, PATIENCE_SECONDS
     ):
-        fail(config, state, NO_RESPONSE)
-    elif stalled(state, SIGN_SAMPLES, SIGN_SECONDS):
-        fail(config, state, NO_SWITCH)
+        fail_autotune(config, state, NO_RESPONSE)
+    elif is_stalled(state, SIGN_SAMPLES, SIGN_SECONDS):
+        fail_autotune(config, state, NO_SWITCH)
 
 
-def tune(config: Config, state: State, error: float) -> None:
+def run_autotune(config: Config, state: State, error: float) -> None:
     """One sample of the autotune; ``error`` is the error without the dead band."""
     if config.lowest_mv >= config.highest_mv:
-        fail(config, state, NO_RANGE)
+        fail_autotune(config, state, NO_RANGE)
     elif state.tune_phase == OBSERVING:
         if measure_noise(state, state.pv):
             state.tune_band = HYSTERESIS * state.tune_noise
@@ -470,4 +470,4 @@ def tune(config: Config, state: State, error: float) -> None:
             state.tune_rounds = 0
             begin_relay(state, config.lowest_mv, config.highest_mv)
     else:
-        relay(config, state, error)
+        run_relay(config, state, error)

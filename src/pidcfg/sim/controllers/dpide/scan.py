@@ -30,17 +30,25 @@ from pidcfg.sim.controllers.dpide.equation import (
     TUNING,
     Config,
     State,
-    abandon,
+    abandon_autotune,
     apply_dead_band,
     calculate_gains,
     calculate_mv,
     calculate_slope,
     change_rate,
+    run_autotune,
     show_signals,
     start_tune,
-    tune,
 )
-from pidcfg.sim.controllers.kernels import NEVER, clamp, finite, read_registers, register_values, single, tell
+from pidcfg.sim.controllers.kernels import (
+    NEVER,
+    clamp,
+    finite_or,
+    leave_notice,
+    read_registers,
+    register_values,
+    single,
+)
 from pidcfg.sim.controllers.plc import COUNTS, SWITCH_AND_TUNE, TICKS, NamedPlc
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.controllers.settings import (
@@ -79,7 +87,7 @@ def enter_mode(config: Config, state: State, mode: int) -> None:
 def stop_block(config: Config, state: State) -> None:
     """PID_RUN is FALSE: MV is 0, and nothing else is written (D273, D688; kernel)."""
     if state.status & TUNING:
-        abandon(state)
+        abandon_autotune(state)
         state.mode = state.previous_mode
     state.pending &= ~(REQUEST | HALTING)
     state.status = (state.status & ~(MODES | LIMITED | IN_DEAD_BAND)) | OFF
@@ -92,7 +100,7 @@ def switch_mode(config: Config, state: State) -> None:
     """The mode that the operands make takes effect (kernel)."""
     state.pending &= ~(REQUEST | FROM_MANUAL)
     if state.status & TUNING:
-        abandon(state)
+        abandon_autotune(state)
     enter_mode(config, state, state.wanted_mode)
 
 
@@ -208,7 +216,7 @@ def operands_of(words: Mapping[str, Any], loop: str) -> tuple[Operands, list[str
     return operands, problems
 
 
-def configure(config: Config, state: State, operands: Operands, interval: int) -> None:
+def configure_loop(config: Config, state: State, operands: Operands, interval: int) -> None:
     """From the operands to the records of an instruction; ``interval`` of an interrupt task in ticks, 0: none."""
     read_registers(config, operands)
     read_registers(state, operands, single)
@@ -235,7 +243,7 @@ def scale_of(scale: Scale, setpoint: float) -> tuple[float, float, int]:
     return min(0.0, setpoint), max(1.0, setpoint), COUNTS
 
 
-def effect(name: str, config: Config, state: State, operands: Operands, interval: int) -> str | None:
+def missing_effect(name: str, config: Config, state: State, operands: Operands, interval: int) -> str | None:
     """Why an operand that has just been written does not act as it stands, if so."""
     value = operands[name]
     if name in NOT_NEGATIVE and value < 0:
@@ -309,7 +317,7 @@ class Dpide(NamedPlc):
     def begin(self, loop: int) -> None:
         """What an instruction starts with: its operands, the mode that they make, and who writes to its devices."""
         config, state = self.configs[loop], self.states[loop]
-        configure(config, state, self._contents[loop], self._interval)
+        configure_loop(config, state, self._contents[loop], self._interval)
         config.sv_from, config.bias_from, config.mout_from = (
             self._writer(loop, name) for name in ("SV", "BIAS", "MOUT")
         )
@@ -365,7 +373,7 @@ class Dpide(NamedPlc):
         before, period = state.mode, state.period
         store_results(self._contents[i], state)
         self._contents[i] |= values
-        configure(config, state, self._contents[i], self._interval)
+        configure_loop(config, state, self._contents[i], self._interval)
         if state.mode == 1 != before:
             state.previous_mode = before
         state.wanted_mode = self._mode(i)
@@ -422,7 +430,7 @@ class Dpide(NamedPlc):
         for state in self.states:
             state.pending |= bits.STOPPED
             state.due = NEVER
-            tell(state, IS_STOPPED)
+            leave_notice(state, IS_STOPPED)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
@@ -438,25 +446,25 @@ class Dpide(NamedPlc):
         else:
             self._write(loop, PID_RUN=True, PID_MAN=False, PID_MODE=self._automatic(loop))
         if mode == "manual" and state.wanted_mode == bits.TUNING:
-            tell(state, WAITS_FOR_TUNE, self.request_code(mode))
+            leave_notice(state, WAITS_FOR_TUNE, self.request_code(mode))
         elif not self.in_run and state.wanted_mode != state.status & bits.MODES:
-            tell(state, WAITS_FOR_PLC, self.request_code(mode))
+            leave_notice(state, WAITS_FOR_PLC, self.request_code(mode))
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` writes 1 to PID_MODE, ``cancel`` what it was before."""
         state = self.states[loop]
         if command == "cancel":
             if state.mode != 1:
-                tell(state, TUNE_IDLE)
+                leave_notice(state, TUNE_IDLE)
             self._write(loop, PID_MODE=self._automatic(loop))
         elif state.mode == 1:
-            tell(state, TUNE_RUNS)
+            leave_notice(state, TUNE_RUNS)
         else:
             self._write(loop, PID_MODE=1)
             if state.wanted_mode == bits.OFF:
-                tell(state, TUNE_WAITS)
+                leave_notice(state, TUNE_WAITS)
             elif not self.in_run:
-                tell(state, TUNE_WAITS_FOR_PLC)
+                leave_notice(state, TUNE_WAITS_FOR_PLC)
 
     def _automatic(self, loop: int) -> int:
         """PID_MODE without an autotune."""
@@ -516,7 +524,7 @@ class Dpide(NamedPlc):
         writer = self._writer(loop, name)
         if writer >= 0:
             return f"MV of {self.loops[writer]} stands in the same device and overwrites it"
-        return effect(name, config, state, self._contents[loop], self._interval)
+        return missing_effect(name, config, state, self._contents[loop], self._interval)
 
 
 load = Dpide
@@ -567,7 +575,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     if state.pending & REQUEST:
         switch_mode(config, state)
     if state.status & OFF:
-        signals[config.pv_slot] = finite(state.pv, 0.0)
+        signals[config.pv_slot] = finite_or(state.pv, 0.0)
         return
     fetch_operands(i, configs, states)
     # PID Block Diagram: SV, PV and REVERSE (PID_DIR), then DEAD BAND (ERR_DBW)
@@ -576,7 +584,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     state.error = error
     # PID_MODE 1; the algorithm; PID_MAN; MOUT_AUTO
     if state.status & TUNING:
-        tune(config, state, raw_error)
+        run_autotune(config, state, raw_error)
     if state.status & AUTO:
         calculate_mv(config, state, error)
     elif state.status & MANUAL:

@@ -11,9 +11,9 @@ from pidcfg.sim.controllers.autotune import (
     begin_curve,
     begin_noise,
     curve_gains,
-    mean,
+    mean_of_points,
     measure_noise,
-    record,
+    record_point,
     steepest_line,
     was_moving,
 )
@@ -277,7 +277,7 @@ def begin_cycle(tick: int, config: Config, state: State) -> None:
     state.on_time = on
 
 
-def pulse(tick: int, config: Config, state: State, signals: list[float]) -> None:
+def set_pulse(tick: int, config: Config, state: State, signals: list[float]) -> None:
     """The output for the base step that begins now: what it is in the middle of that step."""
     middle = tick + (tick - state.last_tick) / 2.0
     state.last_tick = tick
@@ -321,7 +321,7 @@ NEAR = 0.10
 """Share of the PV's span."""
 
 
-def restore(config: Config, state: State, status: int) -> None:
+def end_autotune(config: Config, state: State, status: int) -> None:
     """End the autotune with the CV of before; a loop in Auto continues with its integral term of before."""
     if state.pending & HELD:
         state.out = state.tune_out
@@ -336,7 +336,7 @@ def restore(config: Config, state: State, status: int) -> None:
 
 def end_tune(config: Config, state: State, status: int) -> None:
     """End the autotune, and tell of one without results."""
-    restore(config, state, status)
+    end_autotune(config, state, status)
     if status != DONE:
         state.notice = add_notice(state.notice, 0, REASON + status)
 
@@ -344,14 +344,14 @@ def end_tune(config: Config, state: State, status: int) -> None:
 def stop_tune(config: Config, state: State) -> None:
     """The PLC runs again: an autotune that it has stopped does not go on, since samples are missing (D173)."""
     if state.status & TUNING:
-        restore(config, state, CANCELLED)
+        end_autotune(config, state, CANCELLED)
         state.notice = add_notice(state.notice, 0, PLC_STOPPED)
 
 
 def change_rate(config: Config, state: State) -> None:
     """Another sample rate has been written: samples of two rates make no curve (D695)."""
     if state.status & TUNING:
-        restore(config, state, NO_FIT)
+        end_autotune(config, state, NO_FIT)
         state.notice = add_notice(state.notice, 0, RATE_WRITTEN)
 
 
@@ -390,14 +390,14 @@ def tell_moving(state: State, slope: float) -> None:
         state.notice = add_notice(state.notice, 0, MOVING)
 
 
-def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
+def are_results_valid(gain: float, reset: float, rate: float, only_pi: int) -> bool:
     """Whether results, in last digits of their registers, lie within the manual's ranges and are not 0."""
     if gain < 1.0 or gain > GAIN_MOST or reset < 1.0 or reset > RESET_MOST or rate > RATE_MOST:
         return False
     return only_pi == 1 or rate >= 1.0
 
 
-def compute(config: Config, state: State, aux: list[float]) -> None:
+def compute_results(config: Config, state: State, aux: list[float]) -> None:
     """Slope and dead time of the recorded answer, the gains that they give, and their registers."""
     slope, dead = steepest_line(state, config.tune_buffer, aux, state.tune_change)
     tell_moving(state, slope)
@@ -408,7 +408,7 @@ def compute(config: Config, state: State, aux: list[float]) -> None:
     gain = nearest(gain * 100.0)
     reset = nearest(reset * 10.0)
     rate = nearest(rate * 10.0)
-    if not fits(gain, reset, rate, config.tune_pi):
+    if not are_results_valid(gain, reset, rate, config.tune_pi):
         end_tune(config, state, OUT_OF_RANGE)
         return
     state.gain = gain / 100.0
@@ -421,15 +421,15 @@ def compute(config: Config, state: State, aux: list[float]) -> None:
     end_tune(config, state, DONE)
 
 
-def flattens(state: State, first: int, aux: list[float]) -> bool:
+def is_flattening(state: State, first: int, aux: list[float]) -> bool:
     """Whether the answer rises half as fast as it did, between sixths of it: the steepest slope lies behind."""
     width = state.tune_points // BLOCKS
     at = first + state.tune_points - width
-    above = mean(aux, at, width)
+    above = mean_of_points(aux, at, width)
     recent = 0.0
     best = 0.0
     for j in range(1, BLOCKS):
-        below = mean(aux, at - j * width, width)
+        below = mean_of_points(aux, at - j * width, width)
         rise = above - below
         above = below
         if j == 1:
@@ -444,29 +444,29 @@ def judge_answer(config: Config, state: State, aux: list[float]) -> int:
     n = state.tune_points
     few = max(1, n // 12)
     last = config.tune_buffer + n
-    state.tune_change = mean(aux, last - few, few)
+    state.tune_change = mean_of_points(aux, last - few, few)
     change = abs(state.tune_change)
     detectable = max(DETECTABLE, 6.0 * state.tune_noise)
     if change <= detectable:
         return 0
     settled = False
     if n >= SETTLING:
-        moved = abs(state.tune_change - mean(aux, last - n // 3, few))
+        moved = abs(state.tune_change - mean_of_points(aux, last - n // 3, few))
         settled = moved <= max(SMALL * change, state.tune_noise, 1.0)
     if state.tune_change < 0.0:
         return 2 if settled else 0
     if settled or change >= ENOUGH * config.pv_span:
         return 1
-    if n >= SETTLING and flattens(state, config.tune_buffer, aux):
+    if n >= SETTLING and is_flattening(state, config.tune_buffer, aux):
         state.tune_change *= REMAINDER
         return 1
     return 0
 
 
-def respond(config: Config, state: State, aux: list[float], x: float) -> None:
+def record_response(config: Config, state: State, aux: list[float], x: float) -> None:
     """One sample of the answer to the step."""
     rise = state.tune_base - x if config.direct else x - state.tune_base
-    if not record(state, config.tune_buffer, aux, rise):
+    if not record_point(state, config.tune_buffer, aux, rise):
         return
     how = judge_answer(config, state, aux)
     if how == 1:
@@ -477,14 +477,14 @@ def respond(config: Config, state: State, aux: list[float], x: float) -> None:
         end_tune(config, state, NO_FIT)
 
 
-def tune(config: Config, state: State, aux: list[float], x: float) -> None:
+def run_autotune(config: Config, state: State, aux: list[float], x: float) -> None:
     """One sample of the autotune; ``x`` is the PV, or its root, in counts of the PV."""
     if state.tune_command:
         switch_tune(config, state)
         if state.status & TUNING == 0:
             return
     if state.tune_phase == COMPUTE:
-        compute(config, state, aux)
+        compute_results(config, state, aux)
         return
     if state.tune_countdown <= 0:
         detected = state.tune_phase == RESPOND and abs(state.tune_change) > max(DETECTABLE, 6.0 * state.tune_noise)
@@ -494,7 +494,7 @@ def tune(config: Config, state: State, aux: list[float], x: float) -> None:
         return
     state.tune_countdown -= state.period
     if state.tune_phase == RESPOND:
-        respond(config, state, aux, x)
+        record_response(config, state, aux, x)
     elif measure_noise(state, x):
         state.out = state.tune_out + STEP
         state.tune_change = 0.0

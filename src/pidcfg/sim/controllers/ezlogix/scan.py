@@ -34,13 +34,13 @@ from pidcfg.sim.controllers.ezlogix.equation import (
     State,
     calculate_cv,
     calculate_gains,
-    pulse,
+    run_autotune,
+    set_pulse,
     show_output,
     show_setpoint,
     show_signals,
-    tune,
 )
-from pidcfg.sim.controllers.kernels import NEAREST, NEVER, clamp, nearest, read_registers, tell
+from pidcfg.sim.controllers.kernels import NEAREST, NEVER, clamp, leave_notice, nearest, read_registers
 from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, CountsPlc, low_and_width
 from pidcfg.sim.controllers.plc import NoOptions as Options
 from pidcfg.sim.controllers.settings import (
@@ -73,11 +73,7 @@ SIGNALS = {
     "countdown_slot": "COUNTDOWN",
 }
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
-FLAG_BITS = {
-    "saturation": bits.SATURATED,
-    "autotune_running": bits.TUNING,
-    "autotune_error": bits.TUNE_ERROR,
-}
+FLAG_BITS = {"saturation": bits.SATURATED, "autotune_running": bits.TUNING, "autotune_error": bits.TUNE_ERROR}
 
 WAITS_FOR_RATE = 1
 WAITS_FOR_RUN = 2
@@ -194,7 +190,7 @@ def ticks(seconds: Any) -> int:
     return int(seconds * TICKS)
 
 
-def configure(config: Config, loop: Loop, *, goes_on: bool) -> None:
+def configure_loop(config: Config, loop: Loop, *, goes_on: bool) -> None:
     """A loop's `Config`; values beyond the manual's ranges are taken as they are (D171)."""
     dialog = loop.dialog
     read_registers(config, loop.values())
@@ -216,7 +212,7 @@ def configure(config: Config, loop: Loop, *, goes_on: bool) -> None:
     config.min_on, config.min_off = ticks(loop.quantity("min_on")), ticks(loop.quantity("min_off"))
 
 
-def tuning(config: Config, state: State, loop: Loop) -> None:
+def set_gains(config: Config, state: State, loop: Loop) -> None:
     """The gain registers and the sample rate."""
     state.gain = float(loop.quantity("proportional_gain"))
     state.reset = float(loop.quantity("integral_time"))
@@ -296,8 +292,8 @@ class Ezlogix(CountsPlc):
         """Make the registers the controller's configuration."""
         config, state, loop = self.configs[i], self.states[i], self._loops[i]
         halted, period = config.halt, state.period
-        configure(config, loop, goes_on=self._goes_on)
-        tuning(config, state, loop)
+        configure_loop(config, loop, goes_on=self._goes_on)
+        set_gains(config, state, loop)
         if (config.halt or state.period != period) and not state.pending & bits.STOPPED:
             bits.change_rate(config, state)
         calculate_gains(state)
@@ -309,9 +305,9 @@ class Ezlogix(CountsPlc):
     def _note_waiting(self, i: int, mode: int = 0) -> None:
         """Leaves a notice that a request waits, as the loop is not calculated."""
         if self.configs[i].halt:
-            tell(self.states[i], WAITS_FOR_RATE, mode)
+            leave_notice(self.states[i], WAITS_FOR_RATE, mode)
         elif self.states[i].pending & bits.STOPPED:
-            tell(self.states[i], WAITS_FOR_RUN, mode)
+            leave_notice(self.states[i], WAITS_FOR_RUN, mode)
 
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once: SP is limited, its register later (D656)."""
@@ -368,14 +364,14 @@ class Ezlogix(CountsPlc):
             if not config.runs_when_stopped:
                 state.pending |= bits.STOPPED
                 state.due = NEVER
-                tell(state, IS_STOPPED)
+                leave_notice(state, IS_STOPPED)
                 continue
             if not config.fetches_pv:
                 state.pending |= bits.PV_STALE
-                tell(state, PV_IS_STALE)
+                leave_notice(state, PV_IS_STALE)
             if not config.carries_output:
                 state.pending |= bits.OUTPUT_CUT
-                tell(state, OUTPUT_IS_CUT)
+                leave_notice(state, OUTPUT_IS_CUT)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
@@ -390,7 +386,7 @@ class Ezlogix(CountsPlc):
         """``start``: discrete +4 goes from 0 to 1, by way of 0 where it is still on; ``cancel``: it goes to 0."""
         state, start = self.states[loop], command == "start"
         if start and state.status & bits.TUNING:
-            tell(state, TUNE_RUNS)
+            leave_notice(state, TUNE_RUNS)
             return
         self._note_waiting(loop)
         state.tune_command = bits.ON if start else bits.OFF
@@ -577,7 +573,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     if pending & REQUEST:
         switch_mode(state)
     if pending & TUNE:
-        tune(config, state, aux, pv)
+        run_autotune(config, state, aux, pv)
     # Position Algorithm: the derivative acts on E; Velocity Algorithm: on PV. D161: with E's sign
     derivative_input = pv
     if config.velocity == 0:
@@ -610,10 +606,10 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             state.due = due if due > tick else tick + state.period
             sample(i, configs, states, aux, signals)
         if configs[i].cycle > 0 and state.pending & STOPPED == 0:
-            pulse(tick, configs[i], state, signals)
+            set_pulse(tick, configs[i], state, signals)
 
 
-INLINED = (scan, sample, limit_setpoint, calculate_cv, convert_pv, show_signals, show_setpoint, show_output, pulse)
+INLINED = (scan, sample, limit_setpoint, calculate_cv, convert_pv, show_signals, show_setpoint, show_output, set_pulse)
 """The hot path of compiled code."""
 COST = COSTS["ezlogix"]
 

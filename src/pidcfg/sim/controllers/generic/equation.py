@@ -258,7 +258,7 @@ def begin_cycle(tick: int, config: Config, state: State) -> None:
     state.on_time = on
 
 
-def pulse(tick: int, config: Config, state: State, signals: MutableSequence[float]) -> None:
+def set_pulse(tick: int, config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The output for the base step that begins now: what it is in the middle of that step (kernel)."""
     half = (tick - state.last_tick) / 2.0
     state.last_tick = tick

@@ -35,9 +35,9 @@ from pidcfg.sim.controllers.generic.equation import (
     calculate_output,
     measure_pv,
     output_manual,
-    pulse,
     renew_alarms,
     restore_integral,
+    set_pulse,
 )
 from pidcfg.sim.controllers.kernels import add_notice, clamp, read_registers
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, NamedPlc
@@ -149,14 +149,14 @@ UNKNOWN: Fields = {"sample_time": 1.0, "pv.range.1": 100.0, "output.range.1": 10
 """What is taken for a field that every loop has and a listing lacks, where that is not the nothing of its type."""
 
 
-def _default(row: Parameter) -> Content | None:
+def _default_content(row: Parameter) -> Content | None:
     value = default_of(Loop, row.name)
     if value is not None:
         return store_content(row.type, value)
     return UNKNOWN.get(row.name, row.type.default) if row.name in NEEDED else None
 
 
-DEFAULTS: Fields = {name: value for name, row in ROWS.items() if (value := _default(row)) is not None}
+DEFAULTS: Fields = {name: value for name, row in ROWS.items() if (value := _default_content(row)) is not None}
 """What fields hold that the file does not give; the others are missing then."""
 
 
@@ -180,7 +180,7 @@ def ticks(seconds: float) -> int:
     return max(1, round(seconds * TICKS))
 
 
-def share(time: float, seconds: float) -> float:
+def filter_share(time: float, seconds: float) -> float:
     """What a filter with this time constant takes of a difference in each sample."""
     return -expm1(-seconds / time) if time > 0.0 else 1.0
 
@@ -190,7 +190,7 @@ def first_of(f: Fields, *paths: str) -> float:
     return next(float(f[path]) for path in paths if path in f)
 
 
-def configure(config: Config, state: State, f: Fields) -> None:
+def configure_loop(config: Config, state: State, f: Fields) -> None:
     """From the parameters to the records of a loop."""
     read_registers(config, f)
     state.period = ticks(f["sample_time"])
@@ -204,20 +204,20 @@ def configure(config: Config, state: State, f: Fields) -> None:
     config.has_pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
     config.cycle = float(ticks(f.get("output.pulse.period", 1.0)))
     config.min_on, config.min_off = f["output.pulse.min_on"] * TICKS, f["output.pulse.min_off"] * TICKS
-    factors(state, f, seconds)
+    set_factors(state, f, seconds)
 
 
-def factors(state: State, f: Fields, seconds: float) -> None:
+def set_factors(state: State, f: Fields, seconds: float) -> None:
     """Of the equation and its filters."""
     read_registers(state, f)
     state.kp = state.gain
     state.ki = state.gain * seconds / state.reset if state.reset > 0.0 else 0.0
     state.kd = state.gain * state.rate / seconds
-    state.pv_share = share(f["pv.filter"], seconds)
-    state.derivative_share = share(f["tuning.derivative_filter"], seconds)
+    state.pv_share = filter_share(f["pv.filter"], seconds)
+    state.derivative_share = filter_share(f["tuning.derivative_filter"], seconds)
 
 
-def effect(path: str, f: Fields, *, by_hand: bool) -> str | None:
+def missing_effect(path: str, f: Fields, *, by_hand: bool) -> str | None:
     """Why a field that has just been written does not act as it stands, if so."""
     if path == "output.manual" and not by_hand:
         return "output.manual acts in manual only, which keeps the output when it begins"
@@ -265,7 +265,7 @@ class Generic(NamedPlc):
     def begin(self, loop: int) -> None:
         """What a loop starts with (D301): its mode, its set point and output."""
         config, state, fields = self.configs[loop], self.states[loop], self._contents[loop]
-        configure(config, state, fields)
+        configure_loop(config, state, fields)
         if not config.has_pulses:
             self.signals[config.pulse_slot] = ""
         mode = fields["mode"]
@@ -348,7 +348,7 @@ class Generic(NamedPlc):
         name = KEYS.find(path).name
         config, state, fields = self.configs[loop], self.states[loop], self._contents[loop]
         fields[name] = value
-        configure(config, state, fields)
+        configure_loop(config, state, fields)
         if name == "setpoint.value":
             if state.status & bits.CASCADE:
                 return "in cascade the set point is the master's output"
@@ -358,7 +358,7 @@ class Generic(NamedPlc):
             state.manual = value
             state.pending |= bits.MANUAL_SET
         self._show(loop, signals)
-        return effect(name, fields, by_hand=state.wanted_mode == bits.MANUAL)
+        return missing_effect(name, fields, by_hand=state.wanted_mode == bits.MANUAL)
 
 
 load = Generic
@@ -431,7 +431,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             state.due = due if due > tick else tick + state.period
             sample(i, configs, states, signals)
         if configs[i].has_pulses:
-            pulse(tick, configs[i], state, signals)
+            set_pulse(tick, configs[i], state, signals)
 
 
 INLINED = (scan, sample, measure_pv, calculate_error, calculate_derivative, calculate_output, renew_alarms)

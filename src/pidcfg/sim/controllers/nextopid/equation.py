@@ -11,7 +11,7 @@ from collections.abc import MutableSequence, Sequence
 from math import isfinite
 
 from pidcfg.schemas.nextopid import TUNE_LIMITS
-from pidcfg.sim.controllers.kernels import finite, single
+from pidcfg.sim.controllers.kernels import finite_or, single
 from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_MODE,
     AUTO_TUNE,
@@ -196,17 +196,17 @@ def bad_parameters(signals: Sequence[float], at: int) -> int:
     return flags
 
 
-def percent(percentage: float, low: float, high: float) -> float:
+def percent_of_range(percentage: float, low: float, high: float) -> float:
     """So many percent of a range (kernel)."""
     return single(single(percentage * single(high - low)) / 100.0)
 
 
-def begin(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def begin_autotune(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The rising edge: RefMV is the present MV, and the parameters are taken as they are (kernel, D230)."""
     base = config.base
     at = base + TUNE_PARAM
     flags = bad_parameters(signals, at)
-    step = round_mv(config, percent(signals[at + AMP], signals[base + MIN_MV], signals[base + MAX_MV]))
+    step = round_mv(config, percent_of_range(signals[at + AMP], signals[base + MIN_MV], signals[base + MAX_MV]))
     if config.is_integer and step == 0.0:
         flags |= BAD_AMP
     state.tune_out = state.out
@@ -220,8 +220,8 @@ def begin(config: Config, state: State, signals: MutableSequence[float]) -> None
         end_tune(config, state, signals, flags)
         return
     state.tune_phase = AVERAGING
-    state.tune_band = percent(signals[at + HYST], signals[base + MIN_PV], signals[base + MAX_PV])
-    state.tune_safe = percent(signals[at + PEAK], signals[base + MIN_PV], signals[base + MAX_PV])
+    state.tune_band = percent_of_range(signals[at + HYST], signals[base + MIN_PV], signals[base + MAX_PV])
+    state.tune_safe = percent_of_range(signals[at + PEAK], signals[base + MIN_PV], signals[base + MAX_PV])
     state.tune_cycles = int(signals[at + CYCLES])
     state.tune_mode = int(signals[at + MODE])
     state.tune_count = 0
@@ -231,7 +231,7 @@ def begin(config: Config, state: State, signals: MutableSequence[float]) -> None
     state.tune_high = 0.0
 
 
-def average(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def average_mv(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One sample at rest; after three seconds the relay takes its first step (kernel, D230, D692)."""
     state.tune_count += 1
     away = single(state.pv - state.tune_base)
@@ -262,7 +262,7 @@ def average(config: Config, state: State, signals: MutableSequence[float]) -> No
     state.tune_swing = 0.0
 
 
-def switch(config: Config, state: State, signals: MutableSequence[float], away: float) -> None:
+def switch_relay(config: Config, state: State, signals: MutableSequence[float], away: float) -> None:
     """The relay switches: a half cycle ends, and another one begins (kernel, D232)."""
     if state.tune_turns >= FIRST_RETURN:
         state.tune_swing = single(state.tune_swing + abs(state.tune_extreme))
@@ -278,20 +278,20 @@ def switch(config: Config, state: State, signals: MutableSequence[float], away: 
         calculate_results(config, state, signals)
 
 
-def relay(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def run_relay(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One sample under the relay (kernel, D232)."""
     state.tune_count += 1
     away = single(state.pv - state.tune_base)
     if abs(away) > state.tune_safe:
         end_tune(config, state, signals, PEAK_TOO_HIGH)
     elif state.tune_relay_sign * away >= state.tune_band:
-        switch(config, state, signals, away)
+        switch_relay(config, state, signals, away)
     elif state.tune_relay_sign * away <= state.tune_relay_sign * state.tune_extreme:
         state.tune_extreme = away
         state.tune_peak = state.tune_count
 
 
-def tune(config: Config, state: State, signals: MutableSequence[float]) -> int:
+def run_autotune(config: Config, state: State, signals: MutableSequence[float]) -> int:
     """One call of the auto-tuning: what it is to MV (kernel)."""
     phase = state.tune_phase
     if signals[config.base + AUTO_TUNE] == 0.0:
@@ -300,11 +300,11 @@ def tune(config: Config, state: State, signals: MutableSequence[float]) -> int:
         clear_results(config, state, signals)
         return ABORTED if AVERAGING <= phase <= RELAY else ENDED
     if phase == IDLE:
-        begin(config, state, signals)
+        begin_autotune(config, state, signals)
     elif phase == AVERAGING:
-        average(config, state, signals)
+        average_mv(config, state, signals)
     elif phase == RELAY:
-        relay(config, state, signals)
+        run_relay(config, state, signals)
     return HOLDS
 
 
@@ -363,7 +363,7 @@ def calculate_override(
     base = config.base
     integral_term = 0.0
     if ki != 0.0:
-        integral_term = finite(
+        integral_term = finite_or(
             integral_for_mv(signals[base + TRK_VAL], 0.0, derivative_term, signals[base + BIAS]), state.integral
         )
     return integral_term, limit_mv(
@@ -397,11 +397,11 @@ def calculate_mv(
         integral_term, bits = calculate_automatic(
             config, state, signals, ki, proportional_term, derivative_term, change
         )
-        state.integral = finite(integral_term, state.integral)
+        state.integral = finite_or(integral_term, state.integral)
         return proportional_term, bits
     # D229: I follows MV
     state.integral = (
-        finite(integral_for_mv(state.out, proportional_term, derivative_term, signals[base + BIAS]), state.integral)
+        finite_or(integral_for_mv(state.out, proportional_term, derivative_term, signals[base + BIAS]), state.integral)
         if ki != 0.0
         else 0.0
     )
@@ -448,7 +448,7 @@ def call_pid(config: Config, state: State, signals: MutableSequence[float]) -> N
     # Chapter 4, PIDA_TUNE_REAL: the auto-tuning, then MV by the mode
     tuning = 0
     if PIDA_TUNE_REAL <= config.kind <= PIDA_TUNE_INT:
-        tuning = tune(config, state, signals)
+        tuning = run_autotune(config, state, signals)
     mode = mode_in_force(config, signals, tuning)
     proportional_term, bits = calculate_mv(config, state, signals, mode, tuning, error, derivative_term)
     state.status = (state.status & ~MODES) | mode

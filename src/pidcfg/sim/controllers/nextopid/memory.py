@@ -123,10 +123,10 @@ def apply_operator(op: float, left: float, right: float) -> float:
         return min(left, right)
     if op in (MAXIMUM, OR):
         return max(left, right)
-    return compare(op, left, right)
+    return compare_values(op, left, right)
 
 
-def compare(op: float, left: float, right: float) -> float:
+def compare_values(op: float, left: float, right: float) -> float:
     """1 where a comparison holds, and 0 where not (kernel)."""
     if op == LESS:
         holds = left < right
@@ -143,7 +143,7 @@ def compare(op: float, left: float, right: float) -> float:
     return 1.0 if holds else 0.0
 
 
-def move(
+def execute_moves(
     state: State, tick: int, aux: MutableSequence[float], signals: MutableSequence[float], first: int, last: int
 ) -> None:
     """Executes moves: of each the row of its condition, and that of its value (kernel)."""
@@ -342,7 +342,7 @@ class Memory(Plc):
                 early = target in self.read
             if expression is not None:
                 whole = AS_INT if row.type.kind == "whole" else AS_IT_IS
-                yield WireRow(target, whole, tuple(_code(expression)), expression.depth, early)
+                yield WireRow(target, whole, tuple(_expression_code(expression)), expression.depth, early)
 
     def _vector(self, rows: Sequence[WireRow]) -> list[float]:
         """The place of the stack, the rows, the code, the delay lines, and the stack."""
@@ -365,12 +365,12 @@ def _move_rows(copy: Copy) -> Iterator[WireRow]:
     """The condition of a move, which has no target, and its value."""
     always = Expression("TRUE", (TRUTH, 1), (), frozenset(), 1)
     when = copy.when or always
-    yield WireRow(0, AS_IT_IS, tuple(_code(when)), when.depth, early=False)
+    yield WireRow(0, AS_IT_IS, tuple(_expression_code(when)), when.depth, early=False)
     whole = AS_INT if copy.type.kind == "whole" else AS_IT_IS
-    yield WireRow(copy.target, whole, tuple(_code(copy.value)), copy.value.depth, early=False)
+    yield WireRow(copy.target, whole, tuple(_expression_code(copy.value)), copy.value.depth, early=False)
 
 
-def _code(expression: Expression) -> Iterator[float]:
+def _expression_code(expression: Expression) -> Iterator[float]:
     """Pairs of operator and operand; a constant stands in the pair itself."""
     for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
         yield float(CONSTANT if op == TRUTH else op)

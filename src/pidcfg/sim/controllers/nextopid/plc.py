@@ -15,7 +15,7 @@ from pidcfg.schemas.base import parse_duration, parse_seconds
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import refuse
-from pidcfg.sim.controllers.kernels import tell
+from pidcfg.sim.controllers.kernels import leave_notice
 from pidcfg.sim.controllers.nextopid import equation, terms
 from pidcfg.sim.controllers.nextopid.memory import ROW, ROWS, SHOWN, Memory, number_of, value_of
 from pidcfg.sim.controllers.nextopid.terms import (
@@ -60,7 +60,7 @@ def write_switch(state: State, pair: tuple[int, int], *, on: bool) -> None:
     state.command = state.command & ~(pair[0] | pair[1]) | pair[not on]
 
 
-def operate(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def write_commands(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Writes the parameters that the operator's commands change."""
     manual = config.base + (ON_OFF_MANUAL if config.kind == terms.ON_OFF else PIDA_MANUAL)
     if state.command & (MANUAL_ON | MANUAL_OFF):
@@ -549,13 +549,13 @@ class Nextopid(Facts):
         name, state, code = self.loops[loop], self.states[loop], self.request_code(mode)
         wired = self._wired(name)
         if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:
-            tell(state, NO_CASCADE, code)
+            leave_notice(state, NO_CASCADE, code)
         elif "Manual" in wired:
-            tell(state, IS_WIRED, code)
+            leave_notice(state, IS_WIRED, code)
         elif mode in {"auto", "cascade"} and "CASC" in wired:
-            tell(state, CASC_IS_WIRED, code)
+            leave_notice(state, CASC_IS_WIRED, code)
         elif mode in {"tracking", "autotune"}:
-            tell(state, COMES_ABOUT, code)
+            leave_notice(state, COMES_ABOUT, code)
         else:
             write_switch(state, MANUAL, on=mode == "manual")
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
@@ -565,11 +565,11 @@ class Nextopid(Facts):
         """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""
         name, state = self.loops[loop], self.states[loop]
         if f"{name}.AutoTune" not in self.layout.numbers:
-            tell(state, NO_TUNE)
+            leave_notice(state, NO_TUNE)
         elif "AutoTune" in self._wired(name):
-            tell(state, TUNE_IS_WIRED)
+            leave_notice(state, TUNE_IS_WIRED)
         elif command == "accept" and state.tune_phase != equation.DONE:
-            tell(state, NOTHING_TO_ACCEPT)
+            leave_notice(state, NOTHING_TO_ACCEPT)
         else:
             state.command |= ACCEPT if command == "accept" else 0
             write_switch(state, TUNE, on=command == "start")

@@ -8,11 +8,11 @@ from typing import Any
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.encoders.parameters import Content, Parameter, content_text, raw_of, register_content
 from pidcfg.schemas.iec import IecType, Wire, time_text
-from pidcfg.sim.controllers.kernels import clamp, finite, nearest, single
+from pidcfg.sim.controllers.kernels import clamp, finite_or, nearest, single
 from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.equation import call_pid
-from pidcfg.sim.controllers.nextopid.memory import move, number_of, value_of, wire_in
-from pidcfg.sim.controllers.nextopid.plc import Nextopid, keep_results, load, operate
+from pidcfg.sim.controllers.nextopid.memory import execute_moves, number_of, value_of, wire_in
+from pidcfg.sim.controllers.nextopid.plc import Nextopid, keep_results, load, write_commands
 from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_MODE,
     BAD_DEAD_BAND,
@@ -59,7 +59,7 @@ def sample_share(config: Config, state: State, time_constant: float) -> float:
     return state.lag_share
 
 
-def approach(start: float, target: float, share: float) -> float:
+def approach_target(start: float, target: float, share: float) -> float:
     """From ``start`` a share of the way to ``target`` (kernel)."""
     return single(start + single(single(target - start) * share))
 
@@ -77,8 +77,8 @@ def low_filter(config: Config, state: State, signals: MutableSequence[float]) ->
     if state.started == 0:
         state.started = 1
         state.lag_output = in_var
-    state.lag_output = finite(
-        approach(state.lag_output, in_var, sample_share(config, state, time_constant)), state.lag_output
+    state.lag_output = finite_or(
+        approach_target(state.lag_output, in_var, sample_share(config, state, time_constant)), state.lag_output
     )
     signals[base + _F_OUT] = state.lag_output
 
@@ -100,12 +100,12 @@ def step_lag(config: Config, state: State, in_var: float, at: int, signals: Muta
         state.lag_output = signals[at + _LAG_INIT]
     else:
         target = single(single(signals[at + _GS] * in_var) + signals[at + _OFFSET])
-        lagged = approach(state.lag_output, target, sample_share(config, state, signals[at + _TC]))
-        state.lag_output = finite(clamp(lagged, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.lag_output)
+        lagged = approach_target(state.lag_output, target, sample_share(config, state, signals[at + _TC]))
+        state.lag_output = finite_or(clamp(lagged, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.lag_output)
     signals[at + _LAG_OUT] = state.lag_output
 
 
-def lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def call_lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLag (kernel)."""
     base = config.base
     signals[base + _FILTER_TS] = config.sample_time
@@ -135,9 +135,9 @@ def lead_lag(config: Config, state: State, signals: MutableSequence[float]) -> N
     else:
         led_input = single(state.lag_output + single(single(lead / lag_time) * single(in_var - state.lag_output)))
         out = clamp(single(signals[base + _LL_G] * led_input), signals[base + _LL_LOW], signals[base + _LL_HIGH])
-        signals[base + _LL_OUT] = finite(out, signals[base + _LL_OUT])
-    state.lag_output = finite(
-        approach(state.lag_output, in_var, sample_share(config, state, lag_time)), state.lag_output
+        signals[base + _LL_OUT] = finite_or(out, signals[base + _LL_OUT])
+    state.lag_output = finite_or(
+        approach_target(state.lag_output, in_var, sample_share(config, state, lag_time)), state.lag_output
     )
 
 
@@ -195,7 +195,7 @@ def delay_input(config: Config, state: State, aux: MutableSequence[float], signa
     return state.delayed
 
 
-def delay(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
+def call_delay(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
     """One call of ControlDelay (kernel)."""
     base = config.base
     signals[base + _DELAY_TS] = config.sample_time
@@ -299,7 +299,7 @@ _PWM_MV, _PWM_HIGH, _PWM_LOW, _PERIOD = _PWM["MV"], _PWM["MaxMV"], _PWM["MinMV"]
 _PWM_OUT, _PWM_ERROR, _WARNING = _PWM["PWM"], _PWM["Error"], _PWM["Warning"]
 
 
-def pwm(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def call_pwm(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlPWM (kernel)."""
     base = config.base
     low = signals[base + _PWM_LOW]
@@ -336,7 +336,7 @@ _OUT1, _OUT2, _SPLIT_ERROR = _SPLIT["MV1"], _SPLIT["MV2"], _SPLIT["Error"]
 FULL = 100.0
 
 
-def select(config: Config, first: bool, signals: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
+def select_input(config: Config, first: bool, signals: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
     """Takes one of the two and tells the other one that it is overridden (kernel)."""
     base = config.base
     signals[base + _SELECT_MV] = signals[base + (_MV1 if first else _MV2)]
@@ -346,12 +346,12 @@ def select(config: Config, first: bool, signals: MutableSequence[float]) -> None
 
 def select_max(config: Config, signals: MutableSequence[float]) -> None:
     """One call of ControlSelectMax (kernel)."""
-    select(config, signals[config.base + _MV1] > signals[config.base + _MV2], signals)
+    select_input(config, signals[config.base + _MV1] > signals[config.base + _MV2], signals)
 
 
 def select_min(config: Config, signals: MutableSequence[float]) -> None:
     """One call of ControlSelectMin (kernel)."""
-    select(config, signals[config.base + _MV1] < signals[config.base + _MV2], signals)
+    select_input(config, signals[config.base + _MV1] < signals[config.base + _MV2], signals)
 
 
 def split_range(config: Config, signals: MutableSequence[float]) -> None:
@@ -386,10 +386,10 @@ def split_range(config: Config, signals: MutableSequence[float]) -> None:
 # in `equation` and `autotune`. Nothing here knows files or names: see `memory` for how a program becomes `Config` and
 # `State`.
 
-__all__ = ["COST", "INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
+__all__ = ["COST", "INLINED", "Config", "Nextopid", "Options", "State", "call_block", "load", "scan"]
 
 
-def call(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
+def call_block(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """One call of a block (kernel)."""
     kind = config.kind
     if kind <= terms.PIDA_TUNE_INT:
@@ -400,11 +400,11 @@ def call(config: Config, state: State, aux: list[float], signals: list[float]) -
     elif kind == terms.LEAD_LAG:
         lead_lag(config, state, signals)
     elif kind == terms.DELAY:
-        delay(config, state, aux, signals)
+        call_delay(config, state, aux, signals)
     elif kind == terms.DELAY_LAG:
         delay_lag(config, state, aux, signals)
     elif kind == terms.LAG:
-        lag(config, state, signals)
+        call_lag(config, state, signals)
     elif kind == terms.LOW_FILTER:
         low_filter(config, state, signals)
     else:
@@ -418,7 +418,7 @@ def call_switch(config: Config, state: State, signals: list[float]) -> None:
         on_off(config, state, signals)
         signals[config.sp_slot] = state.sp
     elif kind == terms.PWM:
-        pwm(config, state, signals)
+        call_pwm(config, state, signals)
     elif kind == terms.SELECT_MIN:
         select_min(config, signals)
     elif kind == terms.SELECT_MAX:
@@ -432,11 +432,11 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
     count = len(configs)
     for i in range(count):
         if states[i].command != 0:
-            operate(configs[i], states[i], signals)
+            write_commands(configs[i], states[i], signals)
         if configs[i].early_wires > 0:
             wire_in(configs[i], states[i], aux, signals, configs[i].wires + configs[i].early_wires)
     if count > 0 and configs[0].moves < configs[0].moves_first:
-        move(states[0], tick, aux, signals, configs[0].moves, configs[0].moves_first)
+        execute_moves(states[0], tick, aux, signals, configs[0].moves, configs[0].moves_first)
     for position in range(count):
         called = configs[position].call_order
         config = configs[called]
@@ -447,11 +447,11 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
                 wire_in(config, state, aux, signals, config.wires_end)
             if state.fault != 0 and state.fault_at < 0:
                 state.fault_at = tick
-            call(config, state, aux, signals)
+            call_block(config, state, aux, signals)
             if config.error >= 0 and signals[config.error] != 0.0:
                 state.has_erred = 1
     if count > 0 and configs[0].moves_first < configs[0].moves_end:
-        move(states[0], tick, aux, signals, configs[0].moves_first, configs[0].moves_end)
+        execute_moves(states[0], tick, aux, signals, configs[0].moves_first, configs[0].moves_end)
 
 
 INLINED = (scan, wire_in, value_of)
@@ -514,4 +514,4 @@ def content_of_number(kind: IecType, value: float) -> Content:
         return time_text(round(value * 1000))
     if kind.kind == "word":
         return kind.words[int(value)]
-    return finite(value, 0.0) if kind.kind == "real" else int(value)
+    return finite_or(value, 0.0) if kind.kind == "real" else int(value)

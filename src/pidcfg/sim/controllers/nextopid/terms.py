@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
-from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, clamp, finite, nearest, single
+from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, clamp, finite_or, nearest, single
 
 # --- Where a block's parameters stand among the signals, counted from the block's first: the order of its table -------
 #
@@ -347,7 +347,7 @@ def derivative_action(config: Config, state: State, signals: Sequence[float], pv
         derivative_term = single(
             state.previous_derivative + single(single(derivative_term - state.previous_derivative) * state.lag_share)
         )
-    return finite(derivative_term, state.previous_derivative)
+    return finite_or(derivative_term, state.previous_derivative)
 
 
 # --- MV within its limits, and the integral action that goes with it. D numbers: see `nextopid.PID` -------------------
