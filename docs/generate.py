@@ -17,11 +17,10 @@ from rule_pages import decisions, rule_pages
 
 import pidcfg
 from pidcfg import NAMES
-from pidcfg.cli.commands.schema import SETTINGS, document_schema
-from pidcfg.cli.formats import FORMATS, load
-from pidcfg.cli.main import COMMANDS, cli
-from pidcfg.cli.main import load as load_command
-from pidcfg.cli.plots import heading
+from pidcfg.cli.commands.schema import SETTINGS_NAME, document_schema
+from pidcfg.cli.formats import FORMATS, load_format
+from pidcfg.cli.main import COMMANDS, cli, load_command
+from pidcfg.cli.plots import picture_heading
 from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.output.explanation.page import key_text
@@ -108,14 +107,14 @@ def reactor() -> str:
     """The example's temperature loop, as `simulate --plot` draws it."""
     path = DOCS.parent / "examples/dl06/reactor.scenario.yaml"
     outcome = simulate_document(read_document(path.read_bytes(), path.as_posix()), Settings(), record=True)
-    return draw_svg(charts_of(outcome, ["TIC-101"]), title=heading([outcome])[0])
+    return draw_svg(charts_of(outcome, ["TIC-101"]), title=picture_heading([outcome])[0])
 
 
 def output_formats() -> str:
     """The page of output formats with its table renewed; the rest of the page is written by hand."""
     rows = ["| format | for | commands |", "|---|---|---|"]
     for name, users in FORMATS.items():
-        rows.append(f"| `{name}` | {load(name).purpose} | {', '.join(f'`{user}`' for user in users)} |")
+        rows.append(f"| `{name}` | {load_format(name).purpose} | {', '.join(f'`{user}`' for user in users)} |")
     before, begin, rest = (DOCS / "output-formats.md").read_text("utf-8").partition(TABLE_BEGIN)
     _, end, after = rest.partition(TABLE_END)
     return "".join((before, begin, *(f"{row}\n" for row in rows), end, after))
@@ -274,7 +273,7 @@ def schema_text(name: str) -> str:
 
 def keys(name: str, title: str) -> str:
     """All keys of a kind of file with their meaning, from its JSON Schema."""
-    schema = plain_schema(name) if name != SETTINGS else document_schema(name)
+    schema = plain_schema(name) if name != SETTINGS_NAME else document_schema(name)
     lines = [
         f"# {title}\n",
         COMMON_KEYS.format(name=name),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg import __version__
-from pidcfg.cli.main import COMMANDS, Exit, cli, load
+from pidcfg.cli.main import COMMANDS, Exit, cli, load_command
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,7 +32,7 @@ def man_pages() -> dict[str, str]:
     top = click.Context(cli, info_name="pidcfg", **cli.context_settings)
     pages = {"man/pidcfg.1": page(cli, top, "pidcfg", "PID loop configuration as text, checked before it runs")}
     for name, (_, short) in COMMANDS.items():
-        command = load(name)
+        command = load_command(name)
         context = click.Context(command, parent=top, info_name=name)
         pages[f"man/pidcfg-{name}.1"] = page(command, context, f"pidcfg-{name}", short.rstrip("."))
     return pages

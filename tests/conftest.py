@@ -73,7 +73,9 @@ socket.socket.connect = connect_here
 def plain_environment(monkeypatch):
     for name in (*SCRUBBED, *(name for name in os.environ if name.startswith("PIDCFG_"))):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(collect, "_cache", lambda _: None)  # no findings are kept: tests change rules while they run
+    monkeypatch.setattr(
+        collect, "_open_cache", lambda _: None
+    )  # no findings are kept: tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")
     monkeypatch.setattr(processes, "cores", lambda: 1)  # the others are busy with tests; who means more says --jobs
 

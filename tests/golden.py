@@ -10,7 +10,7 @@ from contextlib import chdir
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.formats import FORMATS, formats_of, load
+from pidcfg.cli.formats import FORMATS, formats_of, load_format
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -137,8 +137,8 @@ REPORTED = "dl06"
 
 def report_name(command: str, fmt: str) -> str:
     """The name of a committed report of `validate` or `simulate`; of formats with one ending the first has it alone."""
-    stem, ending = "oven" if command == "validate" else "fails", load(fmt).ending
-    first = next(name for name in FORMATS if load(name).ending == ending)
+    stem, ending = "oven" if command == "validate" else "fails", load_format(fmt).ending
+    first = next(name for name in FORMATS if load_format(name).ending == ending)
     return f"{stem}.{ending}" if fmt == first else f"{stem}.{fmt}.{ending}"
 
 

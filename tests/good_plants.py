@@ -368,14 +368,14 @@ def good_files() -> list[tuple[str, str, str]]:
 
 def text_lines(text: str) -> tuple[list[str], list[object]]:
     """What `pidcfg validate` shows of a file on a terminal, line by line, and its findings."""
-    from pidcfg.cli.formats.findings import summary
-    from pidcfg.cli.formats.findings import text as as_text
+    from pidcfg.cli.formats.findings import findings_text as as_text
+    from pidcfg.cli.formats.findings import summary_line
     from pidcfg.text.source import read_document
     from pidcfg.validate.engine import check_document
 
     doc = read_document(text.encode(), "plant.yaml")
     findings = list(check_document(doc).findings)
-    shown = as_text(findings, {doc.file: doc}, brief=True) + summary(findings, 1)
+    shown = as_text(findings, {doc.file: doc}, brief=True) + summary_line(findings, 1)
     return shown.splitlines(), findings
 
 

@@ -27,7 +27,7 @@ from pidcfg.validate.catalog import FILE_RULES, find_rules
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 REACTOR = "dl06/reactor.yaml"
-CACHE = collect._cache
+CACHE = collect._open_cache
 FORMATS = ("text", "json", "sarif", "junit", "github", "concise")
 
 
@@ -38,7 +38,7 @@ def place(tmp_path, monkeypatch):
     shutil.copytree(EXAMPLES, work)
     monkeypatch.chdir(work)
     monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(collect, "_cache", CACHE)
+    monkeypatch.setattr(collect, "_open_cache", CACHE)
     return tmp_path / "cache" / "findings"
 
 
@@ -161,18 +161,18 @@ def test_a_source_that_changes_is_another_key(monkeypatch, tmp_path):
     package = tmp_path / "src" / "pidcfg"
     package.mkdir(parents=True)
     (package / "a.py").write_text("a = 1\n")
-    monkeypatch.setattr(cache, "PACKAGE", package)
-    before = cache._ground(DEFAULT)
-    assert cache._ground(DEFAULT) == before
+    monkeypatch.setattr(cache, "PACKAGE_FOLDER", package)
+    before = cache._key_base(DEFAULT)
+    assert cache._key_base(DEFAULT) == before
     (package / "a.py").write_text("a = 10\n")
-    after = cache._ground(DEFAULT)
+    after = cache._key_base(DEFAULT)
     assert after != before
     record = tmp_path / "src" / "pidcfg-1.0.dist-info" / "RECORD"
     record.parent.mkdir()
     record.write_text("pidcfg/a.py,sha256=1,7\n")
-    installed = cache._ground(DEFAULT)
+    installed = cache._key_base(DEFAULT)
     record.write_text("pidcfg/a.py,sha256=2,7\n")
-    assert len({before, after, installed, cache._ground(DEFAULT)}) == 4
+    assert len({before, after, installed, cache._key_base(DEFAULT)}) == 4
 
 
 # --- damage ----------------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from pidcfg.cli import completion as candidates
 from pidcfg.cli import completion as shells
 from pidcfg.cli.commands import completion
-from pidcfg.cli.main import COMMANDS, COMPLETE, cli
+from pidcfg.cli.main import COMMANDS, COMPLETE_VARIABLE, cli
 from pidcfg.validate.catalog import find_rules
 from pidcfg.vendors import VENDORS, format_names
 
@@ -58,10 +58,10 @@ def complete(monkeypatch):
     """The raw answer to a line, as a shell gets it."""
 
     def answer(line: str, shell: str = "fish") -> str:
-        monkeypatch.setenv(COMPLETE, f"{shell}_complete")
+        monkeypatch.setenv(COMPLETE_VARIABLE, f"{shell}_complete")
         monkeypatch.setenv("COMP_WORDS", line)
-        shells.register()
-        result = CliRunner().invoke(cli, [], prog_name="pidcfg", complete_var=COMPLETE)
+        shells.register_shells()
+        result = CliRunner().invoke(cli, [], prog_name="pidcfg", complete_var=COMPLETE_VARIABLE)
         assert (result.exit_code, result.stderr) == (0, "")
         return result.stdout
 
@@ -118,7 +118,7 @@ def test_formats_and_their_files(folder, offered):
 
 
 def test_what_goes_wrong_is_silent(folder, monkeypatch, complete):
-    monkeypatch.setattr(candidates, "titles", lambda: 1 / 0)
+    monkeypatch.setattr(candidates, "rule_titles", lambda: 1 / 0)
     assert complete("pidcfg rule ").strip() == ""
     assert complete("pidcfg validate 'open quo").strip() == ""
 
@@ -143,7 +143,7 @@ except SystemExit as end:
 print([name for name in ("pydantic", "rich", "ruamel") if name in sys.modules])
 """
     for line in ("pidcfg ", "pidcfg validate --", "pidcfg validate --select DL2"):
-        environment = {**os.environ, "COMP_WORDS": line, COMPLETE: "zsh_complete"}
+        environment = {**os.environ, "COMP_WORDS": line, COMPLETE_VARIABLE: "zsh_complete"}
         run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
         assert run.stdout.splitlines()[-1] == "[]"
 
@@ -171,9 +171,9 @@ def test_the_command_prints_what_click_would(shell, monkeypatch):
     script = CliRunner().invoke(cli, ["completion", shell]).stdout
     assert "pidcfg" in script
     assert script.isascii()
-    monkeypatch.setenv(COMPLETE, f"{shell}_source")
-    shells.register()
-    assert CliRunner().invoke(cli, [], prog_name="pidcfg", complete_var=COMPLETE).stdout == script
+    monkeypatch.setenv(COMPLETE_VARIABLE, f"{shell}_source")
+    shells.register_shells()
+    assert CliRunner().invoke(cli, [], prog_name="pidcfg", complete_var=COMPLETE_VARIABLE).stdout == script
 
 
 def test_how_each_shell_gets_its_answer(folder, complete):
@@ -317,7 +317,7 @@ def test_bash_at_a_terminal(hostile, environment, typed, line):
 
 @in_shell("bash")
 def test_bash_that_is_too_old_says_so(environment):
-    script = completion.script("bash").replace("BASH_VERSINFO", "OLD")
+    script = completion.completion_script("bash").replace("BASH_VERSINFO", "OLD")
     run = subprocess.run(
         ["bash", "--norc", "-c", f"OLD=(3 2)\n{script}\ncomplete -p pidcfg"],
         env=environment,

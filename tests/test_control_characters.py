@@ -20,8 +20,8 @@ from ruamel.yaml import YAML
 
 import pidcfg as api
 from pidcfg.cli import terminal as glyphs
-from pidcfg.cli.formats import FORMATS, Kind, formats_of, load
-from pidcfg.cli.formats.findings import cell
+from pidcfg.cli.formats import FORMATS, Kind, formats_of, load_format
+from pidcfg.cli.formats.findings import markdown_cell
 from pidcfg.cli.main import main
 from pidcfg.text.signs import UNPRINTABLE, pad_left, pad_right, to_printable, width_of
 from pidcfg.text.writer import json_line, json_text
@@ -127,7 +127,7 @@ READ = {"markdown": check_markdown, "github": check_github}
 
 def check(fmt, text):
     """Ends the test where a text is none of its format."""
-    READ.get(fmt, READERS[load(fmt).kind])(text)
+    READ.get(fmt, READERS[load_format(fmt).kind])(text)
 
 
 def test_the_signs_are_control_characters_or_hide_what_is_written():
@@ -206,8 +206,8 @@ def test_every_format_is_tried():
 
 
 def test_a_cell_stays_a_cell():
-    assert cell("a|b\\|c\n<i> &lt; ![x](y) f(x)") == r"a\|b\\\|c &lt;i> &amp;lt; ![x]\(y) f(x)"
-    assert rows(f"| {cell('a|b')} | {cell(chr(92))} |") == [[r" a\|b ", r" \\ "]]
+    assert markdown_cell("a|b\\|c\n<i> &lt; ![x](y) f(x)") == r"a\|b\\\|c &lt;i> &amp;lt; ![x]\(y) f(x)"
+    assert rows(f"| {markdown_cell('a|b')} | {markdown_cell(chr(92))} |") == [[r" a\|b ", r" \\ "]]
 
 
 def test_a_page_of_a_report_runs_nothing_and_hides_nothing(tmp_path, monkeypatch):

@@ -172,7 +172,7 @@ def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
     monkeypatch.setattr("pidcfg.output.differences.neutral_side", refuse)
     result = pidcfg_package.diff(REACTOR, TANK, names=("a.yaml", "b.yaml"))
     with pytest.raises(click.ClickException, match=r"a\.yaml does not say what its values mean"):
-        diff.refuse(result, "json")
+        diff.refuse_result(result, "json")
     (found,) = json.loads(capsys.readouterr().out)["findings"]
     assert (found["code"], found["message"], found["path"]) == ("PID042", "it has no range", "loops[0].pv")
 

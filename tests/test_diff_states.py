@@ -10,7 +10,7 @@ import pytest
 import pidcfg as pidcfg_package
 from command import run_text
 from pidcfg.cli.formats.conversion import render_differences
-from pidcfg.cli.formats.findings import cell
+from pidcfg.cli.formats.findings import markdown_cell
 from pidcfg.conversion.differences import RUNNING, TROUBLES
 from pidcfg.encoders.maps import click, ezlogix, nextopid
 
@@ -111,7 +111,7 @@ def test_each_state_is_told_in_every_format_and_is_not_the_same(tmp_path, vendor
     assert not result.same
     assert f"\n{loop}\n  {kind:<8}  {text} (" in written
     assert loop not in written.partition("the same: ")[2]
-    assert cell(text) in marked
+    assert markdown_cell(text) in marked
     assert "No difference" not in marked
     assert (state["kind"], state["text"], data["status"], state["side"]) == (kind, text, "disturbed", None)
 

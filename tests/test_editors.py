@@ -20,7 +20,7 @@ from ruamel.yaml import YAML
 import pidcfg
 from editor import NODE, LanguageServer, in_node, needs_node, needs_server
 from pidcfg.cli import lsp
-from pidcfg.cli.commands.schema import SCENARIO, SETTINGS, document_schema
+from pidcfg.cli.commands.schema import SCENARIO, SETTINGS_NAME, document_schema
 from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.schemas.base import Parser
 from pidcfg.schemas.document import models_of
@@ -139,7 +139,7 @@ def readers():
                 if patterns := frozenset(patterns_in(schema)):
                     row = f"{part.__name__}.{key} {name}", schema, TypeAdapter(kind).validate_python
                     found.setdefault((patterns, name), row)
-    settings = schemas()[SETTINGS]["properties"]["select"]["items"]
+    settings = schemas()[SETTINGS_NAME]["properties"]["select"]["items"]
     (printed,) = patterns_in(schemas()["output-rule"])
     rows = (*found.values(), ("select", settings, begin_of_rules), ("code", {"pattern": printed}, code))
     return {f"{model_and_key} {number}": row for number, (model_and_key, *row) in enumerate(rows)}
@@ -148,7 +148,7 @@ def readers():
 @cache
 def schemas():
     """All that ``pidcfg schema`` prints."""
-    return {name: document_schema(name) for name in (*VENDORS, SCENARIO, SETTINGS, *OUTPUTS)}
+    return {name: document_schema(name) for name in (*VENDORS, SCENARIO, SETTINGS_NAME, *OUTPUTS)}
 
 
 @cache
@@ -405,7 +405,10 @@ needs_packages = pytest.mark.skipif(
 
 def test_the_extension_is_of_this_version_and_knows_the_commands_of_the_server():
     assert PACKAGE["version"] == pidcfg.__version__
-    assert dict(re.findall(r'const (RUN|WORDS) = "(.+)";', SOURCE)) == {"RUN": lsp.RUN, "WORDS": lsp.WORDS}
+    assert dict(re.findall(r'const (RUN|WORDS) = "(.+)";', SOURCE)) == {
+        "RUN": lsp.RUN_COMMAND,
+        "WORDS": lsp.WORDS_COMMAND,
+    }
     lock = json.loads((FOLDER / "package-lock.json").read_text("utf-8"))["packages"][""]
     assert lock["devDependencies"] == PACKAGE["devDependencies"]
     assert all(re.fullmatch(r"[0-9.]+", version) for version in PACKAGE["devDependencies"].values()), "one version each"

@@ -20,8 +20,15 @@ import pidcfg
 from case_messages import FOLDER
 from good_plants import good_files, text_lines
 from living_rig import GOOD, run
-from pidcfg.cli.formats import render
-from pidcfg.cli.formats.findings import MORE, MORE_OF_INFOS, MORE_OF_LONG, MOST_PLACES, Findings, text
+from pidcfg.cli.formats import render_findings
+from pidcfg.cli.formats.findings import (
+    MOST_PLACES,
+    VERBOSE_HINT,
+    VERBOSE_HINT_OF_INFOS,
+    VERBOSE_HINT_OF_LONG,
+    Findings,
+    findings_text,
+)
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span
 from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.signs import MAGIC
@@ -99,21 +106,21 @@ def test_every_format_but_text_has_each_finding():
         ("B", ("A",), "output.transfer"),
     ]
     shown = Findings(findings, {"a.yaml": doc})
-    data = json.loads(render("json", shown))["findings"]
+    data = json.loads(render_findings("json", shown))["findings"]
     assert [(row["loop"], row["with"], row["line"]) for row in data] == [("A", ["B"], 9), ("B", ["A"], 14)]
-    results = json.loads(render("sarif", shown))["runs"][0]["results"]
+    results = json.loads(render_findings("sarif", shown))["runs"][0]["results"]
     assert [row["locations"][0]["physicalLocation"]["region"]["startLine"] for row in results] == [9, 14]
-    assert [row["location"]["lines"]["begin"] for row in json.loads(render("gitlab", shown))] == [9, 14]
-    assert re.findall(r"line=(\d+)", render("github", shown)) == ["9", "14"]
-    assert re.findall(r"a\.yaml:(\d+):", render("concise", shown)) == ["9", "14"]
-    assert re.findall(r'<failure message="(\d+):', render("junit", shown)) == ["9", "14"]
-    assert render("text", shown).count("error DL292") == 1
-    assert "      = also: 14:14: slot 2, channel 1 is also the output of A [B]\n" in render("text", shown)
+    assert [row["location"]["lines"]["begin"] for row in json.loads(render_findings("gitlab", shown))] == [9, 14]
+    assert re.findall(r"line=(\d+)", render_findings("github", shown)) == ["9", "14"]
+    assert re.findall(r"a\.yaml:(\d+):", render_findings("concise", shown)) == ["9", "14"]
+    assert re.findall(r'<failure message="(\d+):', render_findings("junit", shown)) == ["9", "14"]
+    assert render_findings("text", shown).count("error DL292") == 1
+    assert "      = also: 14:14: slot 2, channel 1 is also the output of A [B]\n" in render_findings("text", shown)
 
 
 def test_text_names_every_finding_and_quotes_every_warning_and_error(cases):
     for doc, outcome in cases:
-        shown = text(outcome.findings, {doc.file: doc})
+        shown = findings_text(outcome.findings, {doc.file: doc})
         for d in outcome.findings:
             assert re.search(rf"(?:{d.file}:|\b|line ){d.span.line}\b", shown)
             assert d.loop in shown
@@ -128,7 +135,7 @@ def row(line, loop="", message="stands still", severity=Severity.WARNING, **more
 
 
 def test_findings_that_say_the_same_are_named_in_a_line():
-    shown = text([row(2, "A", "A is off"), row(5, "B", "B is off"), row(9, "C", "C is off")], {})
+    shown = findings_text([row(2, "A", "A is off"), row(5, "B", "B is off"), row(9, "C", "C is off")], {})
     assert (
         shown
         == "a.yaml:2:3: warning DL211: A is off [A]\n      = cure: move it\n      = also: B (line 5), C (line 9)\n\n"
@@ -136,59 +143,64 @@ def test_findings_that_say_the_same_are_named_in_a_line():
 
 
 def test_a_warning_that_says_something_else_is_quoted_and_an_info_named():
-    shown = text([row(2, "A", "is 3"), row(5, "B", "is 4"), row(6, "C", "is 4"), row(7, "D", "is 3")], {})
+    shown = findings_text([row(2, "A", "is 3"), row(5, "B", "is 4"), row(6, "C", "is 4"), row(7, "D", "is 3")], {})
     assert shown.splitlines()[2:4] == ["      = also: D (line 7)", "      = also: 5:3: is 4 [B], and C (line 6)"]
     infos = [row(n, loop, f"is {n}", Severity.INFO) for n, loop in ((2, "A"), (5, "B"), (6, ""))]
-    assert text(infos, {}).splitlines()[2:3] == ["      = also: B (line 5), line 6"]
+    assert findings_text(infos, {}).splitlines()[2:3] == ["      = also: B (line 5), line 6"]
 
 
 def test_a_warning_about_the_loops_own_register_or_a_name_made_of_its_own_is_said_once():
     same = [row(2, "A", "C10 of A_PV"), row(5, "B", "C50 of B_PV")]
-    assert text(same, {}).splitlines()[2:] == ["      = also: B (line 5)", ""]
+    assert findings_text(same, {}).splitlines()[2:] == ["      = also: B (line 5)", ""]
     errors = [row(d.span.line, d.loop, d.message, Severity.ERROR) for d in same]
-    assert text(errors, {}).splitlines()[2:] == ["      = also: 5:3: C50 of B_PV [B]", ""]
+    assert findings_text(errors, {}).splitlines()[2:] == ["      = also: 5:3: C50 of B_PV [B]", ""]
 
 
 def test_findings_of_several_files_that_say_the_same_are_one_block_below_an_error():
     rows = [row(2, "A"), replace(row(5, "B"), file="b.yaml"), replace(row(6, "C", "is 4"), file="b.yaml")]
-    assert text(rows, {}).splitlines()[2:4] == ["      = also: B (b.yaml:5)", "      = also: b.yaml:6:3: is 4 [C]"]
+    assert findings_text(rows, {}).splitlines()[2:4] == [
+        "      = also: B (b.yaml:5)",
+        "      = also: b.yaml:6:3: is 4 [C]",
+    ]
     errors = [replace(d, severity=Severity.ERROR) for d in rows[:2]]
-    assert text(errors, {}).count("DL211") == 2
+    assert findings_text(errors, {}).count("DL211") == 2
 
 
 def test_an_info_of_several_loops_is_one_line_in_the_brief_text():
     infos = [row(n, f"L{n}", f"is {n}", Severity.INFO) for n in range(2, 10)]
     alone = replace(row(2, "A", severity=Severity.INFO), code="DL999")
-    shown = text([*infos, alone, row(3, "B")], {}, brief=True)
+    shown = findings_text([*infos, alone, row(3, "B")], {}, brief=True)
     loops = ", ".join(f"L{n}" for n in range(2, 10))
-    assert shown.splitlines()[-2:] == [f"a.yaml:2:3: info DL211: is 2 [{loops}]", MORE.rstrip()]
+    assert shown.splitlines()[-2:] == [f"a.yaml:2:3: info DL211: is 2 [{loops}]", VERBOSE_HINT.rstrip()]
     assert shown.count("= cure: move it") == 2
     many = [row(n, f"L{n}", severity=Severity.INFO) for n in range(2, 20)]
-    assert text(many, {}, brief=True).splitlines()[0].endswith("L8, L9, 10 more]")
-    assert MORE not in text([alone], {}, brief=True)
+    assert findings_text(many, {}, brief=True).splitlines()[0].endswith("L8, L9, 10 more]")
+    assert VERBOSE_HINT not in findings_text([alone], {}, brief=True)
 
 
 def test_what_fills_more_than_a_screen_is_short_but_for_errors():
     shared = [row(n, f"L{n}", severity=Severity.INFO) for n in range(2, 5)]
     single = [replace(row(n, f"L{n}", severity=Severity.INFO), code=f"DL{900 + n}") for n in range(12)]
-    few = text([*shared, *single[:9]], {}, brief=True)
+    few = findings_text([*shared, *single[:9]], {}, brief=True)
     assert few.count("= cure: move it") == 9
-    lines = text([*shared, *single, row(3, "B", plc_effect="stops")], {}, brief=True).splitlines()
+    lines = findings_text([*shared, *single, row(3, "B", plc_effect="stops")], {}, brief=True).splitlines()
     assert [" info " in line for line in lines] == [False] * 4 + [True] * 13 + [False]
     assert [line for line in lines if "=" in line] == ["      = PLC: stops", "      = cure: move it"]
-    assert lines[-1] == MORE_OF_INFOS.rstrip()
+    assert lines[-1] == VERBOSE_HINT_OF_INFOS.rstrip()
     kinds = [replace(row(n, f"L{n}", f"is {n}", plc_effect="stops"), code=f"DL{900 + n % 12}") for n in range(24)]
     error = row(99, "E", severity=Severity.ERROR, plc_effect="stops")
-    lines = text([*kinds, error], {}, brief=True).splitlines()
+    lines = findings_text([*kinds, error], {}, brief=True).splitlines()
     assert lines[:3] == ["a.yaml:99:3: error DL211: stands still [E]", "      = PLC: stops", "      = cure: move it"]
     assert lines[4:7] == [
         "a.yaml:0:3: warning DL900: is 0 [L0]",
         "      = cure: move it",
         "      = also: L12 (line 12)",
     ]
-    assert lines[-1] == MORE_OF_LONG.rstrip()
+    assert lines[-1] == VERBOSE_HINT_OF_LONG.rstrip()
     assert len(lines) == 4 + 12 * 4 + 1
-    assert text([replace(d, severity=Severity.ERROR) for d in kinds], {}, brief=True).count("= PLC: stops") == 12
+    assert (
+        findings_text([replace(d, severity=Severity.ERROR) for d in kinds], {}, brief=True).count("= PLC: stops") == 12
+    )
 
 
 def test_eight_loops_with_a_word_on_each_fit_on_a_screen(monkeypatch, capsysbinary, tmp_path):
@@ -212,18 +224,18 @@ def test_verbose_shows_what_the_brief_text_leaves_out(monkeypatch, capsysbinary,
     file.write_text(good + loop.replace("name: A", "name: B"), "utf-8")
     brief = run(monkeypatch, capsysbinary, file).out
     whole = run(monkeypatch, capsysbinary, file, "-v").out
-    assert MORE.rstrip() in brief
+    assert VERBOSE_HINT.rstrip() in brief
     assert len(whole.splitlines()) > len(brief.splitlines())
-    assert MORE.rstrip() not in whole
+    assert VERBOSE_HINT.rstrip() not in whole
 
 
 @pytest.mark.parametrize("other", [{"severity": Severity.ERROR}, {"plc_effect": "stops"}, {"reference": "ch. 1"}])
 def test_what_differs_in_more_than_its_words_stands_alone(other):
-    assert text([row(2, "A"), row(5, "B", **other)], {}).count("DL211") == 2
+    assert findings_text([row(2, "A"), row(5, "B", **other)], {}).count("DL211") == 2
 
 
 def test_very_many_places_are_counted():
-    shown = text([row(n, f"L{n}") for n in range(1, MOST_PLACES + 12)], {})
+    shown = findings_text([row(n, f"L{n}") for n in range(1, MOST_PLACES + 12)], {})
     assert f"L{MOST_PLACES + 1} (line {MOST_PLACES + 1}), 10 more (--format concise" in shown
 
 

@@ -37,7 +37,7 @@ ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
 MISTAKE = (ROOT / "examples" / "mistakes" / "oven.yaml").read_text("utf-8")
 VALIDATE = formats.formats_of("validate")
-MACHINE = [fmt for fmt in VALIDATE if formats.load(fmt).kind in {Kind.JSON, Kind.XML}]
+MACHINE = [fmt for fmt in VALIDATE if formats.load_format(fmt).kind in {Kind.JSON, Kind.XML}]
 AWKWARD = "my ovens/100 %, #2 ü.yaml"
 NASTY = "50 %, a: b\r\nsecond :: line, with \x1b[31m <tag> & \x00 \ud800"
 
@@ -71,7 +71,7 @@ def diagnostic(**changes):
 def rendered(name, *found, files=(), fails=Severity.ERROR):
     """Findings in a format, and what a file or an encoded stream would hold of it."""
     documents = {file: Document(file, "", None, Node(None), ()) for file in files}
-    return formats.render(name, Findings(found, documents, fails)).encode("utf-8", "replace").decode()
+    return formats.render_findings(name, Findings(found, documents, fails)).encode("utf-8", "replace").decode()
 
 
 @cache
@@ -327,7 +327,7 @@ def test_gitlab_issues(folder):
 def rdjson(*found, **texts):
     """The diagnostics of reviewdog's format, of files with these texts."""
     documents = {file: Document(file, text, None, Node(None), ()) for file, text in texts.items()}
-    (source, rows) = json.loads(formats.render("rdjson", Findings(found, documents))).values()
+    (source, rows) = json.loads(formats.render_findings("rdjson", Findings(found, documents))).values()
     assert source == {"name": "pidcfg"}
     return rows
 
@@ -436,7 +436,7 @@ def test_junit_is_xml_whatever_a_message_holds(folder):
 
 READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str, Kind.ORDERS: str}
 READ = {
-    **{fmt: READERS[formats.load(fmt).kind] for fmt in VALIDATE},
+    **{fmt: READERS[formats.load_format(fmt).kind] for fmt in VALIDATE},
     "sarif": lambda text: log_schema().validate(json.loads(text)),
     "junit": suites,
 }
@@ -571,7 +571,7 @@ def test_a_name_that_is_no_utf8_can_be_reported(folder):
     found = diagnostic(file="a\udcff.yaml")
     report_options.write_reports(
         tuple(report_options.Report(fmt, fmt) for fmt in VALIDATE),
-        lambda fmt: formats.render(fmt, Findings([found], {})),
+        lambda fmt: formats.render_findings(fmt, Findings([found], {})),
     )
     for fmt in VALIDATE:
         text = (folder / fmt).read_text("utf-8")
@@ -799,14 +799,14 @@ def test_every_module_with_a_format_is_in_the_table():
 def test_formats_may_share_an_ending_and_each_has_golden_files_of_its_own():
     names = [golden.report_name("validate", name) for name in formats.formats_of("validate")]
     assert len({*names}) == len(names)
-    assert formats.load("gitlab").ending == formats.load("json").ending
+    assert formats.load_format("gitlab").ending == formats.load_format("json").ending
     assert [golden.report_name("validate", name) for name in ("json", "gitlab")] == ["oven.json", "oven.gitlab.json"]
 
 
 @pytest.mark.parametrize("fmt", formats.FORMATS)
 def test_every_format_is_documented_and_its_golden_files_can_be_read(fmt):
     commands = ", ".join(f"`{command}`" for command in formats.FORMATS[fmt])
-    assert f"| `{fmt}` | {formats.load(fmt).purpose} | {commands} |\n" in PAGE
+    assert f"| `{fmt}` | {formats.load_format(fmt).purpose} | {commands} |\n" in PAGE
     for command in {"validate", "simulate"} & {*formats.FORMATS[fmt]}:
         text = (golden.REPORTS / golden.report_name(command, fmt)).read_text("utf-8")
         assert text

@@ -26,7 +26,7 @@ from living_rig import GOOD, TWICE, call, run
 from pidcfg.api import check, check_text
 from pidcfg.cli import console, interrupts, main, outputs
 from pidcfg.cli import outputs as temporary
-from pidcfg.cli.outputs import difference
+from pidcfg.cli.outputs import patch_text
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.dl06.files import read_ihex
 from pidcfg.encoders.listing import ListingError
@@ -635,7 +635,7 @@ def test_a_result_that_would_be_an_order_goes_to_a_file_alone(tmp_path, monkeypa
     assert (tmp_path / "a").read_text("utf-8") == "::x::\n"
 
 
-@pytest.mark.parametrize("put", [console.show, console.note, console.show_lines, console.markdown])
+@pytest.mark.parametrize("put", [console.show_text, console.write_note, console.show_lines, console.show_markdown])
 def test_a_code_page_makes_no_order(monkeypatch, put):
     """Wide signs become narrow ones where a code page lacks them."""
     page = io.TextIOWrapper(io.BytesIO(), "cp1252", errors="strict")
@@ -696,7 +696,7 @@ def test_no_remark_about_a_file_begins_a_line_of_its_own(tmp_path, monkeypatch, 
 
 
 def test_a_patch_quotes_a_name_that_turns_the_writing_round():
-    assert difference("x\u202ey.yaml", b"a\n", b"b\n").splitlines()[:2] == [
+    assert patch_text("x\u202ey.yaml", b"a\n", b"b\n").splitlines()[:2] == [
         '--- "x\\342\\200\\256y.yaml"',
         '+++ "x\\342\\200\\256y.yaml"',
     ]
@@ -720,7 +720,7 @@ def test_a_temporary_file_is_named_after_its_target_and_locked(tmp_path):
     assert path.exists(), "another writer's file stays while it is written"
     for number, name in ((handle, path), (second, other)):
         os.close(number)
-        temporary.discard(name)
+        temporary.discard_file(name)
     assert [*tmp_path.iterdir()] == []
 
 
@@ -947,7 +947,7 @@ def test_a_signal_of_which_a_library_makes_an_error_of_its_own_is_no_bug(number,
 def test_a_part_that_is_whole_ends_before_its_signal_counts():
     done = []
     with pytest.raises(interrupts.Terminated), interrupts.uninterrupted():  # noqa: PT012 - the end of the block raises it
-        interrupts._take(signal.SIGTERM, None)
+        interrupts._take_signal(signal.SIGTERM, None)
         with interrupts.uninterrupted():
             done.append(1)
         done.append(2)

@@ -14,7 +14,7 @@ import pytest
 
 import pidcfg as api
 from living_rig import GOOD, call, run
-from pidcfg.cli.inputs import gather, has_key
+from pidcfg.cli.inputs import gather_inputs, has_key
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg
@@ -145,18 +145,18 @@ def test_a_file_is_taken_once_however_it_is_spelled(tmp_path, monkeypatch, paths
     (tmp_path / "sub").mkdir()
     (tmp_path / "sub/d.yaml").write_text(GOOD, "utf-8")
     for order in (paths, paths[::-1]):
-        assert len(list(gather(order, DEFAULT))) == 1
+        assert len(list(gather_inputs(order, DEFAULT))) == 1
 
 
 def test_the_limit_of_files_holds_inside_of_folders(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name in "abcd":
         (tmp_path / f"{name}.yaml").write_text(GOOD, "utf-8")
-    found = list(gather(["."], Limits(files=2)))
+    found = list(gather_inputs(["."], Limits(files=2)))
     assert [entry.problem is None for entry in found] == [True, True, False]
     assert "more than 2 files" in found[-1].problem
-    assert [entry.problem for entry in gather(["."], Limits(files=4))] == [None] * 4
-    assert [entry.problem for entry in gather(["a.yaml", "b.yaml"], Limits(files=2))] == [None] * 2
+    assert [entry.problem for entry in gather_inputs(["."], Limits(files=4))] == [None] * 4
+    assert [entry.problem for entry in gather_inputs(["a.yaml", "b.yaml"], Limits(files=2))] == [None] * 2
 
 
 def put(folder, files):
@@ -168,7 +168,7 @@ def put(folder, files):
 
 def names(*paths):
     """The files that are read for some paths."""
-    return [entry.name for entry in gather(paths, DEFAULT) if not entry.foreign and entry.problem is None]
+    return [entry.name for entry in gather_inputs(paths, DEFAULT) if not entry.is_foreign and entry.problem is None]
 
 
 OTHERS = {
@@ -383,7 +383,7 @@ def test_files_are_ignored_as_git_ignores_them(tmp_path, monkeypatch):
     assert len(by_git) > 200
     for start in (".", *inside, *inside.values()):
         if start not in by_git:  # what is named is read, whatever git says
-            read = {entry.name for entry in gather([start], DEFAULT) if entry.left_out is entry.problem is None}
+            read = {entry.name for entry in gather_inputs([start], DEFAULT) if entry.left_out is entry.problem is None}
             assert read == {file for file in files - by_git if start == "." or file.startswith(f"{start}/")}, start
 
 

@@ -566,10 +566,10 @@ def test_a_command_imports_no_more_lines_than_it_may(command):
 
 
 ONE_FINDING = """
-from pidcfg.cli.formats import render
+from pidcfg.cli.formats import render_findings
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.text.diagnostics import Diagnostic, Severity
-render("sarif", Findings([Diagnostic({!r}, Severity.ERROR, "message", "file.yaml")], {{}}))
+render_findings("sarif", Findings([Diagnostic({!r}, Severity.ERROR, "message", "file.yaml")], {{}}))
 import sys
 """
 SARIF = (

@@ -62,7 +62,7 @@ def handlers(monkeypatch):
     monkeypatch.setattr(os, "register_at_fork", lambda **_: None)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    interrupts.begin()
+    interrupts.begin_command()
     installed = {number: signal.getsignal(number) for number in BOTH}
     yield
     assert {number: signal.getsignal(number) for number in BOTH} == installed
@@ -149,7 +149,7 @@ def test_a_reading_that_is_ended_is_no_result(desk, number, ending):
 
 @pytest.mark.usefixtures("handlers")
 def test_the_command_ends_with_the_report(monkeypatch):
-    monkeypatch.setattr("pidcfg.cli.commands.plc._who", lambda _: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr("pidcfg.cli.commands.plc._reach_text", lambda _: signal.raise_signal(signal.SIGINT))
     done = run("serve", SCENARIO, "--listen", "127.0.0.1:0")
     assert done.exit_code == 0, done
     assert "in steps of 0.1 s" in done.stdout
@@ -177,7 +177,7 @@ def chart(monkeypatch):
     monkeypatch.setattr(chart, "_draw", lambda: None)
     for i in range(30):
         values = {f"L{k}.{signal}": str(10 * k + i) for k in range(8) for signal in ("SP", "OUT", "PV")}
-        chart.row(float(i), {**values, "L0.MODE": "auto"})
+        chart.add_row(float(i), {**values, "L0.MODE": "auto"})
     return chart
 
 
@@ -194,7 +194,7 @@ def test_as_many_loops_as_there_is_room_for(chart):
 
 
 def test_a_value_that_is_none_is_left_out(chart):
-    chart.row(30.0, {"L0.PV": "", "L0.SP": "5", "L0.OUT": "5"})
+    chart.add_row(30.0, {"L0.PV": "", "L0.SP": "5", "L0.OUT": "5"})
     assert len(chart.signals["L0.PV"]) == 30
     assert len(chart.signals["L0.SP"]) == 31
     assert "30 of 600 s, 31 rows" in chart.text(80, 24, ascii_only=True)
@@ -220,10 +220,10 @@ def test_it_is_drawn_and_its_last_picture_stays(monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("LINES", "24")
     chart = LiveChart(None)
-    chart.row(0.0, {"L.PV": "1", "L.SP": "1", "L.OUT": "1"})
+    chart.add_row(0.0, {"L.PV": "1", "L.SP": "1", "L.OUT": "1"})
     for i in range(1, 5):
-        monkeypatch.setattr(chart, "_drawn", chart._drawn - REDRAW_SECONDS)
-        chart.row(float(i), {"L.PV": str(i), "L.SP": "1", "L.OUT": "1"})
+        monkeypatch.setattr(chart, "_drawn_at", chart._drawn_at - REDRAW_SECONDS)
+        chart.add_row(float(i), {"L.PV": str(i), "L.SP": "1", "L.OUT": "1"})
     chart.close()
     pictures = stream.getvalue().count("until Ctrl-C")
     assert pictures >= 5

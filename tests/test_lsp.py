@@ -24,7 +24,7 @@ from lsprotocol import types
 from lsp_client import Client
 from pidcfg.cli.lsp import answers
 from pidcfg.cli.lsp.completion import completions, cursor_in
-from pidcfg.cli.lsp.files import Buffer, Files, difference, path_of, uri_of
+from pidcfg.cli.lsp.files import Buffer, Files, difference_range, path_of, uri_of
 from pidcfg.text.diagnostics import Severity, Span
 from pidcfg.text.reader import DISK, Overlay
 from pidcfg.text.source import read_document
@@ -37,7 +37,7 @@ REACTOR = ROOT / "examples/dl06/reactor.yaml"
 def analysed(path, text=None, files=None):
     """What is found in a file, or in a text that stands for it."""
     files = files or Files()
-    files.put(uri_of(path.as_posix()), 1, path.read_bytes().decode("utf-8", "replace") if text is None else text)
+    files.put_buffer(uri_of(path.as_posix()), 1, path.read_bytes().decode("utf-8", "replace") if text is None else text)
     return files.analyse(uri_of(path.as_posix()))
 
 
@@ -120,9 +120,9 @@ def test_buffers_come_before_files(folder):
     scenario, config = folder / "reactor.scenario.yaml", folder / "reactor.yaml"
     files = Files()
     assert analysed(scenario, files=files).findings == ()
-    files.put(uri_of(config.as_posix()), 1, config.read_text("utf-8").replace("name: LIC-103", "name: LIC-104"))
+    files.put_buffer(uri_of(config.as_posix()), 1, config.read_text("utf-8").replace("name: LIC-103", "name: LIC-104"))
     assert {d.code for d in analysed(scenario, files=files).findings} == {"PID050", "PID055"}
-    files.drop(uri_of(config.as_posix()))
+    files.drop_buffer(uri_of(config.as_posix()))
     assert analysed(scenario, files=files).findings == ()
 
 
@@ -155,7 +155,7 @@ def test_columns_count_the_units_of_utf_16():
 
 def test_the_difference_of_two_texts_is_one_stretch():
     for before, after in (("", "a"), ("abc", "axc"), ("aa", "a"), ("a\n", "b\na\n"), ("x", "x"), ("aXa", "aa")):
-        begin, end, text = difference(before, after)
+        begin, end, text = difference_range(before, after)
         assert before[:begin] + text + before[end:] == after
 
 
@@ -172,7 +172,7 @@ def test_files_and_uris_are_each_other(tmp_path):
 def shown(path, word, text=None):
     """The hover text at a word."""
     analysis = analysed(path, text)
-    answer = answers.hover(analysis, at(analysis.buffer.text, word, len(word) - len(word.lstrip())))
+    answer = answers.hover_text(analysis, at(analysis.buffer.text, word, len(word) - len(word.lstrip())))
     return "" if answer is None else answer.contents.value
 
 
@@ -217,21 +217,23 @@ def test_words_stand_behind_the_values_that_are_written():
     text = analysis.buffer.text
     line = at(text, "gain: 2.50").line
     place = types.Range(types.Position(line, 0), types.Position(line, 0))
-    hints = {hint.label: hint.position for hint in answers.hints(analysis, place)}
+    hints = {hint.label: hint.position for hint in answers.inlay_hints(analysis, place)}
     assert hints["⟶ V2050 0250"] == at(text, "2.50", 4)
     assert {label.split()[1] for label in hints} == {"V2050", "V2051", "V2052"}
     every = types.Range(types.Position(0, 0), types.Position(10**6, 0))
-    assert not answers.hints(analysed(ROOT / "examples/nextopid/cascade.yaml"), every), "the name is the key itself"
+    assert not answers.inlay_hints(analysed(ROOT / "examples/nextopid/cascade.yaml"), every), (
+        "the name is the key itself"
+    )
 
 
 def test_the_outline_has_the_loops_by_name():
     def names(rows):
         return {row.name: names(row.children or ()) for row in rows}
 
-    found = names(answers.symbols(analysed(REACTOR)))
+    found = names(answers.outline_symbols(analysed(REACTOR)))
     assert list(found["loops"]) == ["FIC-102", "TIC-101", "LIC-103"]
     assert {"tuning", "alarms"} <= set(found["loops"]["TIC-101"])
-    scenario = names(answers.symbols(analysed(ROOT / "examples/dl06/reactor.scenario.yaml")))
+    scenario = names(answers.outline_symbols(analysed(ROOT / "examples/dl06/reactor.scenario.yaml")))
     assert list(scenario["plants"]) == ["FIC-102", "TIC-101", "LIC-103"]
 
 
@@ -243,15 +245,15 @@ def test_a_loop_is_found_and_renamed_in_its_configuration_and_its_scenarios(fold
     files = Files(folders=[folder.as_posix()])
     analysis = analysed(scenario, files=files)
     position = at(analysis.buffer.text, "loop: TIC-101", 8)
-    there = answers.definition(analysis, files, position)
+    there = answers.find_definition(analysis, files, position)
     assert (path_of(there.uri), there.range.start) == (
         config.as_posix(),
         at(config.read_text("utf-8"), "TIC-101\n    desc"),
     )
     places = answers.all_references(analysis, files, position)
     assert [path_of(place.uri).endswith("scenario.yaml") for place in places] == [False] * 2 + [True] * 5
-    assert answers.renameable(analysis, files, position).start.character == position.character - 2
-    edit = answers.rename(analysis, files, position, "TIC-7")
+    assert answers.renameable_range(analysis, files, position).start.character == position.character - 2
+    edit = answers.rename_loop(analysis, files, position, "TIC-7")
     for change in edit.document_changes:
         path = Path(path_of(change.text_document.uri))
         text = path.read_text("utf-8")
@@ -295,13 +297,13 @@ def test_a_name_that_would_be_wrong_anywhere_is_used_nowhere(folder, name, why):
     files = Files(folders=[folder.as_posix()])
     analysis = analysed(folder / "reactor.yaml", files=files)
     with pytest.raises(answers.RenamingError, match=why):
-        answers.rename(analysis, files, at(analysis.buffer.text, "cascade_from: TIC-101", 16), name)
+        answers.rename_loop(analysis, files, at(analysis.buffer.text, "cascade_from: TIC-101", 16), name)
 
 
 def test_the_name_of_a_file_leads_to_it(folder):
     files = Files()
     analysis = analysed(folder / "reactor.scenario.yaml", files=files)
-    there = answers.definition(analysis, files, at(analysis.buffer.text, "reactor.yaml"))
+    there = answers.find_definition(analysis, files, at(analysis.buffer.text, "reactor.yaml"))
     assert path_of(there.uri) == (folder / "reactor.yaml").as_posix()
 
 
@@ -322,7 +324,7 @@ loops:
 def applied(analysis, title):
     """The text after the action of a title."""
     everywhere = types.Range(types.Position(0, 0), types.Position(99, 0))
-    found = answers.actions(analysis, Files(), everywhere, lazy=False)
+    found = answers.code_actions(analysis, Files(), everywhere, lazy=False)
     action = next(action for action in found if action.title.startswith(title))
     (change,) = action.edit.document_changes
     (edit,) = change.edits
@@ -380,7 +382,9 @@ def test_a_cure_that_says_more_than_a_word_is_for_a_person(file, good, bad):
     analysis = analysed(path, path.read_text("utf-8").replace(good, bad, 1))
     everywhere = types.Range(types.Position(0, 0), types.Position(10_000, 0))
     assert any(d.severity is Severity.ERROR for d in analysis.findings)
-    assert not [one for one in answers.actions(analysis, Files(), everywhere, lazy=False) if one.title[:6] == "Write "]
+    assert not [
+        one for one in answers.code_actions(analysis, Files(), everywhere, lazy=False) if one.title[:6] == "Write "
+    ]
 
 
 def test_an_action_ignores_a_finding_and_asks_for_the_reason():
@@ -417,7 +421,7 @@ CURSORS = {
 @pytest.mark.parametrize("text", CURSORS)
 def test_the_cursor_is_found_by_brackets_and_indentation(text):
     cursor = cursor_in(text)
-    assert (cursor and (cursor.path, cursor.key, cursor.typed)) == CURSORS[text]
+    assert (cursor and (cursor.path, cursor.is_key, cursor.typed)) == CURSORS[text]
 
 
 def offered(text, path=REACTOR):
@@ -425,9 +429,9 @@ def offered(text, path=REACTOR):
     before, _, after = text.partition("┃")
     whole = before + after
     files = Files()
-    files.put(uri_of(path.as_posix()), 1, path.read_text("utf-8"))
+    files.put_buffer(uri_of(path.as_posix()), 1, path.read_text("utf-8"))
     files.analyse(uri_of(path.as_posix()))
-    files.put(uri_of(path.as_posix()), 2, whole)
+    files.put_buffer(uri_of(path.as_posix()), 2, whole)
     files.analyse(uri_of(path.as_posix()))
     opened = files.buffers[uri_of(path.as_posix())]
     found = completions(opened.buffer, opened.buffer.position(len(before)), opened.good, files.reader)
@@ -495,8 +499,8 @@ def test_nothing_is_offered_or_listed_in_other_yaml_files(tmp_path):
     path.write_text("services: {web: {image: a}}\n", "utf-8")
     assert offered("services: {web: {image: a}}\n┃", path) == {}
     analysis = analysed(path)
-    assert answers.symbols(analysis) == answers.lenses(analysis) == []
-    assert answers.hover(analysis, types.Position(0, 2)) is None
+    assert answers.outline_symbols(analysis) == answers.code_lenses(analysis) == []
+    assert answers.hover_text(analysis, types.Position(0, 2)) is None
 
 
 # --- the server as an editor has it -----------------------------------------------------------------------------------
@@ -565,10 +569,10 @@ from pidcfg.output import findings
 def boom(*_):
     raise ZeroDivisionError("a bug")
 
-answers.hover = boom
-judge = findings.judge
-findings.judge = lambda doc, reader: boom() if "BUG" in doc.text else judge(doc, reader)
-server.start()
+answers.hover_text = boom
+judge = findings.check_with_words
+findings.check_with_words = lambda doc, reader: boom() if "BUG" in doc.text else judge(doc, reader)
+server.start_server()
 """
 
 

@@ -17,10 +17,10 @@ from pidcfg.cli import outputs
 from pidcfg.cli import settings as settings_file
 from pidcfg.cli.commands import rule
 from pidcfg.cli.console import echo_xml
-from pidcfg.cli.main import COMMANDS, Exit, cli, load
-from pidcfg.output.report import text
+from pidcfg.cli.main import COMMANDS, Exit, cli, load_command
+from pidcfg.output.report import cell_text
 from pidcfg.output.report.formats import Table, csv_text
-from pidcfg.output.report.formats import number as on_page
+from pidcfg.output.report.formats import measured_number as on_page
 from pidcfg.output.reporting import shortener
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -405,7 +405,7 @@ def test_a_baseline_on_another_drive_keeps_its_path(tmp_path, monkeypatch):
     ],
 )
 def test_numbers_keep_their_digits_in_reports(value, shown):
-    assert text(value) == shown
+    assert cell_text(value) == shown
     assert csv_text(Table("t", "T", ("V",), ((value,),))).splitlines()[1] == shown
 
 
@@ -453,7 +453,7 @@ def test_an_older_spelling_writes_the_same_tables(folder):
 
 def test_output_is_the_result_itself_and_report_output_what_was_found():
     for name in COMMANDS:
-        for param in load(name).params:
+        for param in load_command(name).params:
             if "--output" in param.opts and "--report-output" not in param.opts:
                 assert "-o" in param.opts, name
             assert "--csv" not in param.opts or len(param.opts) == 2, name
@@ -485,5 +485,5 @@ def test_exit_zero_leaves_a_verdict_without_consequence_and_what_cannot_be_used_
 
 
 def test_every_command_that_judges_takes_exit_zero():
-    takes = {name for name in COMMANDS if any("--exit-zero" in param.opts for param in load(name).params)}
+    takes = {name for name in COMMANDS if any("--exit-zero" in param.opts for param in load_command(name).params)}
     assert takes == {words[0] for words in JUDGED} | {"compare"}

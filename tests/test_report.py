@@ -17,8 +17,8 @@ from click.testing import CliRunner
 import golden
 from pidcfg.cli.main import cli
 from pidcfg.output.report import Title
-from pidcfg.output.report.formats import Table, css_string, csv_files, page, safe, tables_of, workbook
-from pidcfg.output.report.sheets import compose, plc_sheet
+from pidcfg.output.report.formats import Table, css_string, csv_files, report_page, safe_text, tables_of, write_workbook
+from pidcfg.output.report.sheets import compose_report, plc_sheet
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document, is_scenario
 
@@ -38,7 +38,7 @@ def run(*args):
 def sheets(text, name="loops.yaml"):
     """The content of a report on one configuration."""
     checked = check_document(read_document(text.encode(), name))
-    return compose(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
+    return compose_report(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
 
 
 def example(name):
@@ -301,8 +301,8 @@ def test_a_loop_without_a_root_keeps_its_unit():
 )
 def test_who_writes_a_word(name, address, by):
     content = example(name)
-    assert registers(content)[address].by == by
-    assert f"(written by {by})" in page(content, full=True) or not by
+    assert registers(content)[address].writer == by
+    assert f"(written by {by})" in report_page(content, full=True) or not by
 
 
 def test_a_format_of_its_own_that_is_not_chosen_is_that_of_the_pv():
@@ -311,7 +311,7 @@ def test_a_format_of_its_own_that_is_not_chosen_is_that_of_the_pv():
 
 
 def test_the_sign_off_asks_for_what_can_be_seen():
-    text = page(example("dl06/flow"))
+    text = report_page(example("dl06/flow"))
     assert "Action seen in Manual" not in text
     assert "In Manual the PV rises" in text
 
@@ -338,7 +338,7 @@ def test_every_mistake_can_be_reported(path):
         document = read_document(text.encode(), path.name)
         if document.data is not None and not is_scenario(document):
             checked = check_document(document)
-            content = compose(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
+            content = compose_report(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
             written = csv_files(tables_of(content))["findings.csv"]
             assert all(d.code in written for d in checked.findings)
 
@@ -358,11 +358,11 @@ WIDE = ("\uff1d1+1", "\uff0b1", "\uff0d1", "\uff20SUM(A1)")
 
 @pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\rx", "\n=1", "-x", *WIDE])
 def test_no_text_is_a_formula_in_csv(text):
-    assert safe(text) == f"'{text}"
+    assert safe_text(text) == f"'{text}"
 
 
 def test_numbers_stay_numbers_in_csv():
-    assert [safe(value) for value in (-5, -2.5, 1e-9, None, True)] == ["-5", "-2.5", "0.000000001", "", "true"]
+    assert [safe_text(value) for value in (-5, -2.5, 1e-9, None, True)] == ["-5", "-2.5", "0.000000001", "", "true"]
 
 
 def test_csv_files_are_read_back(tmp_path):
@@ -394,7 +394,7 @@ def test_the_workbook_in_a_spreadsheet_library(tmp_path):
 
 
 def test_a_control_character_in_a_title_or_cell_is_shown_as_one(tmp_path):
-    book = workbook([Table("t", "T", ("x",), (("a\x1b[31m",),))], Title("t\x1b", version="1", author="a\x1b"))
+    book = write_workbook([Table("t", "T", ("x",), (("a\x1b[31m",),))], Title("t\x1b", version="1", author="a\x1b"))
     (tmp_path / "t.xlsx").write_bytes(book)
     read = pytest.importorskip("openpyxl").load_workbook(tmp_path / "t.xlsx")
     assert read["T"]["A2"].value == "a\ufffd[31m"
@@ -587,7 +587,7 @@ def test_without_the_extra_there_is_one_clear_error(tmp_path, monkeypatch, optio
 
 def test_the_title_block_holds_what_was_given():
     title = Title("Handover", "P & Q", "C", "M", "D-1", "B", "A", "1 May", "9.9")
-    text = page(compose(title, [], [], [], []))
+    text = report_page(compose_report(title, [], [], [], []))
     for told in ("Handover", "P &amp; Q", "D-1", "1 May", "pidcfg 9.9"):
         assert told in text
 

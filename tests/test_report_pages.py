@@ -31,18 +31,18 @@ from pidcfg.output.report import (
     worst_trend,
 )
 from pidcfg.output.report.formats import (
-    VARIABLE,
+    BROWSER_VARIABLE,
     FindingGroup,
     PdfError,
-    browser,
-    clause,
     compared_words,
     door_sheet,
+    find_browser,
+    first_clause,
     group_findings,
-    page,
-    pdf,
+    print_pdf,
+    report_page,
 )
-from pidcfg.output.report.sheets import compose, plc_sheet
+from pidcfg.output.report.sheets import compose_report, plc_sheet
 from pidcfg.pictures import Chart, Line, Panel
 from pidcfg.sim.judgement.report import Verdict
 from pidcfg.text.source import read_document
@@ -67,7 +67,7 @@ def content(name, change=("", "")):
     text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
     text = text.replace(*change) if change[0] else text
     checked = check_document(read_document(text.encode(), f"{name}.yaml"))
-    return compose(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
+    return compose_report(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
 
 
 class Page(HTMLParser):
@@ -109,7 +109,7 @@ def settings_of(text):
 def printer():
     """The browser that prints; without one the test is skipped, in CI it fails."""
     try:
-        return browser()
+        return find_browser()
     except PdfError as error:
         (pytest.fail if IN_CI else pytest.skip)(str(error))
 
@@ -123,7 +123,7 @@ def test_a_default_is_printed_with_full_only(name):
     given = {s.path for _, loop in report.loops for g in loop.groups for s in g.settings if s.given}
     default = {s.path for _, loop in report.loops for g in loop.groups for s in g.settings} - given
     assert default
-    short, full = settings_of(page(report)), settings_of(page(report, full=True))
+    short, full = settings_of(report_page(report)), settings_of(report_page(report, full=True))
     units = {path for path in given if path.endswith(".unit")}
     assert given - units <= short.keys()
     assert not (default | units) & short.keys()
@@ -131,7 +131,7 @@ def test_a_default_is_printed_with_full_only(name):
 
 
 def test_a_value_stands_with_its_unit_place_and_first_clause():
-    row = settings_of(page(content("dl06/reactor")))["tuning.gain"]
+    row = settings_of(report_page(content("dl06/reactor")))["tuning.gain"]
     assert row[:3] == ["Gain Kc", "2.5 %/%", "V2050"]
 
 
@@ -147,7 +147,7 @@ def test_a_value_stands_with_its_unit_place_and_first_clause():
     ],
 )
 def test_a_meaning_is_cut_after_its_first_clause(meaning, first):
-    assert clause(meaning) == first
+    assert first_clause(meaning) == first
 
 
 def test_words_are_compared_as_the_plc_shows_them():
@@ -167,7 +167,7 @@ def test_many_zeros_stand_as_one():
 
 
 def test_digits_and_bits_have_no_decimal_number():
-    rows = {row[0]: row for row in Page(page(content("dl06/reactor"), full=True)).rows["words"] if len(row) == 6}
+    rows = {row[0]: row for row in Page(report_page(content("dl06/reactor"), full=True)).rows["words"] if len(row) == 6}
     assert rows["V2010"][2:5] == ["0080", "", "0.8 %/%"]
     assert rows["V2000"][3] == ""
     assert rows["V2002"][2:4] == ["0666", "1638"]
@@ -175,7 +175,7 @@ def test_digits_and_bits_have_no_decimal_number():
 
 
 def test_cascade_from_has_its_register():
-    assert settings_of(page(content("dl06/reactor")))["cascade_from"][2] == "V2032"
+    assert settings_of(report_page(content("dl06/reactor")))["cascade_from"][2] == "V2032"
 
 
 def test_findings_that_are_explained_alike_are_explained_once():
@@ -183,7 +183,7 @@ def test_findings_that_are_explained_alike_are_explained_once():
     groups = group_findings(report.findings)
     assert sum(len(group.findings) for group in groups) == len(report.findings) == 19
     assert len(groups) < 10
-    text = page(report)
+    text = report_page(report)
     assert text.count(groups[0].first.help.split("`")[0]) == 1
     assert all(f'id="finding-{i}"' in text for i in range(1, 20))
 
@@ -391,7 +391,7 @@ def test_the_sheet_tells_pulses_and_errors():
 def test_no_name_escapes_from_the_sheet_or_the_page():
     report = content("click/tank", ("description: ", f"description: {json.dumps(HOSTILE)} # "))
     assert report.loops[0][1].description == HOSTILE
-    for text, scripts in ((door_sheet(report), 0), (page(report), 1), (page(report, full=True), 1)):
+    for text, scripts in ((door_sheet(report), 0), (report_page(report), 1), (report_page(report, full=True), 1)):
         found = Page(text)
         assert [tag for tag, _ in found.elements].count("script") == scripts
         assert "&lt;script&gt;window.pwned" in text
@@ -441,9 +441,9 @@ def test_the_sheet_of_eight_loops_is_one_page(tmp_path, printer):
 
 
 def test_the_same_page_gives_the_same_pdf(printer):
-    html = page(content("dl06/flow"))
-    first = pdf(html, printer)
-    assert first == pdf(html, printer)
+    html = report_page(content("dl06/flow"))
+    first = print_pdf(html, printer)
+    assert first == print_pdf(html, printer)
     assert pytest.importorskip("pypdf").PdfReader(io.BytesIO(first)).metadata.creation_date.year == 2000
 
 
@@ -452,9 +452,9 @@ def test_without_a_browser_there_is_one_clear_error_before_anything_runs(tmp_pat
     result = run(EIGHT, "-o", tmp_path / "r.pdf")
     assert result.exit_code != 0
     assert "a PDF is printed by Chromium, Chrome or Edge, and none of them is here; install one" in result.stderr
-    assert VARIABLE in result.stderr
+    assert BROWSER_VARIABLE in result.stderr
     assert not list(tmp_path.iterdir())
-    monkeypatch.setenv(VARIABLE, "no-such-browser")
+    monkeypatch.setenv(BROWSER_VARIABLE, "no-such-browser")
     assert "PIDCFG_BROWSER names 'no-such-browser', which is no program here" in run(EIGHT, "-o", "r.pdf").stderr
 
 
@@ -462,7 +462,7 @@ def test_what_a_browser_says_when_it_fails_is_told(tmp_path, monkeypatch):
     fake = tmp_path / "browser"
     fake.write_text("#!/bin/sh\necho first >&2\necho the disk is full >&2\nexit 3\n", "utf-8")
     fake.chmod(fake.stat().st_mode | stat.S_IXUSR)
-    monkeypatch.setenv(VARIABLE, str(fake))
+    monkeypatch.setenv(BROWSER_VARIABLE, str(fake))
     result = run(EXAMPLES / "dl06/flow.yaml", "-o", tmp_path / "r.pdf")
     assert result.exit_code != 0
     assert f"{fake} has printed nothing: the disk is full" in result.stderr

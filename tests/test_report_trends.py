@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from browser import opened
-from pidcfg.cli.inputs import FILES
+from pidcfg.cli.inputs import RECORDED_DISK
 from pidcfg.pictures import Bar, Chart, Line, Mark, Panel, Strip, page
 from pidcfg.pictures.layout import axis_limits, level_names, ticks
 from pidcfg.pictures.page import SQUARE, line_points, render_figure
@@ -35,7 +35,7 @@ def outcome(name, change=("", "")):
     """A run of an example, recorded for its trend; ``change``: a text of the scenario and what stands for it."""
     path = EXAMPLES / f"{name}.scenario.yaml"
     text = path.read_text("utf-8").replace(*change) if change[0] else path.read_text("utf-8")
-    return simulate_document(read_document(text.encode(), str(path)), Settings(), FILES, record=True)
+    return simulate_document(read_document(text.encode(), str(path)), Settings(), RECORDED_DISK, record=True)
 
 
 def levels(chart, panel=0):
@@ -103,7 +103,7 @@ def test_a_bipolar_format_has_its_level_at_its_place(tmp_path):
     scenario = (EXAMPLES / "dl06/extruder.scenario.yaml").read_text("utf-8")
     path = tmp_path / "extruder.scenario.yaml"
     doc = read_document(scenario.replace("duration: 40 min", "duration: 20").encode(), str(path))
-    done = simulate_document(doc, Settings(), FILES, record=True)
+    done = simulate_document(doc, Settings(), RECORDED_DISK, record=True)
     assert done.report is not None, done.findings
     found = {name: rows[0][1] for (loop, name), rows in done.recording.levels.items() if loop == "SIC-HAUL"}
     assert found["pv_high"] == pytest.approx(50, abs=0.1)

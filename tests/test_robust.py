@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import pytest
 
 import pidcfg
-from pidcfg.cli.formats.tuning import as_text
+from pidcfg.cli.formats.tuning import tuning_text
 from pidcfg.output.process import GainsFile, Robustness, Target
 from pidcfg.output.retune import loop_tuning
 from pidcfg.output.robust import confirm_gains, spreads_of
@@ -275,7 +275,7 @@ def test_no_neighbour_is_better(dl06):
 
 
 def test_what_holds_is_told(dl06):
-    text, data = as_text(dl06), dl06.to_json()["robust"]
+    text, data = tuning_text(dl06), dl06.to_json()["robust"]
     assert "nothing is said of others" in text
     assert "205: the process, 4 combinations of ends, 200 samples between; gain 1.4 to 2.6" in text
     assert "the best of all words; they cost" in text
@@ -420,9 +420,9 @@ def test_the_virtual_plc_has_the_error_that_is_told(vendor):
     """A step of a tenth of the output on plants that hardly differ; the words of a DL06 add a little."""
     result = tuned(vendor=vendor, vary="gain=99.9%..100.1%", samples=2)
     done = result.robust.confirmed
-    assert (done.plc, done.samples, done.held) == (vendor, 2, 2)
+    assert (done.plc, done.samples, done.held_count) == (vendor, 2, 2)
     assert done.largest == pytest.approx(10 * result.robust.found.result.error, rel=0.03)
-    assert "2 of 2 samples on a virtual " + vendor in as_text(result)
+    assert "2 of 2 samples on a virtual " + vendor in tuning_text(result)
 
 
 def test_gains_that_do_worse_are_not_confirmed(dl06):
@@ -479,7 +479,7 @@ def pidcfg_starter(vendor):
 def test_a_negative_gain_is_told_with_its_sign():
     """Ends and plants; and a bound is cut off, so that it is never more than what the samples show."""
     result = tuned(gain=-2, vendor="click", samples=60, vary="gain=-3..-1,dead-time=±10%")
-    text = as_text(result)
+    text = tuning_text(result)
     assert "gain -3 to -1, dead time" in text
     assert "(gain -3, dead time 8.8 s)" in text
     assert "action reverse" in text

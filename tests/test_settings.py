@@ -18,8 +18,8 @@ import living_rig
 from living_rig import GOOD, run
 from pidcfg.cli.commands.schema import document_schema
 from pidcfg.cli.console import print_error
-from pidcfg.cli.environment import variable
-from pidcfg.cli.main import COMMANDS, cli, load
+from pidcfg.cli.environment import variable_of
+from pidcfg.cli.main import COMMANDS, cli, load_command
 from pidcfg.cli.settings import REFUSED_KEYS, SETTINGS_KEYS, settings_candidates
 from pidcfg.text.paths import matches
 
@@ -432,7 +432,7 @@ def message(*words: str, **variables: str) -> str:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_option_of_a_command_has_a_variable_of_its_own_and_the_help_names_it(name):
-    command = load(name)
+    command = load_command(name)
     options = [p for p in command.params if isinstance(p, click.Option) and not p.hidden]
     names = {option.envvar for option in options}
     assert len(names) == len(options)
@@ -442,15 +442,19 @@ def test_every_option_of_a_command_has_a_variable_of_its_own_and_the_help_names_
 
 
 def test_a_variable_is_called_as_the_option_is_not_as_the_code_calls_it():
-    assert variable("validate", "--report-output") == "PIDCFG_VALIDATE_REPORT_OUTPUT"
-    options = {option.name: option.envvar for option in load("simulate").params if isinstance(option, click.Option)}
+    assert variable_of("validate", "--report-output") == "PIDCFG_VALIDATE_REPORT_OUTPUT"
+    options = {
+        option.name: option.envvar for option in load_command("simulate").params if isinstance(option, click.Option)
+    }
     assert (options["fmt"], options["csv"]) == ("PIDCFG_SIMULATE_FORMAT", "PIDCFG_SIMULATE_TREND")
     assert [p.envvar for p in cli.params if p.name != "version"] == ["PIDCFG_COLOR"]
-    assert [p.envvar for p in load("rule").params if p.name == "color"] == [None], "one variable for --color"
+    assert [p.envvar for p in load_command("rule").params if p.name == "color"] == [None], "one variable for --color"
 
 
 def test_a_variable_that_an_option_declares_is_the_one_that_counts(oven):
-    options = {option.name: option.envvar for option in load("validate").params if isinstance(option, click.Option)}
+    options = {
+        option.name: option.envvar for option in load_command("validate").params if isinstance(option, click.Option)
+    }
     assert options["no_cache"] == "PIDCFG_NO_CACHE"
 
 
@@ -525,5 +529,5 @@ def test_a_variable_that_is_none_of_the_command_is_reported_and_changes_nothing(
 
 
 def test_the_page_names_only_variables_that_exist():
-    known = {str(p.envvar) for name in COMMANDS for p in load(name).params} | {"PIDCFG_COLOR"}
+    known = {str(p.envvar) for name in COMMANDS for p in load_command(name).params} | {"PIDCFG_COLOR"}
     assert set(re.findall(r"PIDCFG_[A-Z]+(?:_[A-Z]+)*", PAGE)) - {"PIDCFG_COMMAND_OPTION", MISSPELT} <= known

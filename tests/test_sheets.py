@@ -19,9 +19,9 @@ from click.testing import CliRunner
 import pidcfg
 from pidcfg.cli.main import cli
 from pidcfg.output.report import Title
-from pidcfg.output.report.formats import workbook
-from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet, word_of
-from pidcfg.output.sheets import as_csv, as_workbook, key_of, number_or_text, plain_text
+from pidcfg.output.report.formats import write_workbook
+from pidcfg.output.sheet_reader import SheetFaultsError, read_configuration, word_of
+from pidcfg.output.sheets import as_csv, as_workbook, key_of, number_or_text, whole_text
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.signs import FORMULA_STARTS
 from pidcfg.text.source import read_document
@@ -43,7 +43,7 @@ def sheets(path):
 
 
 def made(text, vendor="dl06", limits=DEFAULT):
-    return from_sheet(text.encode() if isinstance(text, str) else text, "loops.csv", vendor, limits)
+    return read_configuration(text.encode() if isinstance(text, str) else text, "loops.csv", vendor, limits)
 
 
 def config(text):
@@ -60,7 +60,7 @@ def faults(text, vendor="dl06", limits=DEFAULT):
 def test_there_and_back_is_the_same(path):
     wanted = check_source(path, None, None, DEFAULT).config
     for data in sheets(path):
-        back = from_sheet(data, "loops", None, DEFAULT)
+        back = read_configuration(data, "loops", None, DEFAULT)
         assert config(back.text) == wanted
         assert (back.vendor.key, back.loops) == (path.parent.name, len(wanted.loops))
 
@@ -165,8 +165,8 @@ def test_the_name_of_a_file_may_be_a_word_that_columns_have():
     text = (EXAMPLES / "dpide/oven.yaml").read_text("utf-8")
     doc = read_document(text.replace("name: Curing oven", "name: manual", 1).encode(), "a.yaml")
     assert doc.data["name"] == "manual"
-    back = from_sheet(as_csv(doc, VENDORS["dpide"]).encode(), "loops", None, DEFAULT)
-    assert config(back.text) == config(plain_text(doc))
+    back = read_configuration(as_csv(doc, VENDORS["dpide"]).encode(), "loops", None, DEFAULT)
+    assert config(back.text) == config(whole_text(doc))
 
 
 @pytest.mark.parametrize("text", ["0017", "1e3", "+5", "1_000", "0x10", "inf", "nan", ".5", "\uff11", "True ", "yes"])
@@ -192,8 +192,8 @@ def test_a_number_comes_back_however_it_is_written(number, tmp_path):
     wanted = config(text)
     assert wanted.loops[0].tuning.gain == Decimal(number)
     for data in sheets(tmp_path / "boiler.yaml"):
-        assert config(from_sheet(data, "loops", None, DEFAULT).text) == wanted
-    assert config(plain_text(read_document(text.encode(), "boiler.yaml"))) == wanted
+        assert config(read_configuration(data, "loops", None, DEFAULT).text) == wanted
+    assert config(whole_text(read_document(text.encode(), "boiler.yaml"))) == wanted
 
 
 def test_rows_that_fail_alike_are_named_behind_the_first():
@@ -302,7 +302,7 @@ def test_a_workbook_that_unpacks_to_too_much():
     doc = read_document((EXAMPLES / "dl06/reactor.yaml").read_bytes(), "x.yaml")
     data = as_workbook(doc, VENDORS["dl06"])
     limits = Limits(file_bytes=len(data), nodes=10**6)
-    assert from_sheet(data, "x", None, limits).loops == 3
+    assert read_configuration(data, "x", None, limits).loops == 3
     book = pytest.importorskip("openpyxl").Workbook()
     book.active.append(["x" * 30000] * 60)
     stream = io.BytesIO()
@@ -330,7 +330,7 @@ def test_a_damaged_workbook_is_no_workbook(part, damage):
     data = repacked(book_of(), lambda name, text: damage(text) if name == part else text)
     assert data != book_of()
     with suppress(SheetFaultsError):  # without its properties a workbook may be whole
-        from_sheet(data, "l.xlsx", "dl06", DEFAULT)
+        read_configuration(data, "l.xlsx", "dl06", DEFAULT)
 
 
 def test_a_workbook_with_a_changed_byte_is_no_workbook():
@@ -339,7 +339,7 @@ def test_a_workbook_with_a_changed_byte_is_no_workbook():
         data = bytearray(book)
         data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
         with suppress(SheetFaultsError):
-            from_sheet(bytes(data), "l.xlsx", "dl06", DEFAULT)
+            read_configuration(bytes(data), "l.xlsx", "dl06", DEFAULT)
 
 
 @pytest.mark.parametrize("other", [False, True])
@@ -376,7 +376,7 @@ def test_names_that_are_formulas_are_texts_in_the_sheet_and_the_same_when_read()
     assert "f" not in {cell.data_type for cell in cells}
     assert {'=HYPERLINK("x")', "@SUM(A1)"} <= {cell.value for cell in cells}
     for data in (text_csv.encode(), book):
-        assert config(from_sheet(data, "x", None, DEFAULT).text) == config(text)
+        assert config(read_configuration(data, "x", None, DEFAULT).text) == config(text)
 
 
 @pytest.mark.parametrize("begin", [*(sign for sign in FORMULA_STARTS if sign != "\r"), "5'=", "it''s "])
@@ -387,7 +387,7 @@ def test_a_text_that_a_spreadsheet_would_calculate_is_the_same_when_read(begin):
     )
     text = as_csv(doc, VENDORS["dl06"])
     assert not any(cell.startswith(FORMULA_STARTS[:-1]) for row in csv.reader(io.StringIO(text)) for cell in row)
-    assert config(from_sheet(text.encode(), "x", None, DEFAULT).text).name == f"{begin}1+1"
+    assert config(read_configuration(text.encode(), "x", None, DEFAULT).text).name == f"{begin}1+1"
 
 
 class Dates(type):
@@ -408,7 +408,7 @@ class Later(datetime, metaclass=Dates):
 
 def test_a_workbook_does_not_know_what_time_it_is(monkeypatch):
     def books():
-        return sheets(EXAMPLES / "dl06/reactor.yaml")[2], workbook([], Title("T"))
+        return sheets(EXAMPLES / "dl06/reactor.yaml")[2], write_workbook([], Title("T"))
 
     first = books()
     monkeypatch.setattr("xlsxwriter.core.datetime", Later)
@@ -570,16 +570,16 @@ def test_names_that_look_like_numbers_stay():
         whole = made(text).text
         assert [loop.name for loop in config(whole).loops] == names
         doc = read_document(whole.replace("'%'", '"%"').replace("'", "").encode(), "x.yaml")
-        assert [loop.name for loop in config(plain_text(doc)).loops] == names
+        assert [loop.name for loop in config(whole_text(doc)).loops] == names
         for data in (as_csv(doc, VENDORS["dl06"], comma=True).encode(), as_workbook(doc, VENDORS["dl06"])):
-            assert [loop.name for loop in config(from_sheet(data, "x", None, DEFAULT).text).loops] == names
+            assert [loop.name for loop in config(read_configuration(data, "x", None, DEFAULT).text).loops] == names
 
 
 @pytest.mark.parametrize("name", ["FALSE", "1.10", "1e3", "007"])
 def test_a_name_of_the_whole_file_that_looks_like_another_value_stays(name):
     doc = read_document(made(HEAD + ROW).text.replace("loops:", f"name: {name}\nloops:").encode(), "x.yaml")
     for data in (as_csv(doc, VENDORS["dl06"]).encode(), as_workbook(doc, VENDORS["dl06"])):
-        assert config(from_sheet(data, "x", None, DEFAULT).text).name == name
+        assert config(read_configuration(data, "x", None, DEFAULT).text).name == name
 
 
 @pytest.mark.parametrize(
@@ -667,7 +667,7 @@ TIC-3;x;foo;bar;drei;1,5;60;0;;85
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
 def test_everything_that_is_wrong_is_told_at_once_each_row_with_its_own_value(encoding):
     with pytest.raises(SheetFaultsError) as caught:
-        from_sheet(MANY.encode(encoding), "s.csv", None, DEFAULT)
+        read_configuration(MANY.encode(encoding), "s.csv", None, DEFAULT)
     assert [fault.removeprefix("s.csv, row ").partition(";")[0] for fault in caught.value.faults] == [
         "2, cell B2 (plc.loop_table): loop_table: V9999 is not octal: 9 is not an octal digit",
         "3, cell A3: 'farbe' stands above the header and is no key of a file",
@@ -682,7 +682,7 @@ def test_everything_that_is_wrong_is_told_at_once_each_row_with_its_own_value(en
 def test_a_sheet_as_excel_writes_it_is_read_and_said_to_be_so():
     text = HEAD + ROW.replace("TIC-1", "Ofen grün")
     remark = "it is no UTF-8, so it is read as Windows-1252, as Excel writes CSV"
-    old, new = (from_sheet(text.encode(encoding), "l.csv", "dl06", DEFAULT) for encoding in ("cp1252", "utf-8"))
+    old, new = (read_configuration(text.encode(encoding), "l.csv", "dl06", DEFAULT) for encoding in ("cp1252", "utf-8"))
     assert old.text == new.text
     assert (remark in old.remarks, remark in new.remarks) == (True, False)
 
@@ -729,7 +729,7 @@ def test_german_switches_are_those_of_keys_that_are_switches(text, value):
 def test_a_german_sheet_is_a_configuration():
     text = MANY.replace("V9999", "V2000").replace("farbe;rot\n", "").replace("zwei", "2").replace("drei", "1,5")
     text = text.replace("foo;bar", "Hand;kühlen").replace("0;;85", "0;300;85")
-    loops = config(from_sheet(text.encode("cp1252"), "s.csv", None, DEFAULT).text).loops
+    loops = config(read_configuration(text.encode("cp1252"), "s.csv", None, DEFAULT).text).loops
     assert [(loop.mode, loop.action) for loop in loops] == [
         ("auto", "direct"),
         ("auto", "reverse"),

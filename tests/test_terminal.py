@@ -174,7 +174,7 @@ def test_a_page_is_formatted_where_colour_is_wanted():
 WORK = """
 import sys, threading, time
 from pidcfg.cli import terminal as progress
-from pidcfg.cli.console import echo, note
+from pidcfg.cli.console import echo, write_note
 progress.DELAY_SECONDS = 0
 {before}
 progress.LINE.begin()
@@ -231,7 +231,7 @@ def test_progress_is_shown_and_taken_away(environment):
 
 
 def test_results_and_notes_take_the_line_away_first():
-    text = on_a_terminal(after="echo('result\\n'); note('remark')")
+    text = on_a_terminal(after="echo('result\\n'); write_note('remark')")
     assert "counting" in text
     assert screen(text) == "result\nremark"
 
@@ -364,7 +364,7 @@ def printed(monkeypatch, code_page: str, *arguments: str) -> str:
         except click.exceptions.Exit:
             pass
         except click.ClickException as error:
-            console.note(error.format_message())
+            console.write_note(error.format_message())
         return out.text() + err.text()
 
 

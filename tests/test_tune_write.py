@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import pidcfg
 from command import run_text
-from pidcfg.cli.formats.tuning import as_text
+from pidcfg.cli.formats.tuning import tuning_text
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.text.reader import DEFAULT
 from pidcfg.tuning.identify import identify_record
@@ -265,7 +265,7 @@ def test_a_loop_that_has_the_gains_stays_as_it_is_written():
     text = starter("dl06")
     result = written(text.encode(), (0.5, 120.0, 0.0))  # 2.00 as a share of the spans
     assert result.data == text.encode()
-    assert not any(value.changes for value in result.values)
+    assert not any(value.is_changed for value in result.values)
 
 
 def test_counts_below_the_whole_scale_of_an_ezlogix_count():
@@ -617,7 +617,7 @@ def test_the_forecast_is_what_simulate_shows(seed):
     data = file_of(vendor, sample, raises=process["gain"] > 0)
     found = pidcfg.tune(rule, "PI", **process, into=data, into_name="c.yaml", loop="A")
     assert found.forecast.why == ""
-    step = min(40.0, 0.9 * found.forecast.largest)
+    step = min(40.0, 0.9 * found.forecast.largest_step)
     ti = found.gains.integral_time
     past, error = of_simulate(found.written.data, process, step, int(12 * max(ti, 100)))
     assert found.judgement.answer.overshoot == pytest.approx(past, abs=3)
@@ -636,7 +636,7 @@ def test_the_loop_s_own_sample_time_and_filter_are_used_and_told():
     assert fast.gains.gain == pytest.approx(62 / (2 * 2 * (8 + 2 + 0.5)))
     assert (
         "  loop         samples every 5 s, PV filter 4 s, action output_raises_pv: true, PV 0 to 400, output 0 to 100\n"
-        in as_text(slow)
+        in tuning_text(slow)
     )
     assert json.loads(json.dumps(slow.to_json()))["loop"]["filter_time"] == pytest.approx(4)
     assert slow.to_json()["forecast"]["of"] == "words"
@@ -672,7 +672,7 @@ def test_where_nothing_runs_the_forecast_says_why(process, why):
     found = pidcfg.tune("simc", "PI", **process, into=file_of("generic", 1), into_name="c.yaml")
     assert why in found.forecast.why
     assert found.to_json()["forecast"] == {"of": "continuous loop", "why": found.forecast.why}
-    assert f"of a continuous loop: {found.forecast.why}" in as_text(found)
+    assert f"of a continuous loop: {found.forecast.why}" in tuning_text(found)
 
 
 def test_lags_in_a_row_run_too():

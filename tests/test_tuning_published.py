@@ -11,7 +11,7 @@ from itertools import cycle, pairwise
 import pytest
 
 import pidcfg
-from pidcfg.cli.formats.tuning import as_text
+from pidcfg.cli.formats.tuning import tuning_text
 from pidcfg.tuning.margins import Loop, margins, step_answer
 from pidcfg.tuning.rules import METHODS, Cycle, Gains, Process, TuningError
 from pidcfg.tuning.transfer import Transfer, read_transfer, reduce_by_half_rule, transfer_of
@@ -635,7 +635,7 @@ def test_every_rule_says_how_good_its_gains_are_for_every_vendor(name, vendor):
     for form in METHODS[name].forms:
         more = {"second_time_constant": 5} if (name, form) == ("simc", "PID") else {}
         result = pidcfg.tune(name, form, **numbers, **more, vendor=vendor, pv_range=(0, 100))
-        data, text = result.to_json(), as_text(result)
+        data, text = result.to_json(), tuning_text(result)
         assert None not in {data[key] for key in ("ms", "gain_margin", "overshoot_percent", "valid_reason")}
         for word in ("rule  ", "Ms ", "gain margin", "phase margin", "overshoot", f"for {vendor}: action"):
             assert word in text, (form, word)

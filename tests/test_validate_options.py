@@ -245,7 +245,7 @@ def terminal(monkeypatch):
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     lines = []
-    monkeypatch.setattr(module, "remark", lines.append)
+    monkeypatch.setattr(module, "write_remark", lines.append)
     return lines
 
 

@@ -19,7 +19,7 @@ from pidcfg.cli.formats import formats_of
 from pidcfg.encoders.parameters import NamedLoops
 from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.output.explanation.lookup import PV_RISES
-from pidcfg.output.report.sheets import direction, tuning
+from pidcfg.output.report.sheets import direction_text, tuning_facts
 from pidcfg.schemas.base import LoopNameSettings, SectionSettings
 from pidcfg.schemas.document import models_in
 from pidcfg.vendors import VENDORS
@@ -376,7 +376,7 @@ class Nested:
 )
 def test_a_report_reads_action_and_form_in_sections(action, form, found):
     loop = SimpleNamespace(control=SimpleNamespace(action=action), tuning=SimpleNamespace(form=form))
-    assert [direction(Nested(), loop), *(fact.text for fact in tuning(Nested(), loop, {}))] == found
+    assert [direction_text(Nested(), loop), *(fact.text for fact in tuning_facts(Nested(), loop, {}))] == found
 
 
 @every_vendor

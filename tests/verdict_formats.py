@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli.formats.runs import WORDS, render_runs
+from pidcfg.cli.formats.runs import VERDICT_WORDS, render_runs
 from pidcfg.cli.main import cli
 from pidcfg.sim.engine.run import Settings
 from pidcfg.sim.judgement.report import STANDING_KINDS
@@ -45,8 +45,8 @@ def of_text(text, loops):
     """The same, from the line of each loop and the last one."""
     said = {}
     for name in loops:
-        row = re.search(rf"^  {re.escape(name)} +({'|'.join(WORDS.values())})(?:  |$)", text, re.MULTILINE)
-        said[name] = worst({word for word, shown in WORDS.items() if row is not None and shown == row[1]})
+        row = re.search(rf"^  {re.escape(name)} +({'|'.join(VERDICT_WORDS.values())})(?:  |$)", text, re.MULTILINE)
+        said[name] = worst({word for word, shown in VERDICT_WORDS.items() if row is not None and shown == row[1]})
     return said, text.rstrip().splitlines()[-1].startswith("passed:")
 
 

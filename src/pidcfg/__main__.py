@@ -13,7 +13,7 @@ def main() -> None:
     try:
         from pidcfg.cli import interrupts
 
-        interrupts.install()
+        interrupts.install_handlers()
         import atexit
         import gc
 

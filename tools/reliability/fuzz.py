@@ -13,7 +13,7 @@ from conversion_measure import unspoken
 from pidcfg.api import check, convert, decode, diff, encode, simulate
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.sheet_reader import from_sheet
+from pidcfg.output.sheet_reader import read_configuration
 from pidcfg.output.sheets import as_csv
 from pidcfg.schemas.iec import Wire
 from pidcfg.sim.engine import choice as engine
@@ -209,7 +209,7 @@ class Fuzz:
     def _sheet(self, text: str, vendor: str) -> None:
         document = read_document(text.encode(), NAME)
         sheet = as_csv(document, VENDORS[vendor])
-        back = from_sheet(sheet.encode(), "m.csv", None, DEFAULT)
+        back = read_configuration(sheet.encode(), "m.csv", None, DEFAULT)
         self.found.sheets += 1
         one, two = (check_document(doc).config for doc in (document, read_document(back.text.encode(), "b.yaml")))
         assert one == two, "a sheet comes back as another configuration"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.api import check_text
 from pidcfg.encoders.dl06.files import read_ihex
 from pidcfg.encoders.nextopid.st_read import read_st
-from pidcfg.output.sheet_reader import from_sheet
+from pidcfg.output.sheet_reader import read_configuration
 from pidcfg.text.reader import DEFAULT
 from reliability.copies import in_a_copy
 
@@ -55,7 +55,7 @@ def sheet(n: int) -> None:
     """A sheet of neutral loops."""
     rows = "".join(f"L{i},1,1,0,100,0,100,true\n" for i in range(n))
     head = "name,sample_time,tuning.gain,pv.range low,pv.range high,output.range low,output.range high,output_raises_pv"
-    from_sheet(f"vendor,generic\n{head}\n{rows}".encode(), "a.csv", None, DEFAULT)
+    read_configuration(f"vendor,generic\n{head}\n{rows}".encode(), "a.csv", None, DEFAULT)
 
 
 KINDS: dict[str, tuple[int, Callable[[int], object]]] = {

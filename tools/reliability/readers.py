@@ -110,19 +110,19 @@ def _address() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 
 def _sheet() -> tuple[Reader, tuple[type[Exception], ...]]:
-    from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet
+    from pidcfg.output.sheet_reader import SheetFaultsError, read_configuration
     from pidcfg.text.reader import DEFAULT
 
-    return lambda data: from_sheet(data, "m.csv", None, DEFAULT), (SheetFaultsError,)
+    return lambda data: read_configuration(data, "m.csv", None, DEFAULT), (SheetFaultsError,)
 
 
 def _workbook() -> tuple[Reader, tuple[type[Exception], ...]]:
     """The XML of the first sheet in a sound workbook, or a whole one."""
-    from pidcfg.output.sheet_reader import WORKBOOK
+    from pidcfg.output.sheet_reader import WORKBOOK_SIGN
 
     read, declared = _sheet()
     sound = parts()
-    return lambda data: read(data if data.startswith(WORKBOOK) else packed({**sound, SHEET: data})), declared
+    return lambda data: read(data if data.startswith(WORKBOOK_SIGN) else packed({**sound, SHEET: data})), declared
 
 
 def _record() -> tuple[Reader, tuple[type[Exception], ...]]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 from click.shell_completion import CompletionItem, ShellComplete, add_completion_class
 
-from pidcfg.cli.commands.completion import script
+from pidcfg.cli.commands.completion import completion_script
 from pidcfg.cli.terminal import encodable
 from pidcfg.text.reader import DEFAULT, SUFFIXES, Limits, read_file
 from pidcfg.vendors import VENDORS, format_names
@@ -33,7 +33,7 @@ END_OF_LINE = "\x01"
 """Put at the end of the line, so that the last word is the one that is typed, even when it is empty."""
 ASSIGNMENT = re.compile(r"\w+=")
 UNQUOTED = re.compile(r"[\w./\\:=,+~-]+")
-QUOTES = re.compile("['\u2018-\u201b]")
+SINGLE_QUOTES = re.compile("['\u2018-\u201b]")
 """What ends a text in single quotes for PowerShell, unless it stands twice: typographic ones do as well."""
 
 
@@ -43,12 +43,12 @@ class Shell(ShellComplete):
     word_breaks = "="
     """Characters after which the shell begins a new word of its own."""
     escape = "\\"
-    head = ""
+    word_head = ""
     """What stands before the shell's own word in the word that is typed."""
 
     def source(self) -> str:
         """The script that `pidcfg completion` prints."""
-        return script(self.name)
+        return completion_script(self.name)
 
     def complete(self) -> str:
         """The candidates; a shell that waits for them has no use for a traceback."""
@@ -64,7 +64,7 @@ class Shell(ShellComplete):
             del words[0]
         typed = words[-1].removesuffix(END_OF_LINE)
         match = re.match(rf".*[{self.word_breaks}]", typed)
-        self.head = match.group() if match else ""
+        self.word_head = match.group() if match else ""
         return words[1:-1], typed
 
     def get_completions(self, args: list[str], incomplete: str) -> list[CompletionItem[str]]:
@@ -72,14 +72,14 @@ class Shell(ShellComplete):
         self.ctx_args = {**self.ctx_args, "obj": list(args)}
         return super().get_completions(args, incomplete)
 
-    def insertion(self, item: CompletionItem[object]) -> str:
+    def inserted_part(self, item: CompletionItem[object]) -> str:
         """The part of a value that the shell inserts after what stands there."""
-        return str(item.value).removeprefix(self.head)
+        return str(item.value).removeprefix(self.word_head)
 
     def whole_word(self, item: CompletionItem[object]) -> str:
         """The value as the shell's whole word."""
         value = str(item.value)
-        return value if value.startswith(self.head) else self.head + value
+        return value if value.startswith(self.word_head) else self.word_head + value
 
 
 class Bash(Shell):
@@ -90,7 +90,7 @@ class Bash(Shell):
 
     def format_completion(self, item: CompletionItem[object]) -> str:
         """The kind and the value."""
-        return f"{item.type},{self.insertion(item)}"
+        return f"{item.type},{self.inserted_part(item)}"
 
 
 class Zsh(Shell):
@@ -126,7 +126,7 @@ class PowerShell(Shell):
         """Three lines; a value with spaces is quoted."""
         value = self.whole_word(item)
         if not UNQUOTED.fullmatch(value):
-            value = f"'{QUOTES.sub(lambda quote: 2 * quote.group(), value)}'"
+            value = f"'{SINGLE_QUOTES.sub(lambda quote: 2 * quote.group(), value)}'"
         return f"{item.type}\n{value}\n{encodable(one_line(item.help), 'ascii')}"
 
 
@@ -150,7 +150,7 @@ def one_line(text: str | None) -> str:
 SHELLS: Sequence[type[Shell]] = (Bash, Zsh, Fish, PowerShell)
 
 
-def register() -> None:
+def register_shells() -> None:
     """Tells click of them."""
     for shell in SHELLS:
         add_completion_class(shell)
@@ -161,7 +161,7 @@ def register() -> None:
 # Rows name the parameter that they are for; a command needs to know nothing of it. Nothing here complains: a file
 # that cannot be read says nothing.
 
-SCENARIO = re.compile(rb"^(?:\xef\xbb\xbf)?scenario\s*:", re.MULTILINE)
+SCENARIO_KEY = re.compile(rb"^(?:\xef\xbb\xbf)?scenario\s*:", re.MULTILINE)
 HEAD_BYTES = 65_536
 """Bytes of a file in which its kind is looked for."""
 OPTION_OR_HOME = ("-", "~")
@@ -176,25 +176,25 @@ MOST_OPENED = 500
 def any_file(ctx: click.Context, typed: str) -> Items:
     """Every file."""
     del ctx
-    return _files(typed, lambda _: True)
+    return _file_items(typed, lambda _: True)
 
 
 def yaml_file(ctx: click.Context, typed: str) -> Items:
     """YAML files."""
     del ctx
-    return _files(typed, is_yaml)
+    return _file_items(typed, is_yaml)
 
 
 def scenario_file(ctx: click.Context, typed: str) -> Items:
     """YAML files that are scenarios."""
     del ctx
-    return _files(typed, is_scenario)
+    return _file_items(typed, is_scenario)
 
 
 def configuration_file(ctx: click.Context, typed: str) -> Items:
     """YAML files that are no scenarios."""
     del ctx
-    return _files(typed, lambda path: is_yaml(path) and not is_scenario(path))
+    return _file_items(typed, lambda path: is_yaml(path) and not is_scenario(path))
 
 
 def is_yaml(path: Path) -> bool:
@@ -204,29 +204,29 @@ def is_yaml(path: Path) -> bool:
 
 def is_scenario(path: Path) -> bool:
     """Whether a file says that it is a scenario."""
-    return is_yaml(path) and SCENARIO.search(_head(path)) is not None
+    return is_yaml(path) and SCENARIO_KEY.search(_file_head(path)) is not None
 
 
-def _files(typed: str, fits: Callable[[Path], bool]) -> Items:
+def _file_items(typed: str, is_wanted: Callable[[Path], bool]) -> Items:
     """Folders, and files that fit, whose names begin as typed."""
-    place = os.path.expanduser(typed)  # noqa: PTH111 - a Path would lose `./` and `/`
-    folder, begin = os.path.split(place)
-    front = place[: len(place) - len(begin)]
-    bare = not typed
+    typed_path = os.path.expanduser(typed)  # noqa: PTH111 - a Path would lose `./` and `/`
+    folder, prefix = os.path.split(typed_path)
+    folder_part = typed_path[: len(typed_path) - len(prefix)]
+    is_empty = not typed
     items: Items = []
-    for entry in sorted(_entries(folder or "."), key=lambda entry: entry.name):
-        hidden = entry.name.startswith(".") and not begin.startswith(".")
-        if hidden or not entry.name.startswith(begin) or not entry.name.isprintable():
+    for entry in sorted(_folder_entries(folder or "."), key=lambda entry: entry.name):
+        is_hidden = entry.name.startswith(".") and not prefix.startswith(".")
+        if is_hidden or not entry.name.startswith(prefix) or not entry.name.isprintable():
             continue
-        name = f"./{entry.name}" if bare and entry.name.startswith(OPTION_OR_HOME) else f"{front}{entry.name}"
+        name = f"./{entry.name}" if is_empty and entry.name.startswith(OPTION_OR_HOME) else f"{folder_part}{entry.name}"
         if entry.is_dir():
             items.append(CompletionItem(f"{name}/", type="folder"))
-        elif len(items) > MOST_OPENED or fits(Path(entry.path)):
+        elif len(items) > MOST_OPENED or is_wanted(Path(entry.path)):
             items.append(CompletionItem(name, type="path"))
     return items
 
 
-def _entries(folder: str) -> list[os.DirEntry[str]]:
+def _folder_entries(folder: str) -> list[os.DirEntry[str]]:
     try:
         with os.scandir(folder) as entries:
             return list(entries)
@@ -234,7 +234,7 @@ def _entries(folder: str) -> list[os.DirEntry[str]]:
         return []
 
 
-def _head(path: Path) -> bytes:
+def _file_head(path: Path) -> bytes:
     try:
         return read_file(path, HEAD_BYTES)
     except OSError:
@@ -244,26 +244,26 @@ def _head(path: Path) -> bytes:
 # --- words -----------------------------------------------------------------------------------------------------------
 
 
-def codes(ctx: click.Context, typed: str) -> Items:
+def code_items(ctx: click.Context, typed: str) -> Items:
     """Rule codes with their titles; the last one of a list."""
     del ctx
-    front, comma, begin = typed.rpartition(",")
-    named = set(front.upper().split(","))
+    codes_before, comma, prefix = typed.rpartition(",")
+    codes_named = set(codes_before.upper().split(","))
     return [
-        CompletionItem(f"{front}{comma}{code}", help=title)
-        for code, title in titles()
-        if code.startswith(begin.upper()) and code not in named
+        CompletionItem(f"{codes_before}{comma}{code}", help=title)
+        for code, title in rule_titles()
+        if code.startswith(prefix.upper()) and code not in codes_named
     ]
 
 
-def titles() -> Iterator[tuple[str, str]]:
+def rule_titles() -> Iterator[tuple[str, str]]:
     """Code and title of every rule, from a list made by docs/generate.py: loading the rules takes a second."""
     for line in files("pidcfg").joinpath("cli/completions/codes.txt").read_text(encoding="utf-8").splitlines():
         code, _, title = line.partition("\t")
         yield code, title
 
 
-def limit_names(ctx: click.Context, typed: str) -> Items:
+def limit_items(ctx: click.Context, typed: str) -> Items:
     """Names of limits."""
     del ctx
     return [
@@ -273,7 +273,7 @@ def limit_names(ctx: click.Context, typed: str) -> Items:
     ]
 
 
-def report_files(ctx: click.Context, typed: str) -> Items:
+def report_file_items(ctx: click.Context, typed: str) -> Items:
     """``FORMAT=PATH``: the formats of the command, then any file."""
     front, equals, begin = typed.partition("=")
     if equals:
@@ -289,19 +289,19 @@ def words_before(ctx: click.Context) -> list[str]:
     return [word.partition("=")[2] or word if word.startswith("--") else word for word in words]
 
 
-def formats(ctx: click.Context, typed: str) -> Items:
+def format_items(ctx: click.Context, typed: str) -> Items:
     """The formats of the vendor of the file on the line; of all vendors when the file cannot be read."""
-    vendor = next(filter(None, map(_vendor, words_before(ctx))), None)
+    vendor = next(filter(None, map(_vendor_of, words_before(ctx))), None)
     names = vendor.load("format_names") if vendor is not None else format_names()
     return [CompletionItem(name) for name in names if name.startswith(typed)]
 
 
-def _vendor(name: str) -> Vendor | None:
+def _vendor_of(name: str) -> Vendor | None:
     """The vendor that a configuration names."""
-    return VENDORS.get(str(_read(Path(name)).get("vendor")))
+    return VENDORS.get(str(_read_yaml(Path(name)).get("vendor")))
 
 
-def _read(path: Path) -> Mapping[str, object]:
+def _read_yaml(path: Path) -> Mapping[str, object]:
     """The keys and values of a YAML file; none of what cannot be read."""
     if not is_yaml(path) or not path.is_file():
         return {}
@@ -324,13 +324,13 @@ SOURCES: dict[tuple[str, str], Source] = {
     ("convert", "file"): configuration_file,
     ("export", "file"): configuration_file,
     ("init", "sheet"): any_file,
-    ("rule", "code"): codes,
-    ("*", "select"): codes,
-    ("*", "ignore"): codes,
-    ("*", "limits"): limit_names,
-    ("*", "reports"): report_files,
-    ("explain", "things"): codes,
-    ("encode", "fmt"): formats,
+    ("rule", "code"): code_items,
+    ("*", "select"): code_items,
+    ("*", "ignore"): code_items,
+    ("*", "limits"): limit_items,
+    ("*", "reports"): report_file_items,
+    ("explain", "things"): code_items,
+    ("encode", "fmt"): format_items,
     ("*", "config"): configuration_file,
     **{("*", name): any_file for name in ("into", "from_csv", "resume", "baseline", "plot", "csv", "xlsx", "out")},
 }

@@ -18,7 +18,7 @@ import click
 
 from pidcfg.about import VERSION
 from pidcfg.cli import environment
-from pidcfg.cli.environment import hint
+from pidcfg.cli.environment import parameter_hint
 from pidcfg.cli.terminal import LINE, encodable, fits, is_coloured, paint_report
 from pidcfg.text.signs import CI_COMMAND, break_ci_commands, find_ci_command, to_one_line, to_printable
 
@@ -63,19 +63,19 @@ def show_ci_commands(text: str) -> None:
     """
     if sys.stdout.isatty():
         text = to_printable(text.replace("\r\n", "\n"))
-    _print(text, color=False)
+    _print_text(text, color=False)
     if not fits(text, sys.stdout.encoding):
-        lacking = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
-        note(
-            f"note: the code page {sys.stdout.encoding} lacks {lacking!a}: that text was replaced; "
+        missing_signs = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
+        write_note(
+            f"note: the code page {sys.stdout.encoding} lacks {missing_signs!a}: that text was replaced; "
             "a file is written in UTF-8, and so is standard output with PYTHONUTF8=1"
         )
 
 
-def show(text: str) -> None:
+def show_text(text: str) -> None:
     """A result for people: in colour where that is wanted."""
     text, coloured = _for_people(text, sys.stdout), is_coloured(sys.stdout)
-    _print(paint_report(text) if coloured else text, color=coloured)
+    _print_text(paint_report(text) if coloured else text, color=coloured)
 
 
 def echo_json(text: str) -> None:
@@ -100,7 +100,7 @@ def _is_utf8(text: str) -> bool:
     return codecs.lookup(encoding).name == "utf-8" and fits(text, encoding)
 
 
-def note(text: str) -> None:
+def write_note(text: str) -> None:
     """A remark for people, on stderr."""
     LINE.end()
     coloured = is_coloured(sys.stderr)
@@ -111,9 +111,9 @@ def note(text: str) -> None:
         discard_output(sys.stderr)
 
 
-def remark(text: str) -> None:
+def write_remark(text: str) -> None:
     """A note that has one line to itself, whatever the names and values in it hold."""
-    note(to_one_line(text))
+    write_note(to_one_line(text))
 
 
 def _for_people(text: str, stream: TextIO) -> str:
@@ -132,11 +132,11 @@ def _refuse_ci_commands(text: str) -> None:
     except OSError:  # no file at all
         pass
     line = text.count("\n", 0, order.end()) + 1
-    said = f"line {line} of the result would be an order to the CI job that keeps this log"
-    raise click.ClickException(f"{said}; send the result to a file: > FILE")
+    reason = f"line {line} of the result would be an order to the CI job that keeps this log"
+    raise click.ClickException(f"{reason}; send the result to a file: > FILE")
 
 
-def _print(text: str, *, color: bool) -> None:
+def _print_text(text: str, *, color: bool) -> None:
     """Prints; when the reader has gone (as `| head` does) the command goes on, with its files and its exit code."""
     LINE.end()
     try:
@@ -148,16 +148,16 @@ def _print(text: str, *, color: bool) -> None:
 def discard_output(stream: TextIO) -> None:
     """Sends what is still to be written to nowhere: Python would complain again when it closes the stream."""
     os.close(stream.fileno())  # first: no more files may be open than are now
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    if nowhere != stream.fileno():
-        os.dup2(nowhere, stream.fileno())
-        os.close(nowhere)
+    devnull = os.open(os.devnull, os.O_WRONLY)
+    if devnull != stream.fileno():
+        os.dup2(devnull, stream.fileno())
+        os.close(devnull)
 
 
-def markdown(text: str) -> None:
+def show_markdown(text: str) -> None:
     """A page of documentation: formatted where colour is wanted, as it is elsewhere."""
     if not is_coloured(sys.stdout):
-        _print(break_ci_commands(encodable(text, sys.stdout.encoding)), color=False)
+        _print_text(break_ci_commands(encodable(text, sys.stdout.encoding)), color=False)
         return
     import shutil
     from io import StringIO
@@ -169,12 +169,12 @@ def markdown(text: str) -> None:
     Console(file=page, force_terminal=True, color_system="standard", legacy_windows=False, width=width).print(
         Markdown(text)
     )
-    _print(break_ci_commands(encodable(page.getvalue(), sys.stdout.encoding)), color=True)
+    _print_text(break_ci_commands(encodable(page.getvalue(), sys.stdout.encoding)), color=True)
 
 
 # --- What is usually done next: one line for a person at a terminal, never for a file, a pipe or CI -------------------
 
-SAFE = re.compile(r"[\w@%+=:,./-]+")
+SAFE_WORD = re.compile(r"[\w@%+=:,./-]+")
 """A word that a shell takes as it is."""
 
 
@@ -182,10 +182,10 @@ def next_step(*words: str, quiet: bool = False, fmt: str = "text") -> None:
     """Names the command that is usually next, ``words`` behind ``pidcfg``."""
     if quiet or fmt != "text" or "CI" in os.environ or not sys.stderr.isatty():
         return
-    remark(f"next: pidcfg {' '.join(word if SAFE.fullmatch(word) else _quoted(word) for word in words)}")
+    write_remark(f"next: pidcfg {' '.join(word if SAFE_WORD.fullmatch(word) else _quote_word(word) for word in words)}")
 
 
-def _quoted(word: str) -> str:
+def _quote_word(word: str) -> str:
     """In double quotes, which every shell knows."""
     return '"' + word.replace('"', '\\"') + '"'
 
@@ -199,32 +199,32 @@ class Detail:
     def __init__(self, ctx: click.Context, *, wanted: bool, quiet: bool) -> None:
         if wanted and quiet:
             raise click.UsageError("--verbose and --quiet exclude each other", ctx)
-        self.wanted = wanted
-        self._begin = self._last = time.perf_counter()
-        self.say(f"pidcfg {VERSION}, Python {platform.python_version()}, {platform.system()}")
-        self.say(*(f"environment: {setting}" for setting in environment.variables_in_force(ctx.command)))
+        self.is_wanted = wanted
+        self._begin_time = self._last_time = time.perf_counter()
+        self.write_lines(f"pidcfg {VERSION}, Python {platform.python_version()}, {platform.system()}")
+        self.write_lines(*(f"environment: {setting}" for setting in environment.variables_in_force(ctx.command)))
 
-    def say(self, *lines: str) -> None:
+    def write_lines(self, *lines: str) -> None:
         """Lines for whoever wants to know."""
-        for line in lines if self.wanted else ():
-            remark(line)
+        for line in lines if self.is_wanted else ():
+            write_remark(line)
 
-    def listed(self, what: str, names: Iterable[str]) -> None:
+    def write_names(self, title: str, names: Iterable[str]) -> None:
         """A line for each name."""
-        self.say(*(f"{what} {name}" for name in names))
+        self.write_lines(*(f"{title} {name}" for name in names))
 
-    def ran(self, outcome: Outcome) -> None:
+    def write_run(self, outcome: Outcome) -> None:
         """What a run read, and how fast it was."""
-        self.say(*(f"read {name}" for name in dict.fromkeys((outcome.file, outcome.config)) if name))
+        self.write_lines(*(f"read {name}" for name in dict.fromkeys((outcome.file, outcome.config)) if name))
         now = time.perf_counter()
-        took, self._last = now - self._last, now
+        seconds, self._last_time = now - self._last_time, now
         if outcome.report is not None:
             duration = outcome.report.duration
-            self.say(f"ran {outcome.file}: {duration:g} s in {took:.2f} s, engine {outcome.report.engine}")
+            self.write_lines(f"ran {outcome.file}: {duration:g} s in {seconds:.2f} s, engine {outcome.report.engine}")
 
-    def end(self) -> None:
+    def write_time(self) -> None:
         """How long it took."""
-        self.say(f"took {time.perf_counter() - self._begin:.2f} s")
+        self.write_lines(f"took {time.perf_counter() - self._begin_time:.2f} s")
 
 
 # --- How a command that cannot go on says so, on standard error -------------------------------------------------------
@@ -234,25 +234,25 @@ def print_error(error: click.ClickException) -> None:
     """An error as click writes it, through what knows colours and code pages."""
     text = StringIO()
     if isinstance(error, click.BadParameter) and error.param is not None and error.param_hint is None:
-        error.param_hint = hint(error.param, error.ctx)
+        error.param_hint = parameter_hint(error.param, error.ctx)
     error.show(text)
     if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.parent is None:
         text.write("Options of a command stand behind it: pidcfg validate --strict …\n")
-    for named in _also_missing(error):
-        text.write(f"Also missing: {named}\n")
-    shown = text.getvalue().rstrip("\n")
+    for parameter in _also_missing(error):
+        text.write(f"Also missing: {parameter}\n")
+    message = text.getvalue().rstrip("\n")
     if error.message and not isinstance(error, click.exceptions.NoArgsIsHelpError):
-        shown = shown.replace(click.unstyle(error.message), to_one_line(error.message))  # show leaves sequences out
-    note(shown)
+        message = message.replace(click.unstyle(error.message), to_one_line(error.message))  # show leaves sequences out
+    write_note(message)
 
 
 def _also_missing(error: click.ClickException) -> Iterable[str]:
     """Further required parameters that were not given: those that the command line has come before all others."""
     if not isinstance(error, click.MissingParameter) or error.ctx is None:
         return ()
-    ctx, known = error.ctx, error.ctx.params
-    missing = [p for p in ctx.command.params if p.required and p.name not in known and p is not error.param]
-    return [hint(parameter, ctx) for parameter in missing]
+    ctx, given = error.ctx, error.ctx.params
+    missing = [p for p in ctx.command.params if p.required and p.name not in given and p is not error.param]
+    return [parameter_hint(parameter, ctx) for parameter in missing]
 
 
 def system_refusal(error: OSError) -> str:
@@ -263,5 +263,5 @@ def system_refusal(error: OSError) -> str:
         Path.cwd()
     except OSError:
         return "the working directory is gone; change to one that is there"
-    what = f" {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
-    return to_one_line(f"cannot write or read{what}: {error.strerror or error}")
+    file_text = f" {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
+    return to_one_line(f"cannot write or read{file_text}: {error.strerror or error}")

@@ -12,11 +12,11 @@ from click.core import ParameterSource
 # --- Environment variables: each option has one, ``PIDCFG_COMMAND_OPTION``, which the command line outranks -----------
 
 PREFIX = "PIDCFG"
-WITHOUT = {"version"}
+OPTIONS_WITHOUT = {"version"}
 """Options that have none: a variable of that name belongs to whoever builds or installs pidcfg."""
 
 
-def variable(command: str, option: str) -> str:
+def variable_of(command: str, option: str) -> str:
     """The variable of an option: `PIDCFG_VALIDATE_REPORT_OUTPUT` of ``validate --report-output``."""
     return "_".join((PREFIX, *command.split(), option.lstrip("-"))).upper().replace("-", "_")
 
@@ -24,7 +24,7 @@ def variable(command: str, option: str) -> str:
 def with_variables(command: click.Command, name: str = "") -> click.Command:
     """A command whose options may be given by variables too, and whose help names them; one of its own is kept."""
     for option in options_of(command):
-        option.envvar = option.envvar or variable(name, spelling(option))
+        option.envvar = option.envvar or variable_of(name, option_name(option))
         option.show_envvar = True
     return command
 
@@ -32,11 +32,11 @@ def with_variables(command: click.Command, name: str = "") -> click.Command:
 def options_of(command: click.Command) -> Iterator[click.Option]:
     """The options that have a variable."""
     for param in command.params:
-        if isinstance(param, click.Option) and not param.hidden and param.name not in WITHOUT:
+        if isinstance(param, click.Option) and not param.hidden and param.name not in OPTIONS_WITHOUT:
             yield param
 
 
-def spelling(option: click.Option) -> str:
+def option_name(option: click.Option) -> str:
     """What an option is called: the first of its long names."""
     return next(opt for opt in option.opts if opt.startswith("--"))
 
@@ -47,19 +47,19 @@ def variables_in_force(command: click.Command) -> Iterator[str]:
     return (f"{name}={os.environ[name]}" for name in names if os.environ.get(name))
 
 
-def unknown(command: click.Command, name: str) -> Iterator[str]:
+def unknown_variables(command: click.Command, name: str) -> Iterator[str]:
     """What is wrong with variables that look like those of a command and are none."""
     known = [str(option.envvar) for option in options_of(command)]
-    begin = variable(name, "")
-    for found in sorted(os.environ):
-        if found.startswith(begin) and found not in known:
+    prefix = variable_of(name, "")
+    for name_set in sorted(os.environ):
+        if name_set.startswith(prefix) and name_set not in known:
             from pidcfg.text.signs import closest_name
 
-            near = closest_name(found, known)
-            yield f"{found} is no variable of pidcfg {name}" + (f"; did you mean {near}?" if near else "")
+            nearest = closest_name(name_set, known)
+            yield f"{name_set} is no variable of pidcfg {name}" + (f"; did you mean {nearest}?" if nearest else "")
 
 
-def hint(param: click.Parameter, ctx: click.Context | None) -> str:
+def parameter_hint(param: click.Parameter, ctx: click.Context | None) -> str:
     """How an error names a parameter: an option with its variable where the value came from there."""
     if not isinstance(param, click.Option):
         return param.get_error_hint(ctx)

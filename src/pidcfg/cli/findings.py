@@ -12,8 +12,8 @@ from typing import Any
 
 import click
 
-from pidcfg.cli.console import remark
-from pidcfg.cli.inputs import FILES, Input, document, read_inputs
+from pidcfg.cli.console import write_remark
+from pidcfg.cli.inputs import RECORDED_DISK, Input, document_of_input, read_inputs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
@@ -26,23 +26,23 @@ from pidcfg.text.store import Store, UnsafeFolderError, cache_folder
 
 
 @dataclass(slots=True)
-class Reads:
+class ReadRecorder:
     """What a check reads besides its input: by the name that the input calls a file, a hash of its bytes."""
 
     name: str
     """Of the input."""
-    reader: Reader = FILES
-    called: dict[str, str] = field(default_factory=dict)
+    reader: Reader = RECORDED_DISK
+    names_by_file: dict[str, str] = field(default_factory=dict)
     """What the input calls a file, by the name under which it was read."""
     hashes: dict[str, str] = field(default_factory=dict)
-    known: bool = True
+    is_known: bool = True
     """Whether all that was read is known by what the input calls it, and could be read."""
 
     def resolve(self, name: str, other: str) -> str:
         """As the reader does it."""
         resolved = self.reader.resolve(name, other)
         if name == self.name:
-            self.called[resolved] = other
+            self.names_by_file[resolved] = other
         return resolved
 
     def read(self, name: str, most: int) -> bytes:
@@ -50,12 +50,12 @@ class Reads:
         try:
             data = self.reader.read(name, most)
         except (OSError, ValueError):
-            self.known = False
+            self.is_known = False
             raise
-        if name in self.called:
-            self.hashes[self.called[name]] = hash_of(data)
+        if name in self.names_by_file:
+            self.hashes[self.names_by_file[name]] = hash_of(data)
         else:
-            self.known = False
+            self.is_known = False
         return data
 
 
@@ -72,10 +72,10 @@ def hash_of(data: bytes) -> str:
 # also says which other files were read with it, and holds only as long as these are the same. Nothing is kept of a
 # file that could not be read.
 
-FORMAT = 1
+CACHE_FORMAT = 1
 """Of an entry; a new one makes all former entries misses."""
 LIBRARIES = ("pydantic", "pydantic_core", "ruamel")
-PACKAGE = Path(__file__).parents[2]
+PACKAGE_FOLDER = Path(__file__).parents[2]
 
 
 @frozen
@@ -84,16 +84,16 @@ class Cache:
 
     store: Store
     limits: Limits
-    ground: bytes
+    key_base: bytes
     """What all keys begin with."""
 
     @classmethod
     def open(cls, limits: Limits) -> Cache | None:
         """The user's cache; None where there is none."""
         try:
-            return cls(Store(cache_folder("findings")), limits, _ground(limits))
+            return cls(Store(cache_folder("findings")), limits, _key_base(limits))
         except UnsafeFolderError as error:
-            remark(f"note: findings are not kept: {error.strerror}")
+            write_remark(f"note: findings are not kept: {error.strerror}")
         except OSError:
             pass
         return None
@@ -102,13 +102,13 @@ class Cache:
         """An input's text and kept findings; None where it has to be checked."""
         if entry.problem is not None or len(entry.data) > self.limits.file_bytes:
             return None
-        kept = self.store.get(self._key(entry))
-        if kept is None:
+        stored = self.store.get(self._key(entry))
+        if stored is None:
             return None
         try:
-            reads, rows = kept
-            files = [entry.name, *(FILES.resolve(entry.name, other) for other in reads)]
-            if not self._same(files[1:], reads.values()):
+            reads, rows = stored
+            files = [entry.name, *(RECORDED_DISK.resolve(entry.name, other) for other in reads)]
+            if not self._are_unchanged(files[1:], reads.values()):
                 return None
             findings = [_finding(row, files) for row in rows]
         except (OSError, ValueError, TypeError, AttributeError, IndexError):
@@ -116,59 +116,61 @@ class Cache:
         text = entry.data.decode("utf-8-sig", "replace")
         return Document(entry.name, text, None, Node(None)), findings
 
-    def put(self, entry: Input, findings: Sequence[Diagnostic], reads: Reads) -> None:
+    def put(self, entry: Input, findings: Sequence[Diagnostic], reads: ReadRecorder) -> None:
         """Keeps an input's findings, unless they say more than the key can know."""
         from pidcfg.validate.catalog import is_unusable
 
-        if entry.problem is not None or not reads.known or any(map(is_unusable, findings)):
+        if entry.problem is not None or not reads.is_known or any(map(is_unusable, findings)):
             return
-        others = {other: name for name, other in reads.called.items() if other in reads.hashes}
-        files = [entry.name, *(others[other] for other in reads.hashes)]
+        names_read = {other: name for name, other in reads.names_by_file.items() if other in reads.hashes}
+        files = [entry.name, *(names_read[other] for other in reads.hashes)]
         if any(d.file not in files for d in findings) or _names_one(findings, files):
             return
-        rows = [_row(d, files.index(d.file)) for d in findings]
+        rows = [_finding_row(d, files.index(d.file)) for d in findings]
         self.store.put(self._key(entry), [reads.hashes, rows])
 
     def _key(self, entry: Input) -> str:
-        return hashlib.sha256(self.ground + entry.data).hexdigest()
+        return hashlib.sha256(self.key_base + entry.data).hexdigest()
 
-    def _same(self, names: Iterable[str], hashes: Iterable[str]) -> bool:
+    def _are_unchanged(self, names: Iterable[str], hashes: Iterable[str]) -> bool:
         """Whether other files are what they were."""
-        most = self.limits.listing_bytes + 1
-        return all(hash_of(FILES.read(name, most)) == kept for name, kept in zip(names, hashes, strict=True))
+        most_bytes = self.limits.listing_bytes + 1
+        return all(
+            hash_of(RECORDED_DISK.read(name, most_bytes)) == kept for name, kept in zip(names, hashes, strict=True)
+        )
 
 
 def _names_one(findings: Iterable[Diagnostic], files: Iterable[str]) -> bool:
     """Whether findings say the name of a file in words."""
-    return any(name in text for d in findings for text in _texts(d) for name in files)
+    return any(name in text for d in findings for text in _finding_texts(d) for name in files)
 
 
-def _texts(d: Diagnostic) -> Iterator[str]:
+def _finding_texts(d: Diagnostic) -> Iterator[str]:
     """What a finding says in words."""
     yield from filter(None, (d.message, d.help, d.plc_effect, d.value, d.quotes))
     yield from (edit.text for edit in d.edits)
 
 
-def _row(d: Diagnostic, at: int) -> list[object]:
+def _finding_row(d: Diagnostic, file_number: int) -> list[object]:
     """A finding as it is kept: its values in their order, the name of its file as its number among those read."""
     values = {f.name: getattr(d, f.name) for f in fields(d)}
-    edits = [(_place(edit.span), edit.text) for edit in d.edits]
-    return [at, *(values | {"file": "", "span": _place(d.span), "edits": edits}).values()]
+    edits = [(_span_numbers(edit.span), edit.text) for edit in d.edits]
+    return [file_number, *(values | {"file": "", "span": _span_numbers(d.span), "edits": edits}).values()]
 
 
-def _place(span: Span) -> tuple[int, int, int, int]:
+def _span_numbers(span: Span) -> tuple[int, int, int, int]:
     """Where something is written, as four numbers."""
     return span.line, span.column, span.end_line, span.end_column
 
 
 def _finding(row: list[Any], files: Sequence[str]) -> Diagnostic:
     """A kept finding with the name of its file."""
-    at, code, severity, message, _, span, path, loop, others, effect, reference, cure, edits, *rest = row
+    file_number, code, severity, message, _, span, path, loop, others, effect, reference, cure, edits, *rest = row
     return Diagnostic(
         code,
         Severity(severity),
         message,
-        files[at],
+        files[file_number],
         Span(*span),
         tuple(path),
         loop,
@@ -181,43 +183,43 @@ def _finding(row: list[Any], files: Sequence[str]) -> Diagnostic:
     )
 
 
-def _ground(limits: Limits) -> bytes:
+def _key_base(limits: Limits) -> bytes:
     """A hash of what all findings follow from, whatever the file."""
     machine = os.uname().machine if hasattr(os, "uname") else os.environ.get("PROCESSOR_ARCHITECTURE", "")
-    facts = (FORMAT, sys.version, sys.platform, machine, astuple(limits), _libraries(), _sources())
+    facts = (CACHE_FORMAT, sys.version, sys.platform, machine, astuple(limits), _library_versions(), _source_state())
     return hashlib.sha256(repr(facts).encode()).digest()
 
 
-def _libraries() -> list[str]:
+def _library_versions() -> list[str]:
     """The libraries that read and check, with their versions, as the folders of installed packages name them."""
-    found: list[str] = []
+    versions: list[str] = []
     for folder in dict.fromkeys(sys.path):
         try:
             names = os.listdir(folder or ".")  # noqa: PTH208 - names alone
         except OSError:
             continue
-        found += sorted(n for n in names if n.endswith(".dist-info") and n.lower().startswith(LIBRARIES))
-    return found
+        versions += sorted(n for n in names if n.endswith(".dist-info") and n.lower().startswith(LIBRARIES))
+    return versions
 
 
-def _sources() -> object:
+def _source_state() -> object:
     """Pidcfg itself: its record where it is installed, the size and time of each source in a working copy."""
-    records = sorted(PACKAGE.parent.glob("pidcfg-*.dist-info/RECORD"))
+    records = sorted(PACKAGE_FOLDER.parent.glob("pidcfg-*.dist-info/RECORD"))
     if records:
         return [hash_of(path.read_bytes()) for path in records]
-    found = []
-    for folder, folders, names in os.walk(PACKAGE):
+    rows = []
+    for folder, folders, names in os.walk(PACKAGE_FOLDER):
         folders.sort()
         for name in sorted(names):
             if not name.endswith(".pyc"):
-                facts = os.stat(os.path.join(folder, name))  # noqa: PTH116, PTH118 - a thousand of them
-                found.append((folder, name, facts.st_size, facts.st_mtime_ns))
-    return found
+                status = os.stat(os.path.join(folder, name))  # noqa: PTH116, PTH118 - a thousand of them
+                rows.append((folder, name, status.st_size, status.st_mtime_ns))
+    return rows
 
 
 # --- The findings of the inputs of a command, and the one configuration that some commands work on --------------------
 
-MANY, CHUNK = 200, 25
+LEAST_FOR_POOL, CHUNK_SIZE = 200, 25
 """From so many files on a process per processor pays for its start; files are handed out so many at a time."""
 
 
@@ -228,29 +230,29 @@ def check_all(
 
     ``cached``: findings of files that have not changed are taken from the user's cache (`pidcfg.cli.findings`).
     """
-    cache = _cache(limits) if cached else None
+    cache = _open_cache(limits) if cached else None
     if cache is None:
-        yield from ((document, findings) for document, findings, _ in _checked(inputs))
+        yield from ((document, findings) for document, findings, _ in _check_inputs(inputs))
         return
-    kept = {i: found for i, entry in enumerate(inputs) if (found := cache.get(entry))}
-    rest = _checked([entry for i, entry in enumerate(inputs) if i not in kept])
+    cached_results = {i: result for i, entry in enumerate(inputs) if (result := cache.get(entry))}
+    checked = _check_inputs([entry for i, entry in enumerate(inputs) if i not in cached_results])
     for i, entry in enumerate(inputs):
-        if i in kept:
-            yield kept[i]
+        if i in cached_results:
+            yield cached_results[i]
             continue
-        document, findings, reads = next(rest)
+        document, findings, reads = next(checked)
         cache.put(entry, findings, reads)
         yield document, findings
 
 
-def _cache(limits: Limits) -> Cache | None:
+def _open_cache(limits: Limits) -> Cache | None:
     return Cache.open(limits)
 
 
-def _checked(inputs: Sequence[Input]) -> Iterator[tuple[Document, list[Diagnostic], Reads]]:
+def _check_inputs(inputs: Sequence[Input]) -> Iterator[tuple[Document, list[Diagnostic], ReadRecorder]]:
     """Inputs that have to be checked, each with what was read for it."""
     processors = os.cpu_count() or 1
-    if len(inputs) < MANY or processors == 1:
+    if len(inputs) < LEAST_FOR_POOL or processors == 1:
         yield from map(check_input, inputs)
         return
     from concurrent.futures import ProcessPoolExecutor
@@ -258,16 +260,16 @@ def _checked(inputs: Sequence[Input]) -> Iterator[tuple[Document, list[Diagnosti
     yield check_input(inputs[0])  # a process that is forked has what this one has loaded for it
     with ProcessPoolExecutor(processors) as pool:
         with hold_line():
-            checked = pool.map(check_input, inputs[1:], chunksize=CHUNK)
+            checked = pool.map(check_input, inputs[1:], chunksize=CHUNK_SIZE)
         yield from checked
 
 
-def check_input(entry: Input) -> tuple[Document, list[Diagnostic], Reads]:
+def check_input(entry: Input) -> tuple[Document, list[Diagnostic], ReadRecorder]:
     """One input's text and findings; the data are let go, since a report needs the text only."""
     from pidcfg.api import check
 
-    reads = Reads(entry.name)
-    result = check(document(entry), files=reads, comments=False, limits=entry.limits)
+    reads = ReadRecorder(entry.name)
+    result = check(document_of_input(entry), files=reads, comments=False, limits=entry.limits)
     return result.document.without_data(), list(result.findings), reads
 
 
@@ -285,15 +287,15 @@ def one_configuration(path: str, limits: Limits) -> Document:
 
 def show_errors(findings: Sequence[Diagnostic], document: Document | None, fmt: str) -> None:
     """The errors of a configuration: in full on stderr, or as the result where JSON was asked for."""
-    from pidcfg.cli.console import echo_json, note
-    from pidcfg.cli.formats.findings import json_v1, text
+    from pidcfg.cli.console import echo_json, write_note
+    from pidcfg.cli.formats.findings import findings_text, json_v1
     from pidcfg.output.findings import errors_in
 
     documents = {} if document is None else {document.file: document}
     if fmt == "json":
         echo_json(json_v1(errors_in(findings), documents))
     else:
-        note(text(errors_in(findings), documents).rstrip())
+        write_note(findings_text(errors_in(findings), documents).rstrip())
 
 
 def exit_code(findings: Sequence[Diagnostic], *, strict: bool = False) -> Exit:

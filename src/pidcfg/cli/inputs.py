@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import click
 
-from pidcfg.cli.console import remark
+from pidcfg.cli.console import write_remark
 from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 # --- What tells files apart, by whatever name they are called, and which of them the running command has read ---------
 
 Identity: TypeAlias = "str | tuple[int, int]"
-READ = "pidcfg.files_read"
+FILES_READ_KEY = "pidcfg.files_read"
 """Where a command keeps the identities of its inputs."""
-NAMES = "pidcfg.names_read"
+NAMES_READ_KEY = "pidcfg.names_read"
 """Where it keeps their names, and those of files that it looked for."""
-EXCLUDED = "pidcfg.files_excluded"
+EXCLUSION_KEY = "pidcfg.files_excluded"
 """Where it keeps what it leaves out of folders."""
 
 
@@ -50,7 +50,7 @@ class Exclusion(NamedTuple):
     patterns: tuple[str, ...]
 
 
-def identity(name: str) -> Identity:
+def file_identity(name: str) -> Identity:
     """A file's own number; where there is none yet, the place where it would be."""
     try:
         status = Path(name).stat()
@@ -59,18 +59,18 @@ def identity(name: str) -> Identity:
     return (status.st_dev, status.st_ino)
 
 
-def one_file(names: Iterable[str]) -> str | None:
+def equal_file_fault(names: Iterable[str]) -> str | None:
     """What is wrong with the names of outputs where two of them mean one file."""
     names_of: dict[Identity, str] = {}
     for name in names:
-        place = identity(name)
+        place = file_identity(name)
         if place in names_of:
             return f"{names_of[place]} and {name} are one file; name two"
         names_of[place] = name
     return None
 
 
-def remember(stream: IO[bytes]) -> None:
+def note_open_file(stream: IO[bytes]) -> None:
     """Notes an open file as an input of the running command."""
     ctx = click.get_current_context(silent=True)
     if ctx is None:
@@ -86,7 +86,7 @@ def note_name(name: str) -> None:
     """Notes the name of a file that the running command reads or looks for."""
     ctx = click.get_current_context(silent=True)
     if ctx is not None:
-        ctx.meta.setdefault(NAMES, set()).add(name)
+        ctx.meta.setdefault(NAMES_READ_KEY, set()).add(name)
 
 
 def note_read(name: str) -> None:
@@ -94,22 +94,22 @@ def note_read(name: str) -> None:
     ctx = click.get_current_context(silent=True)
     if ctx is not None and name:
         note_name(name)
-        files_read(ctx).add(identity(name))
+        files_read(ctx).add(file_identity(name))
 
 
 def was_read(name: str) -> bool:
     """Whether the running command has read this file."""
     ctx = click.get_current_context(silent=True)
-    return ctx is not None and identity(name) in files_read(ctx)
+    return ctx is not None and file_identity(name) in files_read(ctx)
 
 
 def files_read(ctx: click.Context) -> set[Identity]:
     """The identities of the command's inputs so far."""
-    identities: set[Identity] = ctx.meta.setdefault(READ, set())
+    identities: set[Identity] = ctx.meta.setdefault(FILES_READ_KEY, set())
     return identities
 
 
-def relative(file: str, folder: Path) -> str:
+def relative_path(file: str, folder: Path) -> str:
     """A file's path seen from a folder, with forward slashes; as it is where there is no such path."""
     try:
         return Path(os.path.relpath(file, folder)).as_posix()
@@ -126,7 +126,7 @@ MAX_LINES = 2000
 """Lines of a ``.gitignore``, and patterns of a settings file."""
 MAX_PATTERN_WAYS = 10_000
 """In which the ``**`` of a pattern may lie over the folders of a path."""
-ANY, UP = "**", ".."
+ANY_FOLDERS, FOLDER_ABOVE = "**", ".."
 STAR, SIGN = r"\[\^/\]\*", r"(?:\\.|\[\^?\]?[^\]]*\]|[^/\\\[(])"
 STARS = re.compile(rf"(?:{STAR}){{2,}}")
 BETWEEN_STARS = re.compile(rf"{STAR}((?:(?!{STAR}){SIGN})+)(?={STAR})", re.DOTALL)
@@ -147,7 +147,7 @@ class Pattern(NamedTuple):
     jumps: int
     """How many ``**`` it has."""
 
-    def fits(self, path: str, *, folder: bool) -> bool:
+    def matches(self, path: str, *, folder: bool) -> bool:
         """Whether it names this entry itself; one that would take very long is taken for what leaves nothing out."""
         if self.of_folders and not folder:
             return False
@@ -165,30 +165,30 @@ class Patterns(NamedTuple):
     """The folder, with a slash at its end."""
     rows: list[Pattern]
 
-    def decisive(self, path: str, *, folder: bool) -> Pattern | None:
+    def deciding_pattern(self, path: str, *, folder: bool) -> Pattern | None:
         """The last pattern that names an entry; None for what lies elsewhere, too."""
         if not path.startswith(self.base):
             return None
         below = path[len(self.base) :]
-        return next((row for row in reversed(self.rows) if row.fits(below, folder=folder)), None)
+        return next((row for row in reversed(self.rows) if row.matches(below, folder=folder)), None)
 
 
-def patterns(base: str, origin: str, lines: Iterable[str], *, numbered: bool = False) -> Patterns:
+def parse_patterns(base: str, origin: str, lines: Iterable[str], *, numbered: bool = False) -> Patterns:
     """The patterns of some lines; a line that is none is passed over, as git does."""
     rows = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # "[[" in a regular expression
         for number, line in enumerate(lines, 1):
-            row = _pattern(f"{origin}:{number}" if numbered else origin, line)
+            row = _parse_pattern(f"{origin}:{number}" if numbered else origin, line)
             rows += [row] if row is not None else []
     return Patterns(base, rows)
 
 
-def _pattern(origin: str, line: str) -> Pattern | None:
+def _parse_pattern(origin: str, line: str) -> Pattern | None:
     from pathspec.patterns.gitignore.spec import GitIgnoreSpecPattern
 
-    bare = line.rstrip(" ")
-    line = f"{bare} " if bare.endswith("\\") and bare != line else bare
+    stripped = line.rstrip(" ")
+    line = f"{stripped} " if stripped.endswith("\\") and stripped != line else stripped
     body = line.removesuffix("/")
     try:
         regex, leaves_out = GitIgnoreSpecPattern.pattern_to_regex(body)
@@ -197,25 +197,25 @@ def _pattern(origin: str, line: str) -> Pattern | None:
         compiled = re.compile(BETWEEN_STARS.sub(r"(?>[^/]*?\1)", STARS.sub("[^/]*", regex)))
     except (ValueError, re.error):
         return None
-    return Pattern(f"{origin}: {line}", compiled, leaves_out, body != line, "/" not in body, body.count(ANY))
+    return Pattern(f"{origin}: {line}", compiled, leaves_out, body != line, "/" not in body, body.count(ANY_FOLDERS))
 
 
 def pattern_fault(line: str) -> str | None:
     """What is wrong with a pattern of the command line or of a settings file, and its cure."""
-    if UP in line.split("/"):
+    if FOLDER_ABOVE in line.split("/"):
         return f"{line!r} leads out of the folder that patterns begin at; run there, or put the settings there"
     if re.search(r"\\\w", line):
         return f"{line!r} is no pattern of paths; write it with forward slashes"
-    if not patterns("/", "", [line]).rows:
+    if not parse_patterns("/", "", [line]).rows:
         return f"{line!r} is no pattern of paths; write it as a line of .gitignore, such as 'old/' or '*.bak.yaml'"
     return None
 
 
 # --- The folders below one, without those that hold other people's files and without what patterns leave out ----------
 
-ENVIRONMENT = "pyvenv.cfg"
+ENVIRONMENT_FILE = "pyvenv.cfg"
 """What the folder of a virtual environment holds."""
-PACKAGES = frozenset({"node_modules", "site-packages"})
+PACKAGE_FOLDERS = frozenset({"node_modules", "site-packages"})
 """Folders of packages, by name."""
 GITIGNORE, REPOSITORY = ".gitignore", ".git"
 LARGEST_GITIGNORE = 128 << 10
@@ -241,77 +241,85 @@ class Folder(NamedTuple):
     """Files of patterns that do not count."""
 
 
-def walk(name: str, closed: Callable[[OSError], None] | None = None) -> Iterator[Folder]:
-    """The folder, whatever patterns say of it, and those below it; ``closed`` is told of those that cannot be read."""
-    excluded, unused = _excluded(), Reasons()
+def walk_folders(name: str, on_error: Callable[[OSError], None] | None = None) -> Iterator[Folder]:
+    """The folder, whatever patterns say of it, and those below it; ``on_error`` hears of those that cannot be read."""
+    excluded, unused = _excluded_patterns(), Reasons()
     levels = {name: _gitignores_above(name, unused)}
-    for place, folders, files in os.walk(name, onerror=closed):
+    for place, folders, files in os.walk(name, onerror=on_error):
         ignored = levels.pop(place)
         if place != name and REPOSITORY in {*folders, *files}:
             ignored = ()  # a repository of its own
         if GITIGNORE in files:
             ignored = (*_gitignore_patterns(place, unused), *ignored)
-        inside = {f: _folder(place, f, excluded, ignored) for f in sorted(folders) if not f.startswith(".")}
+        folder_reasons = {
+            f: _folder_reason(place, f, excluded, ignored) for f in sorted(folders) if not f.startswith(".")
+        }
         yaml = (f for f in sorted(files) if Path(f).suffix.lower() in SUFFIXES)
-        read = {f: _reason(place, f, excluded, ignored) for f in yaml}
-        folders[:] = (f for f, reason in inside.items() if reason is None)
+        file_reasons = {f: _pattern_reason(place, f, excluded, ignored) for f in yaml}
+        folders[:] = (f for f, reason in folder_reasons.items() if reason is None)
         levels |= {os.path.join(place, f): ignored for f in folders}  # noqa: PTH118 - as os.walk spells it
-        left_out = [(f"{f}/", reason) for f, reason in inside.items() if reason is not None]
-        left_out += ((f, reason) for f, reason in read.items() if reason is not None)
-        yield Folder(place, folders, [f for f, reason in read.items() if reason is None], left_out, unused)
+        left_out = [(f"{f}/", reason) for f, reason in folder_reasons.items() if reason is not None]
+        left_out += ((f, reason) for f, reason in file_reasons.items() if reason is not None)
+        yield Folder(place, folders, [f for f, reason in file_reasons.items() if reason is None], left_out, unused)
         unused = Reasons()
 
 
-def _folder(place: str, name: str, excluded: Patterns | None, ignored: Levels) -> str | None:
+def _folder_reason(place: str, name: str, excluded: Patterns | None, ignored: Levels) -> str | None:
     """Why a folder is left out, if it is; a link to one is no folder for patterns."""
     path = Path(place, name)
-    if name in PACKAGES:
+    if name in PACKAGE_FOLDERS:
         return "packages of others"
-    if os.path.lexists(path / ENVIRONMENT):
-        return f"holds {ENVIRONMENT}"
-    return _reason(place, name, excluded, ignored, folder=not path.is_symlink())
+    if os.path.lexists(path / ENVIRONMENT_FILE):
+        return f"holds {ENVIRONMENT_FILE}"
+    return _pattern_reason(place, name, excluded, ignored, folder=not path.is_symlink())
 
 
-def _reason(place: str, name: str, excluded: Patterns | None, ignored: Levels, *, folder: bool = False) -> str | None:
+def _pattern_reason(
+    place: str, name: str, excluded: Patterns | None, ignored: Levels, *, folder: bool = False
+) -> str | None:
     """Why patterns leave an entry out, if they do: of those of git, the last of the deepest file counts."""
     if excluded is None and not ignored:
         return None
-    path = _base(place) + name
-    row = None if excluded is None else excluded.decisive(path, folder=folder)
+    path = _pattern_base(place) + name
+    row = None if excluded is None else excluded.deciding_pattern(path, folder=folder)
     if row is None or not row.leaves_out:
-        rows = (level.decisive(path, folder=folder) for level in ignored)
+        rows = (level.deciding_pattern(path, folder=folder) for level in ignored)
         row = next((row for row in rows if row is not None), None)
     return row.reason if row is not None and row.leaves_out else None
 
 
-def _base(folder: str) -> str:
+def _pattern_base(folder: str) -> str:
     """A folder as patterns begin at it: from the root, links not followed, with a slash at the end."""
     return Path(os.path.abspath(folder)).as_posix().rstrip("/") + "/"
 
 
-def _excluded() -> Patterns | None:
+def _excluded_patterns() -> Patterns | None:
     """The patterns of ``--exclude``, or of the settings."""
     ctx = click.get_current_context(silent=True)
-    kept = None if ctx is None else ctx.meta.get(EXCLUDED)
-    return None if kept is None else patterns(_base(kept.root), kept.origin, kept.patterns)
+    exclusion = None if ctx is None else ctx.meta.get(EXCLUSION_KEY)
+    return (
+        None
+        if exclusion is None
+        else parse_patterns(_pattern_base(exclusion.root), exclusion.origin, exclusion.patterns)
+    )
 
 
 def _gitignores_above(name: str, unused: Reasons) -> Levels:
     """The patterns of the folders above one, up to the root of its repository; outside of one there are none."""
     start = Path(os.path.abspath(name))
-    above: list[Path] = []
+    folders_above: list[Path] = []
     for folder in (start, *start.parents):
         if folder != start:
-            above.append(folder)
+            folders_above.append(folder)
         if (folder / REPOSITORY).exists():
-            return tuple(level for folder in above for level in _gitignore_patterns(str(folder), unused))
+            return tuple(level for folder in folders_above for level in _gitignore_patterns(str(folder), unused))
     return ()
 
 
 def _gitignore_patterns(folder: str, unused: Reasons) -> Iterable[Patterns]:
     """The patterns of a folder's ``.gitignore``, none or one; a link or a pipe is none, for git neither."""
     path = Path(folder, GITIGNORE)
-    shown = relative(str(path), Path.cwd())
+    shown_path = relative_path(str(path), Path.cwd())
     try:
         if not stat.S_ISREG(path.lstat().st_mode):
             return
@@ -319,72 +327,72 @@ def _gitignore_patterns(folder: str, unused: Reasons) -> Iterable[Patterns]:
     except FileNotFoundError:
         return
     except OSError as error:
-        unused.append((shown, f"cannot be read ({error.strerror}): what it names is not left out"))
+        unused.append((shown_path, f"cannot be read ({error.strerror}): what it names is not left out"))
         return
     lines = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "surrogateescape").split("\n")
     if len(data) > LARGEST_GITIGNORE or len(lines) > MAX_LINES:
         unused.append(
-            (shown, f"has more than {LARGEST_GITIGNORE} bytes or {MAX_LINES} lines: what it names is not left out")
+            (shown_path, f"has more than {LARGEST_GITIGNORE} bytes or {MAX_LINES} lines: what it names is not left out")
         )
         return
-    yield patterns(_base(folder), shown, (line.removesuffix("\r") for line in lines), numbered=True)
+    yield parse_patterns(_pattern_base(folder), shown_path, (line.removesuffix("\r") for line in lines), numbered=True)
 
 
 # --- Which YAML files in a folder are for pidcfg: those with its key, and those of which nobody can tell --------------
 
 MAX_SNIFF_SIZE = 64 << 20
 """Bytes of a file that is searched for the key; a larger one is read, and complained about."""
-BREAK = re.compile(rb"\r\n?|\xc2\x85|\xe2\x80[\xa8\xa9]")
+LINE_BREAK = re.compile(rb"\r\n?|\xc2\x85|\xe2\x80[\xa8\xa9]")
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 FIRST_LINE = re.compile(rb"^([ \t]*)(?!%|#|\.\.\.|[ \t])(?:---(?:[ \t]+|$))?(?:#.*$)?([^\s#].*)", re.MULTILINE)
 """The first line that says something, and how far it is indented: there the keys at the top stand."""
-PLAIN = re.compile(rb"(?:[\w.$/+-]+|\"[^\"\\\n]*\"|'[^'\n]*')[ \t]*:(?:\s|$)|-(?:[ \t]|$)")
+BLOCK_START = re.compile(rb"(?:[\w.$/+-]+|\"[^\"\\\n]*\"|'[^'\n]*')[ \t]*:(?:\s|$)|-(?:[ \t]|$)")
 """A key or an item in a block: what follows is read line by line. Anything else may hold keys anywhere."""
-OPENING = re.compile(rb"[{,?]\s*")
-KEY = re.compile(rb"^(?:\?[ \t]+)?\t*[\"']?pidcfg[\"']?[ \t]*(?::|$)", re.MULTILINE)
+OPENING_BRACKET = re.compile(rb"[{,?]\s*")
+PIDCFG_KEY = re.compile(rb"^(?:\?[ \t]+)?\t*[\"']?pidcfg[\"']?[ \t]*(?::|$)", re.MULTILINE)
 """The key at the top; also after a tab."""
-ESCAPED = re.compile(rb"^(?:\?[ \t]+)?\"[^\"\n:]*\\", re.MULTILINE)
+ESCAPED_KEY = re.compile(rb"^(?:\?[ \t]+)?\"[^\"\n:]*\\", re.MULTILINE)
 """A key that is spelled with escapes may be any."""
-LIKE_PIDCFG = (
+SIMILAR_KEYS = (
     re.compile(rb"^[\"']?(?:vendor|scenario)[\"']?\s*:", re.MULTILINE),
     re.compile(rb"^[\"']?(?:loops|config|plants|expect)[\"']?\s*:", re.MULTILINE),
 )
 """Keys at the top by which a file is for pidcfg although that key is missing or misspelt."""
 
 
-def is_for_pidcfg(name: str, data: bytes, most: int) -> bool:
-    """Whether a file is for pidcfg by its first bytes; when they are more than ``most``, by all of them."""
+def is_for_pidcfg(name: str, data: bytes, most_bytes: int) -> bool:
+    """Whether a file is for pidcfg by its first bytes; when they are more than ``most_bytes``, by all of them."""
     if has_key(data):
         return True
-    if len(data) <= most:
+    if len(data) <= most_bytes:
         return False
     try:
-        whole = read_file(name, MAX_SNIFF_SIZE + 1)
+        content = read_file(name, MAX_SNIFF_SIZE + 1)
     except (OSError, ValueError):
         return True
-    return len(whole) > MAX_SNIFF_SIZE or has_key(whole)
+    return len(content) > MAX_SNIFF_SIZE or has_key(content)
 
 
 def has_key(data: bytes) -> bool:
     """Whether a text has the key ``pidcfg`` at the top, or may have it."""
     text = data.decode("utf-16", "replace").encode() if data.startswith(UTF16_MARKS) else data.replace(b"\0", b"")
-    text = BREAK.sub(b"\n", text.removeprefix(BYTE_ORDER_MARK).removeprefix(BYTE_ORDER_MARK))
+    text = LINE_BREAK.sub(b"\n", text.removeprefix(BYTE_ORDER_MARK).removeprefix(BYTE_ORDER_MARK))
     first = FIRST_LINE.search(text)
     if first is None:
         return False
-    if not PLAIN.match(first[2]):
-        text = OPENING.sub(b"\n", text)
+    if not BLOCK_START.match(first[2]):
+        text = OPENING_BRACKET.sub(b"\n", text)
     elif first[1]:
         text = re.sub(rb"^" + re.escape(first[1]), b"", text, flags=re.MULTILINE)
-    return bool(KEY.search(text) or ESCAPED.search(text)) or all(key.search(text) for key in LIKE_PIDCFG)
+    return bool(PIDCFG_KEY.search(text) or ESCAPED_KEY.search(text)) or all(key.search(text) for key in SIMILAR_KEYS)
 
 
 # --- Paths from the command line to documents: files, folders, patterns and standard input ----------------------------
 
 STDIN = "-"
-UNNAMED = "<stdin>"
+STDIN_TITLE = "<stdin>"
 """Standard input in findings, unless ``--stdin-filename`` names it."""
-NAME_OF_STDIN = "pidcfg.stdin"
+STDIN_NAME_KEY = "pidcfg.stdin"
 """Where a command keeps that name."""
 MOST_NAMES = 3
 """Names of what was left out."""
@@ -397,9 +405,9 @@ class Input:
     name: str
     data: bytes = b""
     problem: str | None = None
-    piped: bool = False
+    is_piped: bool = False
     """Whether it is standard input, by whatever name."""
-    foreign: bool = False
+    is_foreign: bool = False
     """A YAML file without the ``pidcfg`` key, in a folder or where such files are to be skipped."""
     remark: str | None = None
     """Why a foreign entry of a folder was not even looked at."""
@@ -411,23 +419,23 @@ class Input:
 
 def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
     """The documents that the paths of a command line stand for, each once."""
-    return (document(entry) for entry in read_entries(paths, limits))
+    return (document_of_input(entry) for entry in read_entries(paths, limits))
 
 
 def read_entries(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
     """The inputs that are for pidcfg; behind them a remark says what was left out."""
-    others = []
-    for entry in gather(paths, limits):
-        if entry.foreign:
-            others.append(entry)
+    left_out = []
+    for entry in gather_inputs(paths, limits):
+        if entry.is_foreign:
+            left_out.append(entry)
         else:
             yield entry
     ctx = click.get_current_context(silent=True)
     params = {} if ctx is None else ctx.params
-    if (text := excluded_text(others)) and not params.get("quiet"):
-        remark(text)
-    for reason in exclusion_reasons(others) if params.get("verbose") else ():
-        remark(reason)
+    if (text := excluded_text(left_out)) and not params.get("quiet"):
+        write_remark(text)
+    for reason in exclusion_reasons(left_out) if params.get("verbose") else ():
+        write_remark(reason)
 
 
 def excluded_text(entries: Iterable[Input]) -> str:
@@ -435,7 +443,7 @@ def excluded_text(entries: Iterable[Input]) -> str:
     names = [entry.name for entry in entries if entry.left_out is not None]
     folders = sum(name.endswith("/") for name in names)
     counts = ((folders, "folder"), (len(names) - folders, "file"))
-    number = " and ".join(f"{n} {what}{'s' if n != 1 else ''}" for n, what in counts if n)
+    number = " and ".join(f"{n} {noun}{'s' if n != 1 else ''}" for n, noun in counts if n)
     kinds = list(dict.fromkeys(Path(name).name for name in names))
     kinds[MOST_NAMES:] = ["…"] * (len(kinds) > MOST_NAMES)
     return f"{number} left out ({', '.join(kinds)})" if names else ""
@@ -446,50 +454,50 @@ def exclusion_reasons(entries: Iterable[Input]) -> Iterator[str]:
     return (f"left out: {entry.name} ({entry.left_out})" for entry in entries if entry.left_out is not None)
 
 
-def document(entry: Input) -> Document:
+def document_of_input(entry: Input) -> Document:
     """An input as a document; a file that could not be opened is one with that finding."""
     if entry.problem is None:
         return read_document(entry.data, entry.name, entry.limits)
-    near = near_name(entry.name, FILES)
-    cure = f"did you mean {near}?" if near else "check the path"
+    nearest = near_name(entry.name, RECORDED_DISK)
+    cure = f"did you mean {nearest}?" if nearest else "check the path"
     finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help=cure)
     return Document(entry.name, "", None, Node(None), (finding,), entry.limits)
 
 
-def gather(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) -> Iterator[Input]:
+def gather_inputs(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) -> Iterator[Input]:
     """The inputs one by one; a folder stands for the files below it that carry a ``pidcfg`` key.
 
     ``skip_foreign``: a YAML file without one counts as foreign even when it is named. Standard input comes first: it
     stands for the file that ``--stdin-filename`` names, also in a folder.
     """
-    taken = _Taken(limits)
-    for name in sorted(expand(paths), key=lambda name: name != STDIN):
+    taken = _TakenFiles(limits)
+    for name in sorted(expand_patterns(paths), key=lambda name: name != STDIN):
         folder = name != STDIN and Path(name).is_dir()
-        if not taken.adds(name_of(name), folder=folder):
+        if not taken.add_path(name_of(name), folder=folder):
             continue
         if _is_pattern(name):
             yield Input(name, problem=f"no file matches {name}")
             continue
-        if taken.full:
-            yield taken.refusal(name)
+        if taken.is_full:
+            yield taken.limit_input(name)
             return
         if folder:
             yield from _inputs_below(name, taken)
         else:
             entry = read_input(name, limits)
             foreign = skip_foreign and name != STDIN and not concerns_pidcfg(entry)
-            yield Input(name, foreign=True) if foreign else entry
+            yield Input(name, is_foreign=True) if foreign else entry
 
 
 @dataclass(slots=True)
-class _Taken:
+class _TakenFiles:
     """What has been taken: each file once, by whatever way its folder is reached, and no more than the limit."""
 
     limits: Limits
     places: set[tuple[str, str]] = field(default_factory=set)
     files: int = 0
 
-    def adds(self, name: str, *, folder: bool = False) -> bool:
+    def add_path(self, name: str, *, folder: bool = False) -> bool:
         """Takes a file or a folder, unless it has been."""
         above, file = os.path.split(name)
         key = (os.path.realpath(name), "") if folder else (os.path.realpath(above), file)
@@ -499,11 +507,11 @@ class _Taken:
         return new
 
     @property
-    def full(self) -> bool:
+    def is_full(self) -> bool:
         """Whether there are more than the limit allows."""
         return self.files > self.limits.files
 
-    def refusal(self, name: str) -> Input:
+    def limit_input(self, name: str) -> Input:
         """The input that reports the limit."""
         return Input(name, problem=f"more than {self.limits.files} files; raise it with --limit files=N")
 
@@ -513,7 +521,7 @@ def concerns_pidcfg(entry: Input) -> bool:
     return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, entry.limits.listing_bytes)
 
 
-def expand(paths: Sequence[str]) -> Iterator[str]:
+def expand_patterns(paths: Sequence[str]) -> Iterator[str]:
     """Patterns that the shell has left alone."""
     for path in paths:
         if _is_pattern(path):
@@ -528,48 +536,52 @@ def _is_pattern(path: str) -> bool:
     return any(c in path for c in "*?[") and not Path(path).exists()
 
 
-def _inputs_below(name: str, taken: _Taken) -> Iterator[Input]:
+def _inputs_below(name: str, taken: _TakenFiles) -> Iterator[Input]:
     """The files below a folder that have the ``pidcfg`` key or cannot be read; other YAML files as foreign."""
-    has_files, others = False, []
-    for entry in _walked(name, taken.limits):
-        if entry.foreign:
-            others.append(entry)
+    has_files, foreign = False, []
+    for entry in _walked_inputs(name, taken.limits):
+        if entry.is_foreign:
+            foreign.append(entry)
             yield entry
-        elif taken.adds(entry.name):
+        elif taken.add_path(entry.name):
             has_files = True
-            yield taken.refusal(entry.name) if taken.full else entry
-            if taken.full:
+            yield taken.limit_input(entry.name) if taken.is_full else entry
+            if taken.is_full:
                 return
         else:
             has_files = True
     if not has_files:
-        without = f"; {text}" if (text := excluded_text(others)) else ""
-        yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key{without}")
+        left_out_text = f"; {text}" if (text := excluded_text(foreign)) else ""
+        yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key{left_out_text}")
 
 
-def _walked(name: str, limits: Limits) -> Iterator[Input]:
+def _walked_inputs(name: str, limits: Limits) -> Iterator[Input]:
     """Every YAML file below a folder, and whatever may hide some."""
-    closed: list[OSError] = []
+    errors: list[OSError] = []
     root = Path(name).resolve()
-    for folder in walk(name, closed.append):
-        yield from (Input(path, foreign=True, remark=reason) for path, reason in folder.unused)
+    for folder in walk_folders(name, errors.append):
+        yield from (Input(path, is_foreign=True, remark=reason) for path, reason in folder.unused)
         for entry, reason in folder.left_out:
-            yield Input(Path(folder.path, entry).as_posix() + "/" * entry.endswith("/"), foreign=True, left_out=reason)
+            yield Input(
+                Path(folder.path, entry).as_posix() + "/" * entry.endswith("/"), is_foreign=True, left_out=reason
+            )
         for path in (Path(folder.path, f) for f in folder.folders):
             if path.is_symlink() and not path.resolve().is_relative_to(root):
-                yield Input(path.as_posix(), foreign=True, remark="a link out of the folder is not followed; name it")
+                yield Input(
+                    path.as_posix(), is_foreign=True, remark="a link out of the folder is not followed; name it"
+                )
         for path in (Path(folder.path, f) for f in folder.files):
             if path.is_file() or not path.exists():
-                yield _in_folder(path, limits)
-    for error in closed:
+                yield _read_in_folder(path, limits)
+    for error in errors:
         yield Input(Path(error.filename).as_posix(), problem=f"cannot read {error.filename}: {error.strerror}")
 
 
-def _in_folder(path: Path, limits: Limits) -> Input:
+def _read_in_folder(path: Path, limits: Limits) -> Input:
     """One YAML file in a folder; foreign where it has no ``pidcfg`` key."""
     name = path.as_posix()
     entry = read_input(name, limits)
-    return entry if concerns_pidcfg(entry) else Input(name, foreign=True)
+    return entry if concerns_pidcfg(entry) else Input(name, is_foreign=True)
 
 
 class RememberedFiles(Disk):
@@ -577,7 +589,7 @@ class RememberedFiles(Disk):
 
     def on_open(self, stream: IO[bytes]) -> None:
         """Notes the file as an input of the running command."""
-        remember(stream)
+        note_open_file(stream)
 
     def resolve(self, name: str, other: str) -> str:
         """Notes the file that another one refers to, whether it is there or not."""
@@ -586,7 +598,7 @@ class RememberedFiles(Disk):
         return place
 
 
-FILES = RememberedFiles()
+RECORDED_DISK = RememberedFiles()
 
 
 def name_of(path: str) -> str:
@@ -594,23 +606,23 @@ def name_of(path: str) -> str:
     if path != STDIN:
         return path
     ctx = click.get_current_context(silent=True)
-    name: str = UNNAMED if ctx is None else ctx.meta.get(NAME_OF_STDIN, UNNAMED)
+    name: str = STDIN_TITLE if ctx is None else ctx.meta.get(STDIN_NAME_KEY, STDIN_TITLE)
     return name
 
 
 def read_input(name: str, limits: Limits) -> Input:
     """The bytes of one file or of standard input, at most one more than the limit."""
-    most = limits.listing_bytes + 1
+    most_bytes = limits.listing_bytes + 1
     try:
         if name == STDIN:
             if sys.stdin is None:
-                return Input(name_of(name), problem="cannot read standard input: it is closed", piped=True)
+                return Input(name_of(name), problem="cannot read standard input: it is closed", is_piped=True)
             with hold_line():
-                FILES.on_open(sys.stdin.buffer)
-                return Input(name_of(name), sys.stdin.buffer.read(most), piped=True, limits=limits)
-        return Input(name, FILES.read(name, most), limits=limits)
+                RECORDED_DISK.on_open(sys.stdin.buffer)
+                return Input(name_of(name), sys.stdin.buffer.read(most_bytes), is_piped=True, limits=limits)
+        return Input(name, RECORDED_DISK.read(name, most_bytes), limits=limits)
     except (OSError, ValueError) as error:
-        return Input(name_of(name), problem=read_failure(name_of(name), error), piped=name == STDIN)
+        return Input(name_of(name), problem=read_failure(name_of(name), error), is_piped=name == STDIN)
 
 
 def readable_input(name: str, limits: Limits) -> Input:

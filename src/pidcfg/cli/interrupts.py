@@ -15,33 +15,33 @@ class Terminated(BaseException):
     """SIGTERM: the command ends with exit code 143."""
 
 
-class _Waiting:
+class _SignalState:
     """How many parts must not be cut in two, the signal that came meanwhile, and what the command has come to."""
 
-    begun = False
-    parts = 0
-    number: int | None = None
-    over = False
-    ended: int | None = None
+    has_begun = False
+    open_parts = 0
+    pending: int | None = None
+    is_over = False
+    ending_signal: int | None = None
     """The signal that has ended the command."""
 
 
-def install() -> None:
+def install_handlers() -> None:
     """Takes both signals, unless whoever started the command has them ignored, or it is no main thread that runs.
 
     Until the command begins, one ends the process where it stands: an exception would be shown from wherever it rises.
     """
     with suppress(ValueError):
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-            signal.signal(signal.SIGTERM, _take)
+            signal.signal(signal.SIGTERM, _take_signal)
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            signal.signal(signal.SIGINT, _take)
+            signal.signal(signal.SIGINT, _take_signal)
 
 
-def begin() -> None:
+def begin_command() -> None:
     """From here on a signal ends the command where it may be ended."""
-    install()
-    _Waiting.begun, _Waiting.over, _Waiting.ended = True, False, None
+    install_handlers()
+    _SignalState.has_begun, _SignalState.is_over, _SignalState.ending_signal = True, False, None
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=_restore_default)
 
@@ -52,46 +52,46 @@ def keep_signal() -> Iterator[None]:
     try:
         yield
     except Exception:
-        if _Waiting.ended is not None:
-            _end(_Waiting.ended)
+        if _SignalState.ending_signal is not None:
+            _end_command(_SignalState.ending_signal)
         raise
 
 
-def finish() -> None:
+def finish_command() -> None:
     """From here on a signal comes too late: how the command ends is known, and is about to be said."""
-    _Waiting.over = True
+    _SignalState.is_over = True
 
 
 def _restore_default() -> None:
     """What a process of a pool does: it dies of SIGTERM."""
-    if signal.getsignal(signal.SIGTERM) is _take:
+    if signal.getsignal(signal.SIGTERM) is _take_signal:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-def _take(number: int, frame: object) -> None:
+def _take_signal(number: int, frame: object) -> None:
     """What Python calls between two steps of the program."""
     del frame
-    if not _Waiting.begun:
+    if not _SignalState.has_begun:
         os._exit(128 + number)
-    if _Waiting.parts:
-        _Waiting.number = number
-    elif not _Waiting.over:
-        _end(number)
+    if _SignalState.open_parts:
+        _SignalState.pending = number
+    elif not _SignalState.is_over:
+        _end_command(number)
 
 
-def _end(number: int) -> None:
-    _Waiting.ended = number
+def _end_command(number: int) -> None:
+    _SignalState.ending_signal = number
     raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """A part of the program that no signal cuts in two: one that comes meanwhile counts at its end."""
-    _Waiting.parts += 1
+    _SignalState.open_parts += 1
     try:
         yield
     finally:
-        _Waiting.parts -= 1
-        if not _Waiting.parts and (number := _Waiting.number) is not None:
-            _Waiting.number = None
-            _end(number)
+        _SignalState.open_parts -= 1
+        if not _SignalState.open_parts and (number := _SignalState.pending) is not None:
+            _SignalState.pending = None
+            _end_command(number)

@@ -107,14 +107,14 @@ SYNONYMS = {
 """What other programs call a command, and its name here."""
 
 
-COMPLETE = "_PIDCFG_COMPLETE"
+COMPLETE_VARIABLE = "_PIDCFG_COMPLETE"
 """The variable by which a shell asks for completions."""
 
 NO_PLUGINS = ("PYDANTIC_DISABLE_PLUGINS", "__all__")
 """No package that happens to be installed beside this one has a say in how a file is read; nor is it searched for."""
 
 
-def load(name: str) -> click.Command:
+def load_command(name: str) -> click.Command:
     """A command, whose module is imported only now, with what all commands have: ``--color``, and variables."""
     module, _, function = COMMANDS[name][0].partition(":")
     command: click.Command = getattr(import_module(module), function or "command")
@@ -167,20 +167,20 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         LINE.label = cmd_name
-        command = load(cmd_name)
-        if COMPLETE in os.environ:
+        command = load_command(cmd_name)
+        if COMPLETE_VARIABLE in os.environ:
             from pidcfg.cli.completion import with_candidates
 
             return with_candidates(command)
-        for remark in environment.unknown(command, cmd_name):
-            _remark(remark)
+        for remark in environment.unknown_variables(command, cmd_name):
+            _write_remark(remark)
         return command
 
     def _name_variables(self, ctx: click.Context) -> None:
         """Says which variables may have had a part in an error that names no option."""
         name = ctx.invoked_subcommand
-        for setting in environment.variables_in_force(load(name)) if name in COMMANDS else ():
-            _remark(f"the environment sets {setting}")
+        for setting in environment.variables_in_force(load_command(name)) if name in COMMANDS else ():
+            _write_remark(f"the environment sets {setting}")
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -238,26 +238,26 @@ def _drop_stdout() -> None:
     discard_output(sys.stdout)
 
 
-def _say(text: str) -> None:
+def _write_note(text: str) -> None:
     """A remark on standard error, through what escapes and paints it."""
-    from pidcfg.cli.console import note
+    from pidcfg.cli.console import write_note
 
-    note(text)
+    write_note(text)
 
 
-def _remark(text: str) -> None:
+def _write_remark(text: str) -> None:
     """A remark in one line, whatever the names and values in it hold."""
-    from pidcfg.cli.console import remark
+    from pidcfg.cli.console import write_remark
 
-    remark(f"note: {text}")
+    write_remark(f"note: {text}")
 
 
-def _warn(message: Warning | str, *_: object, **__: object) -> None:
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
     """What a part below the command line warns of."""
-    _remark(str(message))
+    _write_remark(str(message))
 
 
-def _refuse(error: click.ClickException | OSError) -> NoReturn:
+def _end_with_error(error: click.ClickException | OSError) -> NoReturn:
     """Ends a command that cannot go on with the reason, plainly where no more files may be open to say it."""
     try:
         from pidcfg.cli.console import print_error, system_refusal
@@ -266,14 +266,14 @@ def _refuse(error: click.ClickException | OSError) -> NoReturn:
             print_error(error)
         else:
             _drop_stdout()
-            _say(f"Error: {system_refusal(error)}")
+            _write_note(f"Error: {system_refusal(error)}")
     except OSError:
         with suppress(OSError):
             sys.stderr.write(f"Error: {ascii(str(error))[1:-1]}\n")
     sys.exit(Exit.UNUSABLE)
 
 
-def _flush() -> None:
+def _flush_stdout() -> None:
     """Writes what is left; a reader that has gone (as `| head` does) changes no exit code."""
     try:
         sys.stdout.flush()
@@ -281,49 +281,49 @@ def _flush() -> None:
         _drop_stdout()
 
 
-def _run() -> object:
+def _run_command() -> object:
     """The command, or what a shell asks for."""
-    if COMPLETE in os.environ:
-        from pidcfg.cli.completion import register
+    if COMPLETE_VARIABLE in os.environ:
+        from pidcfg.cli.completion import register_shells
 
-        register()
+        register_shells()
     with interrupts.keep_signal():
-        return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
+        return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE_VARIABLE)
 
 
 def main() -> None:
     """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
     os.environ.setdefault(*NO_PLUGINS)
-    warnings.showwarning = _warn
+    warnings.showwarning = _show_warning
     _open_streams()
     terminal.install()
     try:
-        interrupts.begin()
-        code = _run()
-        _flush()
-        interrupts.finish()
+        interrupts.begin_command()
+        code = _run_command()
+        _flush_stdout()
+        interrupts.finish_command()
         sys.exit(code if isinstance(code, int) else Exit.OK)
     except (click.Abort, KeyboardInterrupt):
-        interrupts.finish()
-        _say("interrupted")
+        interrupts.finish_command()
+        _write_note("interrupted")
         sys.exit(Exit.INTERRUPTED)
     except interrupts.Terminated:
-        interrupts.finish()
+        interrupts.finish_command()
         LINE.end()
         _drop_stdout()
         sys.exit(Exit.TERMINATED)
     except (click.ClickException, OSError) as e:
-        interrupts.finish()
-        _refuse(e)
+        interrupts.finish_command()
+        _end_with_error(e)
     except MemoryError:
-        interrupts.finish()
-        _refuse(click.ClickException("there is not enough memory"))
+        interrupts.finish_command()
+        _end_with_error(click.ClickException("there is not enough memory"))
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
-        interrupts.finish()
+        interrupts.finish_command()
         import traceback
 
-        _say(traceback.format_exc().rstrip("\n"))
-        _say(f"This is a bug in pidcfg {VERSION}; please report the lines above.")
+        _write_note(traceback.format_exc().rstrip("\n"))
+        _write_note(f"This is a bug in pidcfg {VERSION}; please report the lines above.")
         sys.exit(Exit.BUG)
 
 

@@ -27,7 +27,7 @@ def is_plain(value: object) -> bool:
     return not isinstance(value, str) or (value.isascii() and "_" not in value)
 
 
-WHOLE = re.compile(r"[-+]?[0-9]+")
+WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
 
 
 class Integer(IntParamType):
@@ -35,12 +35,12 @@ class Integer(IntParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number."""
-        if not is_plain(value) or (isinstance(value, str) and not WHOLE.fullmatch(value.strip())):
+        if not is_plain(value) or (isinstance(value, str) and not WHOLE_NUMBER.fullmatch(value.strip())):
             self.fail(f"{value!r} is not a whole number; write digits alone", param, ctx)
         return super().convert(value, param, ctx)
 
 
-class Whole(Integer, click.IntRange):
+class LimitedInteger(Integer, click.IntRange):
     """A whole number of the command line within limits."""
 
 
@@ -49,7 +49,7 @@ class Real(click.FloatRange):
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number."""
-        return super().convert(NUMBER.convert(value, param, ctx), param, ctx)
+        return super().convert(NUMBER_TYPE.convert(value, param, ctx), param, ctx)
 
 
 class Number(click.ParamType[float]):
@@ -69,10 +69,10 @@ class Number(click.ParamType[float]):
         return number
 
 
-NUMBER = Number()
+NUMBER_TYPE = Number()
 
 
-class Words(click.ParamType[list[str], str | list[str]]):
+class RuleCodes(click.ParamType[list[str], str | list[str]]):
     """Rule codes or their beginnings, separated by commas."""
 
     name = "codes"
@@ -92,7 +92,7 @@ class Words(click.ParamType[list[str], str | list[str]]):
         return codes
 
 
-LIMIT = re.compile(r"0{0,9}[1-9][0-9]{0,17}")
+LIMIT_VALUE = re.compile(r"0{0,9}[1-9][0-9]{0,17}")
 """A limit: a whole number above 0."""
 
 
@@ -102,7 +102,7 @@ def parse_limits(ctx: click.Context, param: click.Parameter, values: tuple[str, 
     names = [f.name for f in fields(Limits)]
     for text in values:
         name, _, number = text.partition("=")
-        if name not in names or not LIMIT.fullmatch(number):
+        if name not in names or not LIMIT_VALUE.fullmatch(number):
             raise click.BadParameter(f"{text[:60]!r}; write NAME=VALUE with one of {', '.join(names)}", ctx, param)
         limits = replace(limits, **{name: int(number)})
     return limits
@@ -120,7 +120,7 @@ def output_format(*names: str) -> Decorator:
     )
 
 
-LIMITS = click.option(
+LIMITS_OPTION = click.option(
     "--limit",
     "limits",
     multiple=True,
@@ -130,7 +130,7 @@ LIMITS = click.option(
 )
 
 
-def _silenced(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
+def _silence_line(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
     """Nothing but findings and results, so no progress either."""
     del ctx, param
     if quiet:
@@ -140,8 +140,10 @@ def _silenced(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
     return quiet
 
 
-QUIET = click.option("-q", "--quiet", is_flag=True, callback=_silenced, help="Print findings and results only.")
-STRICT = click.option("--strict", is_flag=True, help="Exit 1 on warnings too.")
+QUIET_OPTION = click.option(
+    "-q", "--quiet", is_flag=True, callback=_silence_line, help="Print findings and results only."
+)
+STRICT_OPTION = click.option("--strict", is_flag=True, help="Exit 1 on warnings too.")
 
 
 def exit_zero(command: Callable[..., object]) -> Callable[..., object]:
@@ -149,7 +151,7 @@ def exit_zero(command: Callable[..., object]) -> Callable[..., object]:
     from pidcfg.cli.main import Exit
 
     @wraps(command)
-    def told(*args: object, exit_zero: bool, **rest: object) -> object:
+    def exit_on_verdict(*args: object, exit_zero: bool, **rest: object) -> object:
         try:
             return command(*args, **rest)
         except click.exceptions.Exit as end:
@@ -158,19 +160,21 @@ def exit_zero(command: Callable[..., object]) -> Callable[..., object]:
             raise
 
     text = "Exit 0 where it would be 1: what was found is told and fails nothing."
-    return click.option("--exit-zero", is_flag=True, help=text)(told)
+    return click.option("--exit-zero", is_flag=True, help=text)(exit_on_verdict)
 
 
-SEVERITY = click.option(
+SEVERITY_OPTION = click.option(
     "--severity",
     type=click.Choice(["error", "warning", "info"]),
     default="info",
     show_default=True,
     help="Show findings of this severity and above.",
 )
-SELECT = click.option("--select", type=Words(), default="", help="Only rules whose code begins so: DL2,PID101.")
-IGNORE = click.option("--ignore", type=Words(), default="", help="Leave out rules whose code begins so.")
-VERBOSE = click.option(
+SELECT_OPTION = click.option(
+    "--select", type=RuleCodes(), default="", help="Only rules whose code begins so: DL2,PID101."
+)
+IGNORE_OPTION = click.option("--ignore", type=RuleCodes(), default="", help="Leave out rules whose code begins so.")
+VERBOSE_OPTION = click.option(
     "-v",
     "--verbose",
     is_flag=True,
@@ -178,46 +182,46 @@ VERBOSE = click.option(
 )
 
 
-def _named(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+def _keep_name(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
     """Keeps the name for whoever reads standard input."""
-    from pidcfg.cli.inputs import NAME_OF_STDIN
+    from pidcfg.cli.inputs import STDIN_NAME_KEY
 
     del param
     if value:
-        ctx.meta[NAME_OF_STDIN] = Path(value).as_posix()
+        ctx.meta[STDIN_NAME_KEY] = Path(value).as_posix()
 
 
-STDIN_FILENAME = click.option(
+STDIN_FILENAME_OPTION = click.option(
     "--stdin-filename",
     metavar="FILE",
     is_eager=True,
     expose_value=False,
-    callback=_named,
+    callback=_keep_name,
     help="What - is called: findings, settings, patterns, baselines and relative paths go by this name.",
 )
 
 
-def _excluded(ctx: click.Context, param: click.Parameter, lines: tuple[str, ...]) -> tuple[str, ...]:
+def _keep_patterns(ctx: click.Context, param: click.Parameter, lines: tuple[str, ...]) -> tuple[str, ...]:
     """Keeps the patterns of the command line for whoever walks a folder; those of settings are kept by themselves."""
     if lines and ctx.get_parameter_source(param.name or "") is not ParameterSource.DEFAULT_MAP:
-        from pidcfg.cli.inputs import EXCLUDED, Exclusion, pattern_fault
+        from pidcfg.cli.inputs import EXCLUSION_KEY, Exclusion, pattern_fault
 
         for line in lines:
-            if wrong := pattern_fault(line):
-                raise click.BadParameter(wrong, ctx, param)
-        ctx.meta[EXCLUDED] = Exclusion(Path.cwd(), "--exclude", lines)
+            if fault := pattern_fault(line):
+                raise click.BadParameter(fault, ctx, param)
+        ctx.meta[EXCLUSION_KEY] = Exclusion(Path.cwd(), "--exclude", lines)
     return lines
 
 
-EXCLUDE = click.option(
+EXCLUDE_OPTION = click.option(
     "--exclude",
     multiple=True,
     metavar="PATTERN",
     expose_value=False,
-    callback=_excluded,
+    callback=_keep_patterns,
     help="Leave out of folders what this pattern names, as a line of .gitignore does; may be repeated.",
 )
-MAP = click.option(
+MAP_OPTION = click.option(
     "--map",
     "stated",
     metavar="FILE",
@@ -251,7 +255,7 @@ def only_file(ctx: click.Context, param: click.Parameter, name: str | None) -> s
     return name
 
 
-OUT = click.option(
+OUTPUT_OPTION = click.option(
     "-o",
     "--output",
     "out",
@@ -259,18 +263,18 @@ OUT = click.option(
     callback=or_standard_output,
     help="Write to a file, never over one that differs; - is standard output.",
 )
-FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
+FORCE_OPTION = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
 
 
-JOBS = click.option(
+JOBS_OPTION = click.option(
     "--jobs",
-    type=Whole(1),
+    type=LimitedInteger(1),
     metavar="N",
     help="Processes; the results are the same with any number.  [default: the cores of this machine]",
 )
 
 
-def processes(jobs: int | None) -> int:
+def process_count(jobs: int | None) -> int:
     """How many processes ``--jobs`` means."""
     from pidcfg.text.processes import cores
 
@@ -293,19 +297,19 @@ def selects_code(code: str, select: list[str], ignore: list[str]) -> bool:
     )
 
 
-def severe(findings: list[Diagnostic], severity: str, fails: Severity) -> list[Diagnostic]:
+def select_severe(findings: list[Diagnostic], severity: str, fails: Severity) -> list[Diagnostic]:
     """The findings that are shown: those of this severity and above, and whatever fails the run."""
     return [d for d in findings if d.severity >= min(Severity[severity.upper()], fails)]
 
 
-def examples(*lines: str) -> str:
+def examples_text(*lines: str) -> str:
     """The examples at the end of a command's help."""
     return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
 
 
 # --- Wrong arguments of a public call, as what they are on the command line: wrong options, and files with faults -----
 
-NOTHING: Mapping[str, str] = {}
+NO_NAMES: Mapping[str, str] = {}
 
 
 class VerifyCommand(click.Command):
@@ -319,7 +323,7 @@ class VerifyCommand(click.Command):
 
 
 @contextmanager
-def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
+def usage_errors(options: Mapping[str, str] = NO_NAMES) -> Iterator[None]:
     """Ends the command with what is wrong with an option; ``options`` that are not called as the argument is."""
     from pidcfg.output.arguments import ArgumentError, OptionError
 
@@ -336,8 +340,8 @@ def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
 
 def refuse_all(faults: Sequence[str]) -> NoReturn:
     """Ends the command with everything that is wrong with its files."""
-    from pidcfg.cli.console import remark
+    from pidcfg.cli.console import write_remark
 
     for fault in faults[:-1]:
-        remark(f"Error: {fault}")
+        write_remark(f"Error: {fault}")
     raise click.ClickException(faults[-1])

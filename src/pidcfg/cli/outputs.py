@@ -16,7 +16,7 @@ from typing import NamedTuple, TextIO
 import click
 
 from pidcfg.cli.console import echo, write_user_file
-from pidcfg.cli.inputs import one_file, was_read
+from pidcfg.cli.inputs import equal_file_fault, was_read
 from pidcfg.cli.interrupts import uninterrupted
 from pidcfg.cli.terminal import encodable
 from pidcfg.text.reader import STREAM, open_file, read_file
@@ -27,7 +27,7 @@ from pidcfg.text.signs import UNPRINTABLE
 # What a killed run has left for a target goes when the next run writes that target: a file of its name whose lock is
 # free. A command that ends in any other way leaves none.
 
-SUFFIX = ".pidcfg"
+TEMPORARY_SUFFIX = ".pidcfg"
 RANDOM_DIGITS = 8
 """Hexadecimal digits that tell two writers of one target apart."""
 MOST_NAME_BYTES = 200
@@ -39,7 +39,7 @@ LOCKS: dict[Path, int] = {}
 def _remove_all() -> None:
     """Removes what an interrupt has kept others from removing."""
     for path in [*LOCKS]:
-        discard(path)
+        discard_file(path)
 
 
 atexit.register(_remove_all)
@@ -47,9 +47,9 @@ atexit.register(_remove_all)
 
 def temporary_for(target: Path) -> tuple[int, Path]:
     """An open temporary file in the target's folder, and its path; raises `OSError`."""
-    _remove_left(target)
+    _remove_leftovers(target)
     while True:
-        path = target.with_name(f"{_beginning(target)}{os.urandom(RANDOM_DIGITS // 2).hex()}{SUFFIX}")
+        path = target.with_name(f"{_name_beginning(target)}{os.urandom(RANDOM_DIGITS // 2).hex()}{TEMPORARY_SUFFIX}")
         with uninterrupted():
             try:
                 handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600)
@@ -59,24 +59,24 @@ def temporary_for(target: Path) -> tuple[int, Path]:
         try:
             if sys.platform != "win32":
                 LOCKS[path] = os.dup(handle)
-            if _lock(LOCKS[path]) and path.exists():
+            if _take_lock(LOCKS[path]) and path.exists():
                 return handle, path
         except OSError:  # no more files may be open
             os.close(handle)
-            discard(path)
+            discard_file(path)
             raise
         os.close(handle)  # another run took it for one that was left
-        discard(path)
+        discard_file(path)
 
 
-def discard(path: Path) -> None:
+def discard_file(path: Path) -> None:
     """Removes a temporary file, if it is still there, and gives up its lock."""
     with uninterrupted(), suppress(OSError):
         path.unlink(missing_ok=True)
-    release(path)
+    release_lock(path)
 
 
-def release(path: Path) -> None:
+def release_lock(path: Path) -> None:
     """Gives up the lock of a file that is in its place now."""
     with uninterrupted():
         lock = LOCKS.pop(path, -1)
@@ -84,7 +84,7 @@ def release(path: Path) -> None:
             os.close(lock)
 
 
-def _beginning(target: Path) -> str:
+def _name_beginning(target: Path) -> str:
     """How the names of a target's temporary files begin."""
     name = target.name
     if len(os.fsencode(name)) > MOST_NAME_BYTES:
@@ -92,7 +92,7 @@ def _beginning(target: Path) -> str:
     return f".{name}."
 
 
-def _lock(handle: int) -> bool:
+def _take_lock(handle: int) -> bool:
     """Takes the lock of an open file, if nobody has it; Windows lets nobody remove a file that is open."""
     if sys.platform == "win32":
         return True
@@ -107,13 +107,13 @@ def _lock(handle: int) -> bool:
     return True
 
 
-def _remove_left(target: Path) -> None:
+def _remove_leftovers(target: Path) -> None:
     """Removes what killed runs have left for a target."""
-    begin = _beginning(target)
-    length = len(begin) + RANDOM_DIGITS + len(SUFFIX)
+    begin = _name_beginning(target)
+    length = len(begin) + RANDOM_DIGITS + len(TEMPORARY_SUFFIX)
     with suppress(OSError), os.scandir(target.parent) as entries:
         for entry in entries:
-            if entry.name.startswith(begin) and entry.name.endswith(SUFFIX) and len(entry.name) == length:
+            if entry.name.startswith(begin) and entry.name.endswith(TEMPORARY_SUFFIX) and len(entry.name) == length:
                 _remove_if_left(Path(entry.path))
 
 
@@ -137,11 +137,11 @@ def _remove_if_left(path: Path) -> None:
 
 # --- Output files: all written or none, never in part, and over a different file only with ``--force`` ----------------
 
-BLOCK = 1 << 20
+BLOCK_BYTES = 1 << 20
 """Bytes that are compared at a time."""
 
 
-class Staged(NamedTuple):
+class StagedFile(NamedTuple):
     """A whole file under another name in the folder where it belongs."""
 
     name: str
@@ -155,7 +155,7 @@ def write_files(
     *,
     force: bool = False,
     renewed: Collection[str] = (),
-    streamed: Sequence[Staged] = (),
+    streamed: Sequence[StagedFile] = (),
     over_inputs: bool = False,
 ) -> None:
     """Writes texts or bytes to paths: first everything to temporary files beside the targets, then each in place.
@@ -166,7 +166,7 @@ def write_files(
     """
     contents = {name: to_bytes(file) if isinstance(file, str) else file for name, file in files.items()}
     names = [*(entry.name for entry in streamed), *contents]
-    problem = one_file(names)
+    problem = equal_file_fault(names)
     if problem is not None:
         raise click.ClickException(problem)
     if not over_inputs:
@@ -175,18 +175,18 @@ def write_files(
     name = ""
     try:
         for name, target, temporary in streamed:
-            _refuse(name, target, force=force or _has_same_bytes(target, temporary))
+            _refuse_other(name, target, force=force or _has_same_bytes(target, temporary))
         targets = {name: output_path(name) for name in contents}
         for name, content in contents.items():
-            _refuse(name, targets[name], force=force or name in renewed or _has_content(targets[name], content))
+            _refuse_other(name, targets[name], force=force or name in renewed or _has_content(targets[name], content))
         for name, content in contents.items():
-            staged.append(Staged(name, targets[name], _stage(targets[name], content)))
+            staged.append(StagedFile(name, targets[name], _stage_file(targets[name], content)))
         with uninterrupted():
-            _commit(staged)
+            _commit_files(staged)
     except OSError as error:
         raise _write_error(name, error) from None
     finally:
-        discard_all(staged)
+        discard_files(staged)
 
 
 def to_bytes(text: str) -> bytes:
@@ -231,17 +231,17 @@ def take_rights(temporary: Path, target: Path) -> None:
         temporary.chmod(stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~umask)
 
 
-def discard_all(staged: Sequence[Staged]) -> None:
+def discard_files(staged: Sequence[StagedFile]) -> None:
     """Removes temporary files that are still there."""
     for entry in staged:
-        discard(entry.temporary)
+        discard_file(entry.temporary)
 
 
 def _write_error(name: str, error: Exception) -> click.ClickException:
     return click.ClickException(f"cannot write {name}: {getattr(error, 'strerror', None) or error}")
 
 
-def _refuse(name: str, target: Path, *, force: bool) -> None:
+def _refuse_other(name: str, target: Path, *, force: bool) -> None:
     """Ends the command when something else is there; ``force``: it may be replaced, or is the same."""
     if not force and target.exists():
         raise click.ClickException(f"{name} exists and differs; use --force to overwrite it")
@@ -257,13 +257,13 @@ def _has_same_bytes(target: Path, other: Path) -> bool:
     if not target.exists() or target.stat().st_size != other.stat().st_size:
         return False
     with open_file(target) as first, open_file(other) as second:
-        while block := first.read(BLOCK):
-            if block != second.read(BLOCK):
+        while block := first.read(BLOCK_BYTES):
+            if block != second.read(BLOCK_BYTES):
                 return False
     return True
 
 
-def _stage(target: Path, content: bytes) -> Path:
+def _stage_file(target: Path, content: bytes) -> Path:
     """A flushed temporary file in the target's folder, with the rights that the target will have."""
     handle, temporary = temporary_for(target)
     try:
@@ -273,26 +273,26 @@ def _stage(target: Path, content: bytes) -> Path:
             os.fsync(stream.fileno())
         take_rights(temporary, target)
     except BaseException:
-        discard(temporary)
+        discard_file(temporary)
         raise
     return temporary
 
 
-def _commit(staged: Sequence[Staged]) -> None:
+def _commit_files(staged: Sequence[StagedFile]) -> None:
     """Puts every file in place; when one cannot be, those before it get their old contents back."""
-    backups: list[Staged] = []
-    done: list[Staged] = []
+    backups: list[StagedFile] = []
+    done: list[StagedFile] = []
     name = ""
     try:
         for entry in staged[:-1]:  # what stands last needs nothing to go back to
             name = entry.name
-            backups += _backup(entry)
+            backups += _backup_file(entry)
         for entry in staged:
             name = entry.name
             entry.temporary.replace(entry.target)
             done.append(entry)
     except OSError as error:
-        remaining = _undo(done, backups)
+        remaining = _undo_files(done, backups)
         remark = (
             f"; {', '.join(remaining)} {'is' if len(remaining) == 1 else 'are'} written all the same"
             if remaining
@@ -300,10 +300,10 @@ def _commit(staged: Sequence[Staged]) -> None:
         )
         raise click.ClickException(f"{_write_error(name, error).message}{remark}") from None
     finally:
-        discard_all(backups)
+        discard_files(backups)
 
 
-def _backup(entry: Staged) -> list[Staged]:
+def _backup_file(entry: StagedFile) -> list[StagedFile]:
     """The present contents of a target under another name, where there are any."""
     if not entry.target.exists():
         return []
@@ -318,14 +318,14 @@ def _backup(entry: Staged) -> list[Staged]:
         try:
             shutil.copy2(entry.target, backup)
         except OSError:
-            discard(backup)
+            discard_file(backup)
             raise
-    return [Staged(entry.name, entry.target, backup)]
+    return [StagedFile(entry.name, entry.target, backup)]
 
 
-def _undo(done: Sequence[Staged], kept: Sequence[Staged]) -> list[str]:
+def _undo_files(done: Sequence[StagedFile], backed_up: Sequence[StagedFile]) -> list[str]:
     """Takes back what was put in place; the names of what could not be."""
-    backups = {entry.target: entry.temporary for entry in kept}
+    backups = {entry.target: entry.temporary for entry in backed_up}
     remaining = []
     for entry in done:
         try:
@@ -357,7 +357,7 @@ def file_keeper(name: str) -> Callable[[bytes], None]:
     if not target.parent.is_dir():
         raise click.ClickException(f"the folder {target.parent} of {name} does not exist; make it first")
 
-    def keep(data: bytes) -> None:
+    def keep_data(data: bytes) -> None:
         temporary: Path | None = None
         try:
             handle, temporary = temporary_for(target)
@@ -370,31 +370,31 @@ def file_keeper(name: str) -> Callable[[bytes], None]:
             raise click.ClickException(f"cannot write {name}: {error.strerror or error}") from None
         finally:
             if temporary is not None:
-                discard(temporary)
+                discard_file(temporary)
 
-    return keep
+    return keep_data
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Files that a command edits: the change as a patch, and new contents in the place of the old, whole or not at all.
 
-PRINTED = frozenset(range(0x20, 0x7F)) - {ord('"'), ord("\\")}
+UNQUOTED_BYTES = frozenset(range(0x20, 0x7F)) - {ord('"'), ord("\\")}
 """Bytes that stand for themselves in a quoted name."""
 NO_NEWLINE = "\\ No newline at end of file"
 
 
-def difference(name: str, before: bytes, after: bytes) -> str:
+def patch_text(name: str, before: bytes, after: bytes) -> str:
     """What changes, as `patch` reads it."""
-    shown = _quoted(name)
-    rows = unified_diff(_lines(before), _lines(after), shown, shown)
+    quoted = _quote_name(name)
+    rows = unified_diff(_patch_lines(before), _patch_lines(after), quoted, quoted)
     return "".join(row if row.endswith("\n") else f"{row}\n{NO_NEWLINE}\n" for row in rows)
 
 
-def _quoted(name: str) -> str:
+def _quote_name(name: str) -> str:
     """A name as `patch` and git write it in a header: in quotes where it would end early, a tab behind blanks."""
     if UNPRINTABLE.search(name) or any(c in '\t\n"\\' or "\ud800" <= c <= "\udfff" for c in name):
         data = os.fsencode(name)
-        return '"' + "".join(chr(b) if b in PRINTED else f"\\{b:03o}" for b in data) + '"'
+        return '"' + "".join(chr(b) if b in UNQUOTED_BYTES else f"\\{b:03o}" for b in data) + '"'
     return f"{name}\t" if " " in name else name
 
 
@@ -406,7 +406,7 @@ def print_patch(text: str) -> None:
         write_user_file(text.encode())
 
 
-def _lines(data: bytes) -> list[str]:
+def _patch_lines(data: bytes) -> list[str]:
     """Lines with their ends, split where `patch` splits them."""
     parts = data.decode().split("\n")
     return [f"{part}\n" for part in parts[:-1]] + ([parts[-1]] if parts[-1] else [])
@@ -419,11 +419,11 @@ def replace_files(changed: Mapping[str, tuple[bytes, bytes]]) -> None:
     """
     for name, (before, _) in changed.items():
         try:
-            now, status = read_file(name), Path(name).stat()
+            content, status = read_file(name), Path(name).stat()
         except OSError as error:
             reason = f"cannot read {name} again: {error.strerror}"
             raise click.ClickException(f"{reason}; nothing was written") from None
-        if now != before:
+        if content != before:
             raise click.ClickException(f"{name} has changed since it was read; nothing was written")
         if not status.st_mode & stat.S_IWUSR or not os.access(name, os.W_OK):
             raise click.ClickException(f"{name} is read-only; nothing was written")
@@ -455,7 +455,7 @@ def trend_file(
         handle, temporary = temporary_for(target)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
-    staged = [Staged(name, target, temporary)]
+    staged = [StagedFile(name, target, temporary)]
     try:
         with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
             yield stream
@@ -467,4 +467,4 @@ def trend_file(
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     finally:
-        discard_all(staged)
+        discard_files(staged)

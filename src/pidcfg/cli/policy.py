@@ -12,8 +12,8 @@ import click
 from click.core import ParameterSource
 
 from pidcfg.cli import options
-from pidcfg.cli.console import note, remark, write_user_file
-from pidcfg.cli.inputs import FILES, STDIN, UNNAMED, document
+from pidcfg.cli.console import write_note, write_remark, write_user_file
+from pidcfg.cli.inputs import RECORDED_DISK, STDIN, STDIN_TITLE, document_of_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import selects_code
 from pidcfg.cli.terminal import progress
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 # --- The triage of findings: what is reported, what comments, settings or a baseline set aside, and remarks on it -----
 
-LARGEST = 64 << 20
+LARGEST_BASELINE = 64 << 20
 """Bytes of a baseline."""
 
 
@@ -55,7 +55,7 @@ class Rules:
 class Triage:
     """What is reported, what a comment ignores (with its reason), what the baseline knows, and remarks for stderr."""
 
-    kept: list[Diagnostic]
+    reported: list[Diagnostic]
     ignored: list[Ignored] = field(default_factory=list)
     known: list[Diagnostic] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
@@ -63,7 +63,7 @@ class Triage:
     """How many findings a settings file leaves out."""
 
     @property
-    def hides(self) -> bool:
+    def hides_findings(self) -> bool:
         """Whether even a quiet run has to mention findings that it does not show."""
         return bool(self.ignored or self.known or self.set_aside)
 
@@ -79,12 +79,12 @@ class Triage:
         for d, why in (*rows, *((d, "in the baseline") for d in self.known)):
             yield f"{d.file}:{d.span.line}:{d.span.column}: {d.code}: {why}"
         if self.set_aside:
-            yield f"{count(self.set_aside, 'finding')}, by the settings"
+            yield f"{count_text(self.set_aside, 'finding')}, by the settings"
 
     @property
-    def counts(self) -> str:
+    def counts_text(self) -> str:
         """The end of the summary."""
-        fixable = sum(bool(d.edits) for d in self.kept)
+        fixable = sum(bool(d.edits) for d in self.reported)
         rows = (
             (fixable, "correctable with --fix"),
             (len(self.ignored), "ignored"),
@@ -93,18 +93,20 @@ class Triage:
         return "".join(f"; {number} {what}" for number, what in rows if number)
 
 
-def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules) -> Triage:
+def triage_findings(
+    findings: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules
+) -> Triage:
     """Sorts findings into reported, ignored and known; writes or shrinks the baseline as the options ask."""
     result = _without_ignored(findings, documents)
-    all_findings = result.kept
+    all_findings = result.reported
     left_out = {file: settings.ignored_in(file) for file in documents}
 
     def is_selected(d: Diagnostic) -> bool:
         return bool(options.select_findings([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
 
     result.ignored = [entry for entry in result.ignored if is_selected(entry.finding)]
-    result.kept = [d for d in all_findings if is_selected(d)]
-    result.set_aside = len(all_findings) - len(result.kept) if settings.file is not None else 0
+    result.reported = [d for d in all_findings if is_selected(d)]
+    result.set_aside = len(all_findings) - len(result.reported) if settings.file is not None else 0
     if rules.baseline is not None:
         _with_baseline(result, all_findings, is_selected, documents, rules)
     elif rules.create or rules.shrink:
@@ -112,20 +114,20 @@ def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], setti
     return result
 
 
-def as_validated(found: Sequence[Diagnostic], doc: Document) -> tuple[tuple[Diagnostic, ...], str]:
+def validated_findings(findings: Sequence[Diagnostic], doc: Document) -> tuple[tuple[Diagnostic, ...], str]:
     """What ``validate`` lists of the findings of a file that is named, and why its settings do not count, if so."""
     from pidcfg.cli.settings import Settings, settings_of
 
     settings, remark = Settings(), ""
     try:
         settings = settings_of([doc.file], None) if Path(doc.file).is_absolute() else settings
-        left = triage(found, {doc.file: doc}, settings, _rules_of(settings))
+        result = triage_findings(findings, {doc.file: doc}, settings, _rules_of(settings))
     except click.ClickException as error:
         settings, remark = Settings(), error.format_message()
-        left = triage(found, {doc.file: doc}, settings, _rules_of(settings))
+        result = triage_findings(findings, {doc.file: doc}, settings, _rules_of(settings))
     fails = Severity.WARNING if settings.values.get("strict") else Severity.ERROR
     least = min(Severity[str(settings.values.get("severity", "info")).upper()], fails)
-    return tuple(d for d in left.kept if d.severity >= least), remark
+    return tuple(d for d in result.reported if d.severity >= least), remark
 
 
 def _rules_of(settings: Settings) -> Rules:
@@ -144,11 +146,10 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
     result = Triage([d for d in findings if d.file not in by_file])
     for d in findings:
         by_file.get(d.file, []).append(d)
-    for file, of_file in by_file.items():
-        outcome = suppress(of_file, documents[file])
-        result.kept += (
-            sort_findings(outcome.findings) if len(outcome.findings) != len(of_file) or outcome.ignored else of_file
-        )
+    for file, file_findings in by_file.items():
+        outcome = suppress(file_findings, documents[file])
+        is_changed = len(outcome.findings) != len(file_findings) or outcome.ignored
+        result.reported += sort_findings(outcome.findings) if is_changed else file_findings
         result.ignored += outcome.ignored
     return result
 
@@ -161,71 +162,71 @@ def _with_baseline(
     rules: Rules,
 ) -> None:
     """Takes known findings out, and reports or removes what no longer occurs; or writes the first baseline."""
-    from pidcfg.cli.inputs import relative
+    from pidcfg.cli.inputs import relative_path
     from pidcfg.validate import baseline
 
     name = rules.baseline or ""
     folder = Path(os.path.abspath(name)).parent
 
     def file_of(file: str) -> str:
-        return relative(file, folder)
+        return relative_path(file, folder)
 
     if rules.create:
-        result.known = [d for d in result.kept if baseline.may_be_in_baseline(d) and d.file != UNNAMED]
+        result.known = [d for d in result.reported if baseline.may_be_in_baseline(d) and d.file != STDIN_TITLE]
         new_ids = {id(d) for d in result.known}
-        result.kept = [d for d in result.kept if id(d) not in new_ids]
+        result.reported = [d for d in result.reported if id(d) not in new_ids]
         text = baseline.baseline_text(baseline.entry_of(d, file_of) for d in result.known)
-        _write(name, text, "--create-baseline")
-        result.remarks.append(f"{name}: {count(len(result.known), 'finding')} written")
+        _write_baseline(name, text, "--create-baseline")
+        result.remarks.append(f"{name}: {count_text(len(result.known), 'finding')} written")
         return
     entries, text = read_baseline(name)
     files = {e.file for e in entries}
     checked_files = {file_of(file) for file in documents} | {file for file in files if not (folder / file).exists()}
     compared = baseline.compare(all_findings, is_selected, entries, checked_files, file_of)
-    result.kept, result.known = compared.new, compared.known
+    result.reported, result.known = compared.new, compared.known
     if rules.shrink and compared.stale:
         from pidcfg.cli.outputs import write_files
 
         write_files({name: baseline.baseline_text(baseline.remove_entries(entries, compared.stale))}, force=True)
-        result.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
+        result.remarks.append(f"{name}: {count_text(len(compared.stale), 'entry', 'entries')} removed")
         return
     ignored = {baseline.entry_of(one.finding, file_of) for one in result.ignored}
     stale = baseline.stale_findings(compared.stale, ignored, entries, text, Path(name).as_posix())
-    result.kept += [d for d in stale if is_selected(d)]
+    result.reported += [d for d in stale if is_selected(d)]
 
 
-def count(number: int, one: str, many: str | None = None) -> str:
+def count_text(number: int, singular: str, plural: str | None = None) -> str:
     """A number with its word."""
-    return f"{number} {one if number == 1 else many or one + 's'}"
+    return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
 def read_baseline(name: str) -> tuple[list[Entry], str]:
     """What a baseline says, and its text; ends the command with one clear error where it cannot be read."""
     from pidcfg.validate.baseline import BaselineError, parse_baseline
 
-    text = _read(name)
+    text = _read_baseline_text(name)
     try:
         return parse_baseline(text), text
     except BaselineError as error:
         raise click.ClickException(f"{name}:{error}; a new one is made with --create-baseline") from None
 
 
-def _read(name: str) -> str:
+def _read_baseline_text(name: str) -> str:
     """The text of a baseline."""
     try:
-        data = read_file(name, LARGEST + 1)
+        data = read_file(name, LARGEST_BASELINE + 1)
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise click.ClickException(f"{name} is not UTF-8") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise click.ClickException(f"cannot read {name}: {reason}; --create-baseline makes one") from None
-    if len(data) > LARGEST:
-        raise click.ClickException(f"{name} is larger than {LARGEST} bytes")
+    if len(data) > LARGEST_BASELINE:
+        raise click.ClickException(f"{name} is larger than {LARGEST_BASELINE} bytes")
     return text
 
 
-def _write(name: str, text: str, option: str) -> None:
+def _write_baseline(name: str, text: str, option: str) -> None:
     """A new baseline; findings never enter one that is there."""
     from pidcfg.cli.outputs import write_files
 
@@ -241,41 +242,43 @@ def _write(name: str, text: str, option: str) -> None:
 
 def fix_inputs(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> list[Input]:
     """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
-    from pidcfg.cli.outputs import difference, print_patch, replace_files
+    from pidcfg.cli.outputs import patch_text, print_patch, replace_files
 
     diff, quiet = ctx.params["diff"], ctx.params["quiet"]
-    piped = [entry for entry in inputs if entry.piped]
-    asked = ctx.get_parameter_source("fmt") is not ParameterSource.DEFAULT  # a CI job's own format is nobody's wish
-    if piped and not diff and (len(inputs) > 1 or (asked and ctx.params["fmt"] != "text")):
+    piped = [entry for entry in inputs if entry.is_piped]
+    has_format = (
+        ctx.get_parameter_source("fmt") is not ParameterSource.DEFAULT
+    )  # a CI job's own format is nobody's wish
+    if piped and not diff and (len(inputs) > 1 or (has_format and ctx.params["fmt"] != "text")):
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
-    work = progress((_fix_input(entry, rules, ctx) for entry in inputs), "correcting", len(inputs))
-    done = list(zip(inputs, work, strict=True))
-    changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
+    corrections = progress((_fix_input(entry, rules, ctx) for entry in inputs), "correcting", len(inputs))
+    pairs = list(zip(inputs, corrections, strict=True))
+    changed = [(entry, fixed) for entry, fixed in pairs if fixed.data != entry.data]
     corrected = [fixed for _, fixed in changed if fixed.fixed]
-    total = f"{count(sum(len(f.fixed) for f in corrected), 'finding')} in {count(len(corrected), 'file')}"
+    total = f"{count_text(sum(len(f.fixed) for f in corrected), 'finding')} in {count_text(len(corrected), 'file')}"
     if diff:
-        print_patch("".join(difference(_shown(entry), entry.data, fixed.data) for entry, fixed in changed))
+        print_patch("".join(patch_text(_patch_name(entry), entry.data, fixed.data) for entry, fixed in changed))
         if not quiet:
-            note(f"{total} would be corrected")
-        unread = any(is_unusable(d) for _, fixed in done for d in fixed.remaining)
-        ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if corrected else Exit.OK)
+            write_note(f"{total} would be corrected")
+        is_unread = any(is_unusable(d) for _, fixed in pairs for d in fixed.remaining)
+        ctx.exit(Exit.UNUSABLE if is_unread else Exit.FINDINGS if corrected else Exit.OK)
     if piped:
-        write_user_file(done[0][1].data)
+        write_user_file(pairs[0][1].data)
     else:
         replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
     if not quiet:
         for entry, fixed in changed:
-            remark(f"{entry.name}: {_tally(fixed)}")
-        note(f"{total} corrected")
-    return [replace(entry, data=fixed.data) for entry, fixed in done]
+            write_remark(f"{entry.name}: {_tally_text(fixed)}")
+        write_note(f"{total} corrected")
+    return [replace(entry, data=fixed.data) for entry, fixed in pairs]
 
 
-def _shown(entry: Input) -> str:
+def _patch_name(entry: Input) -> str:
     """A name in the header of a patch."""
-    return STDIN if entry.name == UNNAMED else entry.name
+    return STDIN if entry.name == STDIN_TITLE else entry.name
 
 
-def _tally(fixed: Fixed) -> str:
+def _tally_text(fixed: Fixed) -> str:
     """How many findings of which code were corrected."""
     tally = sorted(Counter(d.code for d in fixed.fixed).items(), key=lambda row: number_of(row[0]))
     return f"corrected {', '.join(f'{n} x {code}' for code, n in tally)}"
@@ -285,15 +288,17 @@ def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
     """Ends the command where an option would go unheard, or a report could not be written after the corrections."""
     import tempfile
 
-    named = [f"--{name}-baseline" for name in ("create", "shrink") if ctx.params[name]]
-    named += ["--report-output"] * bool(reports)
-    named += ["--format"] * (ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE)
-    if ctx.params["diff"] and named:
-        raise click.UsageError(f"--diff prints a patch and nothing else, so it takes no {' or '.join(named)}", ctx)
+    options_named = [f"--{name}-baseline" for name in ("create", "shrink") if ctx.params[name]]
+    options_named += ["--report-output"] * bool(reports)
+    options_named += ["--format"] * (ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE)
+    if ctx.params["diff"] and options_named:
+        raise click.UsageError(
+            f"--diff prints a patch and nothing else, so it takes no {' or '.join(options_named)}", ctx
+        )
     baseline = ctx.params["baseline"]
     if ctx.params["fix"] and baseline is not None and Path(baseline).exists() == ctx.params["create"]:
-        there = "exists and only shrinks" if ctx.params["create"] else "is not there; --create-baseline makes it"
-        raise click.ClickException(f"{baseline} {there}; nothing was corrected")
+        reason_text = "exists and only shrinks" if ctx.params["create"] else "is not there; --create-baseline makes it"
+        raise click.ClickException(f"{baseline} {reason_text}; nothing was corrected")
     if ctx.params["fix"] and baseline is not None and not ctx.params["create"]:
         try:
             read_baseline(baseline)
@@ -313,8 +318,8 @@ def _fix_input(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
     from pidcfg.cli import settings
     from pidcfg.validate.fixes import Fixed
 
-    doc = document(entry)
+    doc = document_of_input(entry)
     if entry.problem is not None:
-        return Fixed(entry.data, (), tuple(check_any(doc, FILES)))
+        return Fixed(entry.data, (), tuple(check_any(doc, RECORDED_DISK)))
     ignore = [*rules.ignore, *settings.current(ctx).ignored_in(entry.name)]
-    return correct_file(entry.data, doc, FILES, lambda d: selects_code(d.code, rules.select, ignore))
+    return correct_file(entry.data, doc, RECORDED_DISK, lambda d: selects_code(d.code, rules.select, ignore))

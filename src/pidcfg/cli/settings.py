@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, NoReturn
 import click
 
 from pidcfg.cli.formats import formats_of
-from pidcfg.cli.inputs import EXCLUDED, Exclusion, relative
+from pidcfg.cli.inputs import EXCLUSION_KEY, Exclusion, relative_path
 from pidcfg.cli.options import only_file
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import PARENT, Data
@@ -186,7 +186,7 @@ def _path(key: str, value: object, file: _File) -> str:
         file.refuse(key, f"{key}: {value!r} is no path")
     if Path(value).is_absolute() or root not in target.parents:
         file.refuse(key, f"{key}: {value!r} leads out of the folder of the settings file", "name it with --baseline")
-    return relative(str(file.root / value), Path())
+    return relative_path(str(file.root / value), Path())
 
 
 def _patterns(key: str, value: object, file: _File) -> list[str]:
@@ -301,7 +301,7 @@ class Settings:
             return []
         from pidcfg.text.paths import matches
 
-        path = relative(file, self.root)
+        path = relative_path(file, self.root)
         return [code for pattern, codes in self.per_file_ignores.items() if matches(pattern, path) for code in codes]
 
 
@@ -321,7 +321,7 @@ def apply(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) ->
         raise click.UsageError("--config and --isolated exclude each other", ctx)
     settings = Settings() if isolated or not paths else settings_of([search_start(path) for path in paths], config)
     ctx.meta[SETTINGS] = settings
-    ctx.meta[EXCLUDED] = Exclusion(
+    ctx.meta[EXCLUSION_KEY] = Exclusion(
         settings.root, f"{EXCLUDE_REASON}{settings.file}", tuple(settings.values.get(EXCLUDE, ()))
     )
     options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in OPTIONS}
@@ -361,10 +361,10 @@ def _first_with_table(places: Sequence[Path]) -> Path | None:
 
 def search_start(path: str) -> str:
     """Where the search for settings begins: standard input is where its name is, else in the working directory."""
-    from pidcfg.cli.inputs import STDIN, UNNAMED, name_of
+    from pidcfg.cli.inputs import STDIN, STDIN_TITLE, name_of
 
     name = name_of(path)
-    return STDIN if name == UNNAMED else name
+    return STDIN if name == STDIN_TITLE else name
 
 
 def settings_candidates(first: str) -> list[Path]:
@@ -390,7 +390,7 @@ def _candidates_from(start: Path) -> list[Path]:
 
 def _label(path: Path) -> str:
     """A path as messages name it: from the working directory."""
-    return relative(str(path), Path.cwd())
+    return relative_path(str(path), Path.cwd())
 
 
 def _read(path: Path, name: str) -> bytes:
@@ -481,7 +481,7 @@ def describe(ctx: click.Context) -> str:
     lines = [f"settings file: {settings.file or 'none'}"]
     for key in sorted(OPTIONS):
         name = PARAMETERS.get(key, key)
-        value = ctx.meta[EXCLUDED].patterns if key == EXCLUDE else ctx.params.get(name)
+        value = ctx.meta[EXCLUSION_KEY].patterns if key == EXCLUDE else ctx.params.get(name)
         source = ctx.get_parameter_source(name)
         variable = next((option.envvar for option in ctx.command.params if option.name == name), None)
         origins = {"COMMANDLINE": "command line", "ENVIRONMENT": variable, "DEFAULT_MAP": settings.file}

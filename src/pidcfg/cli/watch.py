@@ -16,8 +16,8 @@ from pathlib import Path
 import click
 
 from pidcfg.cli import terminal
-from pidcfg.cli.console import note, print_error, remark, system_refusal
-from pidcfg.cli.inputs import NAMES, READ, STDIN, expand
+from pidcfg.cli.console import print_error, system_refusal, write_note, write_remark
+from pidcfg.cli.inputs import FILES_READ_KEY, NAMES_READ_KEY, STDIN, expand_patterns
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
 
@@ -84,20 +84,22 @@ class WatchCommand(click.Command):
                 seen = {**file_states(names), **seen}
                 there = sum(seen.get(name) is not None for name in names)
                 if not ctx.params["quiet"]:
-                    note(f"watching {there} file{'s' if there != 1 else ''}; Ctrl-C ends")
+                    write_note(f"watching {there} file{'s' if there != 1 else ''}; Ctrl-C ends")
                 seen, changed = next_change(ctx, seen)
                 clear()
                 if not ctx.params["quiet"]:
-                    remark(f"changed: {', '.join(changed)}")
+                    write_remark(f"changed: {', '.join(changed)}")
         except KeyboardInterrupt:
             if terminal.is_terminal(sys.stderr):
-                note("")  # the terminal has written ^C
-            note("interrupted" if code == Exit.INTERRUPTED else f"stopped; the last run ended with exit code {code}")
+                write_note("")  # the terminal has written ^C
+            write_note(
+                "interrupted" if code == Exit.INTERRUPTED else f"stopped; the last run ended with exit code {code}"
+            )
         return code
 
     def _run_once(self, ctx: click.Context) -> int:
         """One run in a context of its own: settings and variables are read anew; its exit code."""
-        for key in (READ, NAMES):
+        for key in (FILES_READ_KEY, NAMES_READ_KEY):
             ctx.meta.pop(key, None)
         LINE.begin()
         try:
@@ -111,7 +113,7 @@ class WatchCommand(click.Command):
         except BrokenPipeError:
             raise
         except OSError as error:
-            remark(f"Error: {system_refusal(error)}")
+            write_remark(f"Error: {system_refusal(error)}")
             return Exit.UNUSABLE
         finally:
             LINE.end()
@@ -137,8 +139,8 @@ def watched_files(ctx: click.Context) -> Iterator[str]:
     from pidcfg.cli.settings import CONFIG_FILE, settings_candidates
 
     paths: Sequence[str] = ctx.params["paths"]
-    yield from ctx.meta.get(NAMES, ())
-    for name in expand(paths):
+    yield from ctx.meta.get(NAMES_READ_KEY, ())
+    for name in expand_patterns(paths):
         yield from _yaml_files_below(name) if Path(name).is_dir() else (name,)
     for place in {place for name in paths for place in settings_candidates(name)}:
         yield os.path.relpath(place)
@@ -147,9 +149,9 @@ def watched_files(ctx: click.Context) -> Iterator[str]:
 
 def _yaml_files_below(name: str) -> Iterator[str]:
     """The YAML files below a folder that a run would read."""
-    from pidcfg.cli.inputs import walk
+    from pidcfg.cli.inputs import walk_folders
 
-    return (Path(folder.path, file).as_posix() for folder in walk(name) for file in folder.files)
+    return (Path(folder.path, file).as_posix() for folder in walk_folders(name) for file in folder.files)
 
 
 def file_states(names: Iterator[str] | Sequence[str]) -> dict[str, State]:

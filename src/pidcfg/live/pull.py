@@ -227,7 +227,7 @@ def pull_from(source: Plc, format_name: str, patience: Patience, limits: Limits)
     configuration = decode_files(
         [(source.registers.listing(image), str(source.address))],
         source.vendor,
-        DecodeOptions(like=source.like, write=format_name == YAML),
+        DecodeOptions(like=source.like, with_text=format_name == YAML),
         source.option_texts,
         limits,
     )

@@ -115,7 +115,7 @@ async def _record_rows(source: Plc, recording: Recording, patience: Patience, li
     async with Link(source.address, patience) as link:
         registers = source.registers
         image = await registers.read_image(link)
-        options = DecodeOptions(like=source.like, write=False)
+        options = DecodeOptions(like=source.like, with_text=False)
         decoded = decode_files(
             [(registers.listing(image), result.plc)], source.vendor, options, source.option_texts, limits
         )

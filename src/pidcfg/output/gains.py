@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.output.process import GainsFile, Target, VendorGains
-    from pidcfg.output.retune import Around, Forecast, Recorded, Written
-    from pidcfg.output.robust import RobustGains, Searched
+    from pidcfg.output.retune import Forecast, LoopConditions, RecordScale, RetunedFile
+    from pidcfg.output.robust import RobustGains, SearchResult
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
@@ -74,9 +74,9 @@ class TuneResult:
     vendor: VendorGains | None = None
     robust: RobustGains | None = None
     """What holds on which plants, of gains by the method robust."""
-    written: Written | None = None
+    written: RetunedFile | None = None
     """The configuration with the gains in one of its loops, where one was given."""
-    around: Around | None = None
+    around: LoopConditions | None = None
     """What of that loop the gains are made for."""
     forecast: Forecast | None = None
     """What its words do on the process."""
@@ -243,18 +243,18 @@ def _use_record(
     return known, fit, record
 
 
-def _record_scale(result: TuneResult, name: str) -> Recorded | None:
+def _record_scale(result: TuneResult, name: str) -> RecordScale | None:
     """What of a record has to be in the units of the loop; None: there is no record."""
-    from pidcfg.output.retune import Recorded
+    from pidcfg.output.retune import RecordScale
 
     fit, record = result.identified, result.record
     if fit is None or record is None:
         return None
-    return Recorded(name, (min(record.pv), max(record.pv)), abs(fit.step), record.units)
+    return RecordScale(name, (min(record.pv), max(record.pv)), abs(fit.step), record.units)
 
 
 def _put_into_loop(
-    result: TuneResult, target: Target, into: GainsFile, around: Around, limits: Limits, recorded: str
+    result: TuneResult, target: Target, into: GainsFile, around: LoopConditions, limits: Limits, recorded: str
 ) -> TuneResult:
     """The result with the file that has the gains in a loop, and what its words do on the process.
 
@@ -279,11 +279,13 @@ def _put_into_loop(
     )
 
 
-def _use_loop(known: KnownProcess, target: Target, into: GainsFile, limits: Limits) -> tuple[KnownProcess, Around]:
+def _use_loop(
+    known: KnownProcess, target: Target, into: GainsFile, limits: Limits
+) -> tuple[KnownProcess, LoopConditions]:
     """What is known, with the sample time and the PV filter of the loop that is to have the gains."""
-    from pidcfg.output.retune import Around, loop_tuning
+    from pidcfg.output.retune import LoopConditions, loop_tuning
 
-    around = Around.of(loop_tuning(target, into, limits)[1])
+    around = LoopConditions.of(loop_tuning(target, into, limits)[1])
     if around.sample_time is None or known.robustness is not None:
         return known, around
     numbers = known.numbers
@@ -293,7 +295,7 @@ def _use_loop(known: KnownProcess, target: Target, into: GainsFile, limits: Limi
     return replace(known, numbers=numbers, filter_time=around.filter_time), around
 
 
-def _search_result(method: Method, known: KnownProcess, search: Searched) -> TuneResult:
+def _search_result(method: Method, known: KnownProcess, search: SearchResult) -> TuneResult:
     """The result of a search, beside its judgement by the continuous loop on the process itself."""
     gains = search.robust.found.result.gains
     judgement = judge_gains(method, search.form, gains, search.process)

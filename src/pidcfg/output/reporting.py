@@ -15,7 +15,7 @@ from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.output.findings import findings_data, short_repr
 from pidcfg.output.report import Run, SourceFile, Units, run_sheet
-from pidcfg.output.report.sheets import compose, plc_sheet, rename_files
+from pidcfg.output.report.sheets import compose_report, plc_sheet, rename_files
 from pidcfg.text.diagnostics import sort_findings
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
@@ -57,7 +57,7 @@ class RunInput:
     outcome: Outcome
     """Without the recording and the texts of the files."""
     findings: Sequence[Diagnostic]
-    named: ConfigurationInput | None
+    configuration: ConfigurationInput | None
     """What it runs, unless the command line has a file by this name."""
 
 
@@ -87,7 +87,7 @@ def named_input(file: File, loaded: LoadedScenario) -> ConfigurationInput | None
 
 
 def run_input(
-    file: File, loaded: LoadedScenario, settings: Settings, named: ConfigurationInput | None, *, pictures: bool
+    file: File, loaded: LoadedScenario, settings: Settings, configuration: ConfigurationInput | None, *, pictures: bool
 ) -> RunInput:
     """A scenario that has been read, run; ``pictures``: recorded for charts."""
     from pidcfg.study.outcome import charts_of, signals_before_root, simulate_loaded
@@ -106,13 +106,13 @@ def run_input(
         before_root=signals_before_root(outcome),
     )
     findings = [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
-    slim = replace(outcome, recording=None, documents={}, axes={})
-    return RunInput(source_file(file, "scenario"), run_sheet(run), slim, findings, named)
+    light_outcome = replace(outcome, recording=None, documents={}, axes={})
+    return RunInput(source_file(file, "scenario"), run_sheet(run), light_outcome, findings, configuration)
 
 
-def processing_time(taken: ReadInput) -> float:
+def processing_time(entry: ReadInput) -> float:
     """What a file has taken beside its reading, in µs."""
-    return taken.outcome.effort if isinstance(taken, RunInput) else 0.0
+    return entry.outcome.effort if isinstance(entry, RunInput) else 0.0
 
 
 def units_of(axes: Axes) -> Units:
@@ -145,39 +145,41 @@ class ReportInputs:
     on_disk: bool = True
     """Whether the names are those of files, which links may name twice."""
 
-    def add(self, taken: ReadInput, named: ConfigurationInput | None) -> None:
+    def add_file(self, file: ReadInput, configuration: ConfigurationInput | None) -> None:
         """One file, with the configuration that it names where it is a scenario."""
-        if isinstance(taken, ConfigurationInput):
-            self._configuration(taken)
+        if isinstance(file, ConfigurationInput):
+            self._add_configuration(file)
             return
-        self._note(taken.file)
-        if named is not None:
-            self._configuration(named)
-        self.runs.append(taken.sheet)
-        self.outcomes.append(taken.outcome)
-        self.findings += taken.findings
+        self._add_source(file.file)
+        if configuration is not None:
+            self._add_configuration(configuration)
+        self.runs.append(file.sheet)
+        self.outcomes.append(file.outcome)
+        self.findings += file.findings
 
-    def _note(self, file: SourceFile) -> None:
+    def _add_source(self, file: SourceFile) -> None:
         """A file, once."""
-        self.files.setdefault(self._place(file), file)
+        self.files.setdefault(self._path_of(file), file)
 
-    def _place(self, file: SourceFile) -> Path:
+    def _path_of(self, file: SourceFile) -> Path:
         return Path(file.name).resolve() if self.on_disk else Path(os.path.normpath(file.name))
 
-    def _configuration(self, one: ConfigurationInput) -> None:
-        self._note(one.file)
-        place = self._place(one.file)
+    def _add_configuration(self, configuration: ConfigurationInput) -> None:
+        self._add_source(configuration.file)
+        place = self._path_of(configuration.file)
         if place not in self.sheets:
-            self.sheets[place] = one.sheet
-            self.findings += one.findings
+            self.sheets[place] = configuration.sheet
+            self.findings += configuration.findings
 
 
-def add_all(taken: Sequence[ReadInput], *, on_disk: bool = True) -> ReportInputs:
+def add_all(inputs: Sequence[ReadInput], *, on_disk: bool = True) -> ReportInputs:
     """Everything together; a configuration that is given is the one that scenarios of this report run."""
-    own = {one.file.name: one for one in taken if isinstance(one, ConfigurationInput)}
+    given = {entry.file.name: entry for entry in inputs if isinstance(entry, ConfigurationInput)}
     content = ReportInputs(on_disk=on_disk)
-    for one in taken:
-        content.add(one, own.get(one.outcome.config, one.named) if isinstance(one, RunInput) else None)
+    for entry in inputs:
+        content.add_file(
+            entry, given.get(entry.outcome.config, entry.configuration) if isinstance(entry, RunInput) else None
+        )
     return content
 
 
@@ -186,9 +188,9 @@ def shortener(names: Sequence[str]) -> Callable[[str], str]:
 
     On several drives there is none: then names stay as they are.
     """
-    whole = [str(Path(name).parent) for name in names if Path(name).is_absolute()]
+    folders = [str(Path(name).parent) for name in names if Path(name).is_absolute()]
     try:
-        base = os.path.commonpath(whole) if whole else ""
+        base = os.path.commonpath(folders) if folders else ""
     except ValueError:
         return lambda name: Path(name).as_posix()
     return lambda name: Path(os.path.relpath(name, base)).as_posix() if Path(name).is_absolute() else name
@@ -196,7 +198,9 @@ def shortener(names: Sequence[str]) -> Callable[[str], str]:
 
 def content_of(inputs: ReportInputs, block: Title) -> Content:
     """The report on what was read, with names of files as it shows them."""
-    complete = compose(block, list(inputs.files.values()), list(inputs.sheets.values()), inputs.runs, inputs.findings)
+    complete = compose_report(
+        block, list(inputs.files.values()), list(inputs.sheets.values()), inputs.runs, inputs.findings
+    )
     return rename_files(complete, shortener([file.name for file in complete.files]))
 
 
@@ -224,9 +228,9 @@ class ReportResult:
 
     def page(self, *, full: bool = False) -> str:
         """The report as HTML; ``full``: also what is at its default, every word and every signal."""
-        from pidcfg.output.report.formats import page
+        from pidcfg.output.report.formats import report_page
 
-        return page(self.content, full=full)
+        return report_page(self.content, full=full)
 
     def sheet(self) -> str:
         """One landscape page with all loops, for the cabinet's door, as HTML."""
@@ -246,7 +250,7 @@ class ReportResult:
         from pidcfg.output.report.formats import tables_of
 
         tables = {
-            table.key: {"columns": list(table.columns), "rows": [list(map(_plain, row)) for row in table.rows]}
+            table.key: {"columns": list(table.columns), "rows": [list(map(_json_cell, row)) for row in table.rows]}
             for table in tables_of(self.content)
         }
         verdict, why = self.content.verdict
@@ -258,7 +262,7 @@ class ReportResult:
         }
 
 
-def _plain(value: object) -> str | int | float | None:
+def _json_cell(value: object) -> str | int | float | None:
     """A cell as JSON has it."""
     if isinstance(value, Decimal | float):
         return float(value) if isfinite(value) else None
@@ -279,23 +283,23 @@ def report_sources(
     from pidcfg.study.scenario import load_scenario
 
     names = {doc.file for doc in documents}
-    taken: list[ReadInput] = []
+    inputs: list[ReadInput] = []
     for i, doc in enumerate(documents):
         file = (doc.file, doc.text.encode())
         if not is_scenario(doc):
-            taken.append(configuration_input(file, check_document(doc)))
+            inputs.append(configuration_input(file, check_document(doc)))
             continue
         loaded = load_scenario(doc, reader)
-        named = None
+        configuration = None
         if loaded.config and loaded.config not in names and (data := _data_of(loaded.config, reader, doc)) is not None:
-            named = named_input((loaded.config, data), loaded)
-        part = None if progress is None else _part(progress, i, len(documents))
-        settings = Settings(max_loop_steps=doc.limits.loop_steps, progress=part, runs=len(documents))
-        taken.append(run_input(file, loaded, settings, named, pictures=pictures))
-    return ReportResult(content_of(add_all(taken, on_disk=on_disk), block))
+            configuration = named_input((loaded.config, data), loaded)
+        part_progress = None if progress is None else _part_progress(progress, i, len(documents))
+        settings = Settings(max_loop_steps=doc.limits.loop_steps, progress=part_progress, runs=len(documents))
+        inputs.append(run_input(file, loaded, settings, configuration, pictures=pictures))
+    return ReportResult(content_of(add_all(inputs, on_disk=on_disk), block))
 
 
-def _part(progress: Callable[[float], None], done: int, total: int) -> Callable[[float], None]:
+def _part_progress(progress: Callable[[float], None], done: int, total: int) -> Callable[[float], None]:
     return lambda share: progress((done + share) / total)
 
 

@@ -53,7 +53,7 @@ LAST_DIGIT = 10.0 ** (1 - DIGITS)
 
 
 @frozen
-class Value:
+class FileNumber:
     """One of the three numbers in the file: its key, how it was written (None: not at all), and how it is now."""
 
     key: str
@@ -62,13 +62,13 @@ class Value:
     new: str | None
 
     @property
-    def changes(self) -> bool:
+    def is_changed(self) -> bool:
         """Whether the file says it otherwise now."""
         return self.old != self.new
 
 
 @frozen
-class Written:
+class RetunedFile:
     """A configuration with the gains in one of its loops."""
 
     file: str
@@ -77,7 +77,7 @@ class Written:
     before: bytes
     data: bytes
     """The file with the gains; the same bytes where it holds them already."""
-    values: tuple[Value, ...]
+    values: tuple[FileNumber, ...]
     document: Document
     findings: tuple[Diagnostic, ...]
     """What the rules find at the loop with these gains, and what is new elsewhere."""
@@ -91,7 +91,9 @@ class Written:
 
     def to_json(self) -> Data:
         """What changes, and what the rules find."""
-        values = [{"key": v.key, "unit": v.unit, "old": v.old, "new": v.new, "changes": v.changes} for v in self.values]
+        values = [
+            {"key": v.key, "unit": v.unit, "old": v.old, "new": v.new, "changes": v.is_changed} for v in self.values
+        ]
         return {
             "file": self.file,
             "loop": self.loop,
@@ -104,7 +106,7 @@ class Written:
 
 def retune_loop(
     gains: Gains, target: Target, into: GainsFile, limits: Limits, *, heating: bool | None
-) -> tuple[Written, list[FittedNumber]]:
+) -> tuple[RetunedFile, list[FittedNumber]]:
     """The file with the gains of a rule in a loop, and the three numbers as the loop holds them.
 
     Raises `ArgumentError` for a loop that is not there and ranges that contradict the file, `TuningError` for a file
@@ -118,7 +120,7 @@ def retune_loop(
     config: Any = checked_file.config
     name, tuning = config.loops[index].name, encoder_of(vendor).tuning_of(config, config.loops[index])
     where = f"{into.name}: {name}"
-    _refuse(where, gains, tuning, heating=heating)
+    _refuse_loop(where, gains, tuning, heating=heating)
     tuning = _with_ranges(where, tuning, target)
     fitted = fit_loop(gains, vendor.model, tuning)
     problems = [f"{value.key}: {value.problem}" for value in fitted if value.problem is not None]
@@ -128,12 +130,12 @@ def retune_loop(
             unit, held = "minutes" if other.unit == "min" else "seconds", decimal_text(other.stored or other.wanted)
             problems.append(f"with `reset_unit: {unit}` it is {held} {other.unit}")
         raise TuningError(f"{where}: {'; '.join(problems)}; nothing was written")
-    values = _values(where, doc, index, gains, tuning, fitted)
+    values = _file_numbers(where, doc, index, gains, tuning, fitted)
     data = _write_values(where, doc, into.data, index, values)
     after = read_document(data, into.name, limits)
-    findings = _findings(doc, after, name, into.reader)
+    findings = _findings_after(doc, after, name, into.reader)
     action = None if heating is None else tuning.words.heating if heating else tuning.words.cooling
-    return Written(into.name, name, vendor, into.data, data, values, after, findings, action), fitted
+    return RetunedFile(into.name, name, vendor, into.data, data, values, after, findings, action), fitted
 
 
 def loop_tuning(target: Target, into: GainsFile, limits: Limits) -> tuple[Vendor, LoopTuning]:
@@ -145,30 +147,32 @@ def loop_tuning(target: Target, into: GainsFile, limits: Limits) -> tuple[Vendor
     return vendor, _with_ranges(f"{into.name}: {loop.name}", encoder_of(vendor).tuning_of(config, loop), target)
 
 
-def _loop_of(found: Checked, into: GainsFile) -> tuple[Vendor, int]:
+def _loop_of(checked: Checked, into: GainsFile) -> tuple[Vendor, int]:
     """The vendor of a file, and the place of the loop."""
-    vendor, config = found.vendor, found.config
+    vendor, config = checked.vendor, checked.config
     if vendor is None or config is None:
-        (first, *more) = [d for d in found.findings if d.severity is Severity.ERROR]
-        rest = f", and {len(more)} more" if more else ""
+        (first, *more) = [d for d in checked.findings if d.severity is Severity.ERROR]
+        further = f", and {len(more)} more" if more else ""
         place = f"{into.name}:{first.span.line}:{first.span.column}"
-        raise TuningError(f"{place}: {first.message} ({first.code}{rest}); correct the file first, nothing was written")
+        raise TuningError(
+            f"{place}: {first.message} ({first.code}{further}); correct the file first, nothing was written"
+        )
     names = [loop.name for loop in config.loops]
     if not names:
         raise TuningError(f"{into.name} has no loop; nothing was written")
-    listed = ", ".join(names)
+    loop_names = ", ".join(names)
     if into.loop is None:
         if len(names) > 1:
-            raise ArgumentError(f"{into.name} has several loops, say which with `loop`: {listed}", "loop")
+            raise ArgumentError(f"{into.name} has several loops, say which with `loop`: {loop_names}", "loop")
         return vendor, 0
     if names.count(into.loop) != 1:
-        near = closest_name(into.loop, names)
-        meant = f"; did you mean {near}?" if near and near != into.loop else ""
-        raise ArgumentError(f"`loop` {into.loop!r}: {into.name} has {listed}{meant}", "loop")
+        nearest = closest_name(into.loop, names)
+        suggestion = f"; did you mean {nearest}?" if nearest and nearest != into.loop else ""
+        raise ArgumentError(f"`loop` {into.loop!r}: {into.name} has {loop_names}{suggestion}", "loop")
     return vendor, names.index(into.loop)
 
 
-def _refuse(where: str, gains: Gains, tuning: LoopTuning, *, heating: bool | None) -> None:
+def _refuse_loop(where: str, gains: Gains, tuning: LoopTuning, *, heating: bool | None) -> None:
     """Raises `TuningError` for a loop that would not act as the rule means."""
     wrong = tuning.obstacle or (tuning.no_derivative if gains.derivative_time else "")
     if wrong:
@@ -176,9 +180,9 @@ def _refuse(where: str, gains: Gains, tuning: LoopTuning, *, heating: bool | Non
     if heating is None or tuning.raises_pv is None or heating is tuning.raises_pv:
         return
     action = tuning.words.heating if heating else tuning.words.cooling
-    way = "positive: the PV rises" if heating else "negative: the PV falls"
+    sign = "positive: the PV rises" if heating else "negative: the PV falls"
     raise TuningError(
-        f"{where}: the process's gain is {way} with the output, which needs action {action}, and the loop has the "
+        f"{where}: the process's gain is {sign} with the output, which needs action {action}, and the loop has the "
         "other one; correct the action, or the sign of the gain; nothing was written"
     )
 
@@ -191,8 +195,8 @@ def _with_ranges(where: str, tuning: LoopTuning, target: Target) -> LoopTuning:
         if span is None or tuning.words.gain_unit == "engineering":
             continue
         if present is not None and not isclose(present, span, rel_tol=SAME_SPAN):
-            wide = f"{decimal_text(span)} wide, and that of {where} {decimal_text(present)}"
-            raise ArgumentError(f"`{name}` is {wide}: leave it out", name)
+            widths = f"{decimal_text(span)} wide, and that of {where} {decimal_text(present)}"
+            raise ArgumentError(f"`{name}` is {widths}: leave it out", name)
         tuning = replace(tuning, pv_span=span) if name == "pv_range" else replace(tuning, output_span=span)
     if tuning.words.gain_unit == "span" and tuning.pv_span is None:
         message = f"{where} has no pv.range, and its gain is a share of it: add it to the loop, or give `pv_range`"
@@ -200,22 +204,22 @@ def _with_ranges(where: str, tuning: LoopTuning, target: Target) -> LoopTuning:
     return tuning
 
 
-def _values(
+def _file_numbers(
     where: str, doc: Document, index: int, gains: Gains, tuning: LoopTuning, fitted: list[FittedNumber]
-) -> tuple[Value, ...]:
+) -> tuple[FileNumber, ...]:
     """How the file says the three numbers, before and after; what it says already stays as it is written."""
-    out = []
+    numbers = []
     integral, derivative = tuning.off_texts
-    off = (None, integral if isinf(gains.integral_time) else None, None if gains.derivative_time else derivative)
-    for name, value, now, word in zip(tuning.words.names, fitted, tuning.current_values, off, strict=True):
-        old = value_at(doc.data, _path(index, value.key))
+    words_off = (None, integral if isinf(gains.integral_time) else None, None if gains.derivative_time else derivative)
+    for name, value, now, word in zip(tuning.words.names, fitted, tuning.current_values, words_off, strict=True):
+        old = value_at(doc.data, _loop_path(index, value.key))
         if now is None:
             raise TuningError(f"{where}: {value.key} is the expression {old}: change it there; nothing was written")
         stored = value.stored or Decimal(0)
-        held = partial(tuning.words.stored_value, name)
-        new = old if now == stored else word or number_as_written(old, stored, value.unit, held)
-        out.append(Value(value.key, value.unit, old, None if new is None else str(new)))
-    return tuple(out)
+        stored_as = partial(tuning.words.stored_value, name)
+        new = old if now == stored else word or number_as_written(old, stored, value.unit, stored_as)
+        numbers.append(FileNumber(value.key, value.unit, old, None if new is None else str(new)))
+    return tuple(numbers)
 
 
 def number_as_written(old: str | None, value: Decimal, unit: str, stored: Callable[[Decimal], Decimal]) -> str:
@@ -228,29 +232,29 @@ def number_as_written(old: str | None, value: Decimal, unit: str, stored: Callab
     for digits in range(1, DIGITS + 1):
         number = Context(digits).divide(value, factor)
         try:
-            held = stored(number * factor)
+            stored_value = stored(number * factor)
         except EncodeError:
             continue
-        if isclose(held, value, rel_tol=LAST_DIGIT):
+        if isclose(stored_value, value, rel_tol=LAST_DIGIT):
             return f"{decimal_text(number)}{gap}{match[2]}"
     return decimal_text(value)
 
 
-def _path(index: int, key: str) -> Path:
+def _loop_path(index: int, key: str) -> Path:
     return ("loops", index, *parse_path(key))
 
 
-def _write_values(where: str, doc: Document, data: bytes, index: int, values: tuple[Value, ...]) -> bytes:
+def _write_values(where: str, doc: Document, data: bytes, index: int, values: tuple[FileNumber, ...]) -> bytes:
     """The bytes of the file with the values that change."""
-    paths = [_path(index, value.key) for value in values]
-    texts = {path: value.new for path, value in zip(paths, values, strict=True) if value.changes and value.new}
+    paths = [_loop_path(index, value.key) for value in values]
+    texts = {path: value.new for path, value in zip(paths, values, strict=True) if value.is_changed and value.new}
     after: Mapping[Path, Path] = dict(zip(paths[1:], paths, strict=False))
     if not texts:
         return data
     try:
         return with_values(data, doc, texts, _behind_present(doc, after))
     except PlacingError as error:
-        numbers = ", ".join(f"{value.key}: {value.new}" for value in values if value.changes)
+        numbers = ", ".join(f"{value.key}: {value.new}" for value in values if value.is_changed)
         raise TuningError(
             f"{where}: {error} (line {error.line}); write {numbers} by hand, there or in the loop itself"
         ) from None
@@ -258,43 +262,47 @@ def _write_values(where: str, doc: Document, data: bytes, index: int, values: tu
 
 def _behind_present(doc: Document, after: Mapping[Path, Path]) -> dict[Path, Path]:
     """The key that each goes behind, past those that are missing and stay so."""
-    out = {}
+    places = {}
     for path, place in after.items():
         before = place
         while value_at(doc.data, before) is None and before in after:
             before = after[before]
-        out[path] = before
-    return out
+        places[path] = before
+    return places
 
 
-def _findings(before: Document, after: Document, loop: str, reader: Reader) -> tuple[Diagnostic, ...]:
+def _findings_after(before: Document, after: Document, loop: str, reader: Reader) -> tuple[Diagnostic, ...]:
     """What is found at the loop after the change, and what is new elsewhere."""
-    old = {(d.code, d.where, d.message) for d in check_loaded(before, reader, CheckSettings()).findings}
-    found = check_loaded(after, reader, CheckSettings()).findings
-    return tuple(d for d in found if d.loop == loop or loop in d.with_loops or (d.code, d.where, d.message) not in old)
+    old_findings = {(d.code, d.where, d.message) for d in check_loaded(before, reader, CheckSettings()).findings}
+    new_findings = check_loaded(after, reader, CheckSettings()).findings
+    return tuple(
+        d
+        for d in new_findings
+        if d.loop == loop or loop in d.with_loops or (d.code, d.where, d.message) not in old_findings
+    )
 
 
 # --- What the words of a loop do on its process: a step of the set point and one of the load, on the virtual PLC ------
 
-STEP, LEAST_COUNTS = 0.1, 40
+STEP_SHARE, LEAST_COUNTS = 0.1, 40
 """Of the PV's range, and counts of the PV at least: how far the set point steps."""
-COUNTED = 1000
+LEAST_COUNT_RANGE = 1000
 """An output with such a range may be one of counts, and rests at a whole one."""
-HEADROOM = 0.7
+HEADROOM_SHARE = 0.7
 """Of the way from the middle of the output to its limits, that the first move of a step may take."""
-LENGTH = 12
+LENGTH_FACTOR = 12
 """Times the slowest time of loop and process: how long each of the two steps is looked at."""
 MOST_LOOP_STEPS = 150_000
 """Of a run: more take too long, and a loop that samples so often is as good as a continuous one."""
-ATTEMPTS, SHORTER = 3, 0.9
+ATTEMPTS, SHORTER_FACTOR = 3, 0.9
 """Runs with a shorter step where the output meets a limit, each of this part of what it would take."""
-HUNTS = 0.05
+HUNTING_SHARE = 0.05
 """Of the IAE, that the error of the second half, were it all the time, would make."""
-LOOKS = 8
+LOOKS_PER_STEP = 8
 """At a step, from its beginning to its end."""
-SETTLED = 0.05
+SETTLED_SHARE = 0.05
 """Of the step: within which a PV has settled."""
-BESIDE, LEAST_SHARE, UNLIMITED = 0.5, 0.01, 1e5
+BESIDE_SHARE, LEAST_SHARE, UNLIMITED_RANGE = 0.5, 0.01, 1e5
 """Of a range: how far beside it all of a record's PV is in other units, and the least step of an output in its own; and
 a range that is none."""
 KNOWN_UNITS = {
@@ -308,7 +316,7 @@ KNOWN_UNITS = {
 
 
 @frozen
-class Around:
+class LoopConditions:
     """What of a loop gains are made for."""
 
     sample_time: float | None
@@ -321,7 +329,7 @@ class Around:
     """Of the output from 0 to 100 %, in the unit that gains are per."""
 
     @classmethod
-    def of(cls, loop: LoopTuning) -> Around:
+    def of(cls, loop: LoopTuning) -> LoopConditions:
         """Of a loop as its file holds it."""
         share, seconds, raises = loop.pv_share, loop.sample_time, loop.raises_pv
         filtered = seconds is not None and 0 < share < 1
@@ -339,10 +347,10 @@ class Forecast:
     answer: Answer | None = None
     step: tuple[float, float] = (0.0, 0.0)
     """The set point before and after."""
-    largest: float = 0.0
+    largest_step: float = 0.0
     """A step of the set point up to which the output stays within its limits."""
     settled: bool = True
-    rest: float = 0.0
+    final_error: float = 0.0
     """How far from its set point the PV is in the end, on average."""
     hunts: bool = False
     """That counts in the IAE, which grows with the length of a run."""
@@ -358,10 +366,10 @@ class Forecast:
             "of": "words",
             "why": None,
             "setpoint": list(self.step),
-            "largest_step": self.largest,
+            "largest_step": self.largest_step,
             "settles": self.settled,
             "hunts": self.hunts,
-            "error_at_the_end": self.rest,
+            "error_at_the_end": self.final_error,
             "pv_range": list(self.pv_range),
             "output_limits": list(self.limits),
         }
@@ -372,7 +380,7 @@ class Forecast:
             yield "with these words the PV does not settle"
 
 
-class Recorded(NamedTuple):
+class RecordScale(NamedTuple):
     """The numbers of a record, which must be in the units of the loop that is to have its gains."""
 
     file: str
@@ -383,12 +391,14 @@ class Recorded(NamedTuple):
     units: tuple[str, str] = ("", "")
     """Of output and PV, as the headers say."""
 
-    def refuse(self, where: str, pv_range: tuple[float, float], output_span: float, units: Mapping[str, str]) -> None:
+    def refuse_other_units(
+        self, where: str, pv_range: tuple[float, float], output_span: float, units: Mapping[str, str]
+    ) -> None:
         """Raises `TuningError` for numbers that are surely in other units: their gain would be wrong by as much."""
-        if what := self._other_units(units) or self._other_numbers(pv_range, output_span):
+        if difference := self._other_units(units) or self._other_numbers(pv_range, output_span):
             raise TuningError(
-                f"{where}: {self.file} is in other units: {what}; bring the record to the units of the loop (counts or "
-                "shares of 1 may have been recorded); nothing was written"
+                f"{where}: {self.file} is in other units: {difference}; bring the record to the units of the loop "
+                "(counts or shares of 1 may have been recorded); nothing was written"
             )
 
     def _other_units(self, units: Mapping[str, str]) -> str:
@@ -404,17 +414,21 @@ class Recorded(NamedTuple):
     def _other_numbers(self, pv_range: tuple[float, float], output_span: float) -> str:
         """What lies far beside the loop's ranges."""
         low, high = pv_range
-        margin = (high - low) * BESIDE
-        if high - low < UNLIMITED and (self.pv[0] > high + margin or self.pv[1] < low - margin):
+        margin = (high - low) * BESIDE_SHARE
+        if high - low < UNLIMITED_RANGE and (self.pv[0] > high + margin or self.pv[1] < low - margin):
             return f"the PV goes from {self.pv[0]:.6g} to {self.pv[1]:.6g}, and its range there is {low:g} to {high:g}"
-        if output_span < UNLIMITED and not LEAST_SHARE <= self.step / output_span <= 1 + BESIDE:
+        if output_span < UNLIMITED_RANGE and not LEAST_SHARE <= self.step / output_span <= 1 + BESIDE_SHARE:
             share = f"{100 * self.step / output_span:.3g} % of the {output_span:g} that it has there"
             return f"the output steps by {self.step:.6g}, {share}"
         return ""
 
 
 def forecast_words(
-    written: Written, around: Around, plant: Transfer | None, gains: Gains, recorded: Recorded | None = None
+    written: RetunedFile,
+    around: LoopConditions,
+    plant: Transfer | None,
+    gains: Gains,
+    recorded: RecordScale | None = None,
 ) -> Forecast:
     """What the words do on a process, whose gain has its sign; raises `TuningError` for a record in other units."""
     if plant is None:
@@ -429,16 +443,16 @@ def forecast_words(
     if recorded is not None:
         where = f"{written.file}: {written.loop}"
         units = units_of(checked.config.loops[trial.i])
-        recorded.refuse(where, (trial.bottom, trial.top), (trial.high - trial.low) * trial.unit, units)
-    seen = _run(trial, controller, image)
+        recorded.refuse_other_units(where, (trial.bottom, trial.top), (trial.high - trial.low) * trial.unit, units)
+    forecast = _run_trial(trial, controller, image)
     for _ in range(ATTEMPTS):
-        if seen.why or not trial.shorten(seen):
+        if forecast.why or not trial.shorten_step(forecast):
             break
-        seen = _run(trial, controller, image)
-    return seen
+        forecast = _run_trial(trial, controller, image)
+    return forecast
 
 
-def _run(trial: Trial, controller: Any, image: object) -> Forecast:
+def _run_trial(trial: Trial, controller: Any, image: object) -> Forecast:
     """What one run shows."""
     try:
         scenario = Scenario.model_validate(trial.scenario())
@@ -446,63 +460,63 @@ def _run(trial: Trial, controller: Any, image: object) -> Forecast:
         if steps * len(trial.plc.loops) > MOST_LOOP_STEPS:
             return Forecast(f"a run of {steps:,} steps would take too long")
         run = begin_run(
-            scenario, lambda: controller.load(image, plc_options(scenario, controller)), controller, SETTINGS
+            scenario, lambda: controller.load(image, plc_options(scenario, controller)), controller, RUN_SETTINGS
         )
     except (ValidationError, UnusableError) as error:
         return Forecast(f"the loop does not run alone: {str(error).splitlines()[0]}")
-    return trial.watch(run)
+    return trial.measure(run)
 
 
-SETTINGS = Settings(with_verdicts=False, reference=False)
+RUN_SETTINGS = Settings(with_verdicts=False, reference=False)
 
 
 class Trial:
     """A loop alone with its process: from rest, a step of its set point, and then one at its output."""
 
-    def __init__(self, plc: Plc, loop: str, around: Around, plant: Transfer, gains: Gains) -> None:
+    def __init__(self, plc: Plc, loop: str, around: LoopConditions, plant: Transfer, gains: Gains) -> None:
         self.plc, self.loop, self.i = plc, loop, plc.loops.index(loop)
-        shown = plc.outputs[self.i] if plc.outputs else (0.0, around.output_span)
-        self.unit = around.output_span / abs(shown[1] - shown[0])
+        output_scale = plc.outputs[self.i] if plc.outputs else (0.0, around.output_span)
+        self.unit = around.output_span / abs(output_scale[1] - output_scale[0])
         self.plant = replace(plant, gain=plant.gain * self.unit)
         self.gains = replace(gains, gain=gains.gain / self.unit)
         self.low, self.high = plc.output_limits(self.i, plc.signal_values)
         self.bottom, self.top, counts = plc.scales[self.i]
         span, middle = self.top - self.bottom, (self.low + self.high) / 2
-        self.rest = middle if self.high - self.low < COUNTED else float(round(middle))
-        self.push = STEP * (self.high - self.low)
-        reach = HEADROOM * (self.high - self.low) / 2
-        most = reach / max(self.gains.gain, 0.0 if plant.integrators else 1 / abs(self.plant.gain))
-        self.least = LEAST_COUNTS * span / counts
-        self.step = max(min(STEP * span, most), self.least)
-        self.begin = (self.top + self.bottom - self.step) / 2
+        self.resting_output = middle if self.high - self.low < LEAST_COUNT_RANGE else float(round(middle))
+        self.load_step = STEP_SHARE * (self.high - self.low)
+        headroom = HEADROOM_SHARE * (self.high - self.low) / 2
+        most_step = headroom / max(self.gains.gain, 0.0 if plant.integrators else 1 / abs(self.plant.gain))
+        self.least_step = LEAST_COUNTS * span / counts
+        self.step = max(min(STEP_SHARE * span, most_step), self.least_step)
+        self.first_setpoint = (self.top + self.bottom - self.step) / 2
 
-    def shorten(self, seen: Forecast) -> bool:
+    def shorten_step(self, forecast: Forecast) -> bool:
         """Takes a smaller step where the output met a limit; whether there is one."""
-        shorter = max(seen.largest * SHORTER, self.least)
-        if seen.largest >= self.step or shorter >= self.step:
+        shorter = max(forecast.largest_step * SHORTER_FACTOR, self.least_step)
+        if forecast.largest_step >= self.step or shorter >= self.step:
             return False
-        self.step, self.begin = shorter, (self.top + self.bottom - shorter) / 2
+        self.step, self.first_setpoint = shorter, (self.top + self.bottom - shorter) / 2
         return True
 
-    def length(self) -> float:
+    def part_length(self) -> float:
         """How long each part lasts, in s, in whole samples."""
         plant, gains = self.plant, self.gains
         times = [*plant.poles, plant.dead_time, gains.derivative_time]
         if not isinf(gains.integral_time):
-            loud = abs(plant.gain * gains.gain)
-            times += [gains.integral_time, (1 if plant.integrators else gains.integral_time) / loud]
+            loop_gain = abs(plant.gain * gains.gain)
+            times += [gains.integral_time, (1 if plant.integrators else gains.integral_time) / loop_gain]
         seconds = self.plc.configs[self.i].period / TICKS
-        return float(ceil(LENGTH * max(times) / seconds + LENGTH) * seconds)
+        return float(ceil(LENGTH_FACTOR * max(times) / seconds + LENGTH_FACTOR) * seconds)
 
     def steps(self, step: int) -> int:
         """Base steps of the whole run, each so many ticks."""
-        return ceil(3 * self.length() * TICKS / step)
+        return ceil(3 * self.part_length() * TICKS / step)
 
     def scenario(self) -> Data:
         """As a file would have it."""
-        length, load = self.length(), self._load()
+        length, load = self.part_length(), self._rest_load()
         plants = self._plants(load)
-        start: list[Data] = [{"at": 0, "loop": self.loop, "set": {"setpoint": self.begin}}]
+        start: list[Data] = [{"at": 0, "loop": self.loop, "set": {"setpoint": self.first_setpoint}}]
         if self.plc.goals[self.i] != "auto":
             start.insert(0, {"at": 0, "loop": self.loop, "mode": "auto"})
         return {
@@ -510,19 +524,23 @@ class Trial:
             "scenario": "forecast",
             "config": "-",
             "duration": 3 * length,
-            "initial": {self.loop: self.rest},
+            "initial": {self.loop: self.resting_output},
             "plants": plants,
             "connect": {self.plc.inlets.get(self.loop, f"{self.loop}.PV"): plants[-1]["name"]},
             "events": [
                 *start,
-                {"at": length, "loop": self.loop, "set": {"setpoint": self.begin + self.step}},
-                {"at": 2 * length, "plant": plants[0]["name"], "disturb": {"load": load + self.plant.gain * self.push}},
+                {"at": length, "loop": self.loop, "set": {"setpoint": self.first_setpoint + self.step}},
+                {
+                    "at": 2 * length,
+                    "plant": plants[0]["name"],
+                    "disturb": {"load": load + self.plant.gain * self.load_step},
+                },
             ],
         }
 
-    def _load(self) -> float:
+    def _rest_load(self) -> float:
         """With which the PV rests at the first set point while the output rests in the middle."""
-        return (0.0 if self.plant.integrators else self.begin) - self.plant.gain * self.rest
+        return (0.0 if self.plant.integrators else self.first_setpoint) - self.plant.gain * self.resting_output
 
     def _plants(self, load: float) -> list[Data]:
         """The process as plants, one behind the other."""
@@ -540,49 +558,49 @@ class Trial:
         own = {"gain": plant.gain, "dead_time": plant.dead_time, "load": load}
         for n, row in enumerate(rows):
             row.update(own if n == 0 else {"gain": 1.0})
-            rest = self.begin if n + 1 == len(rows) or not plant.integrators else 0.0
+            rest = self.first_setpoint if n + 1 == len(rows) or not plant.integrators else 0.0
             row.update({"name": f"process_{n + 1}", "input": inputs[n], "initial": rest})
         return rows
 
-    def watch(self, run: Run) -> Forecast:
+    def measure(self, run: Run) -> Forecast:
         """Runs, and reads the meter of the loop when its set point steps, when the load does, and at the end."""
         meter, signals = run.machine.meters[self.i], run.net.signal_values
-        first, second = (int(n * self.length() * TICKS) // run.step for n in (1, 2))
-        run.chunk = max(1, (second - first) // LOOKS)
-        errors, past, out, settled, late = [0.0], None, 0.0, True, [(0, 0.0), (0, 0.0)]
+        first, second = (int(n * self.part_length() * TICKS) // run.step for n in (1, 2))
+        run.chunk = max(1, (second - first) // LOOKS_PER_STEP)
+        errors, overshoot_percent, output_before, settled, late_iae = [0.0], None, 0.0, True, [(0, 0.0), (0, 0.0)]
         up = down = 0.0
         for k in run.steps_to_end():
             if k == first:
                 if self.plc.mode(meter.status) not in IN_CONTROL:
                     return Forecast(f"the loop is in {self.plc.mode(meter.status)} when its set point steps")
-                meter.out_low = meter.out_high = out = signals[meter.out]
+                meter.out_low = meter.out_high = output_before = signals[meter.out]
                 errors = [meter.iae]
             elif first < k <= (first + second) / 2:
-                late[0] = (k, meter.iae)
+                late_iae[0] = (k, meter.iae)
             elif k == second:
                 errors.append(meter.iae)
-                past = overshoot(meter, Band(self.i, SETTLED))
+                overshoot_percent = overshoot(meter, Band(self.i, SETTLED_SHARE))
                 settled = settling_time(meter, run.machine.bands[self.i], k - 1, run.dt) is not None
-                up, down = meter.out_high - out, out - meter.out_low
+                up, down = meter.out_high - output_before, output_before - meter.out_low
             elif second < k <= (3 * second - first) / 2:
-                late[1] = (k, meter.iae)
+                late_iae[1] = (k, meter.iae)
         step = abs(meter.sp_after - meter.sp_before)
-        if past is None or not step:
+        if overshoot_percent is None or not step:
             return Forecast("the set point does not move: see its limits")
-        room = min((self.high - out) / max(up, 1e-12), (out - self.low) / max(down, 1e-12))
+        room = min((self.high - output_before) / max(up, 1e-12), (output_before - self.low) / max(down, 1e-12))
         of_setpoint, of_load = (
             None if isinf(self.gains.integral_time) else (b - a) * run.dt / unit
-            for a, b, unit in zip(errors, (*errors[1:], meter.iae), (step, self.push * self.unit), strict=True)
+            for a, b, unit in zip(errors, (*errors[1:], meter.iae), (step, self.load_step * self.unit), strict=True)
         )
-        ends = zip((second, run.last), (*errors[1:], meter.iae), late, strict=True)
+        ends = zip((second, run.last), (*errors[1:], meter.iae), late_iae, strict=True)
         rest = max((iae - before) / (k - begin) for k, iae, (begin, before) in ends)
         return Forecast(
-            answer=Answer(past, of_setpoint, of_load),
+            answer=Answer(overshoot_percent, of_setpoint, of_load),
             step=(meter.sp_before, meter.sp_after),
-            largest=step * room,
+            largest_step=step * room,
             settled=settled,
-            rest=rest,
-            hunts=rest * (second - first) > HUNTS * (errors[1] - errors[0]),
+            final_error=rest,
+            hunts=rest * (second - first) > HUNTING_SHARE * (errors[1] - errors[0]),
             pv_range=(self.bottom, self.top),
             limits=(self.low, self.high),
         )

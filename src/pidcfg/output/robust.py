@@ -78,7 +78,7 @@ class Confirmation:
 
     plc: str
     samples: int
-    held: int
+    held_count: int
     bound: float
     limit: float
     largest: float | None
@@ -86,14 +86,14 @@ class Confirmation:
     @property
     def passed(self) -> bool:
         """Whether all have."""
-        return self.held == self.samples
+        return self.held_count == self.samples
 
     def to_json(self) -> Data:
         """Under ``robust.certified``."""
         return {
             "plc": self.plc,
             "samples": self.samples,
-            "held": self.held,
+            "held": self.held_count,
             "at_least_percent": self.bound,
             "iae_limit": self.limit,
             "iae_max": self.largest,
@@ -111,16 +111,16 @@ def confirm_gains(
     pv = process.gain * output if loop is None or loop.pv_span is None else float(loop.pv_span)
     text = _loop_text(found, pv, output)
     plc, config = _as_vendor(text, vendor, limits)
-    scenario, most = _scenario(found, process, pv, output)
+    scenario, most = _scenario_text(found, process, pv, output)
     files = {FILE_NAMES[0]: config, FILE_NAMES[1]: scenario.encode()}
     doc = read_document(files[FILE_NAMES[1]], FILE_NAMES[1], limits)
     certification = certify_document(doc, Plan(samples, SEED, keep_worst=0), reader_of(files)).certification
     if certification is None:
         return None
-    (wanted,) = certification.expectations
+    (expectation,) = certification.expectations
     largest = certification.metrics["LOOP"]["iae"]["max"]
-    held = min(wanted.held, certification.all_passed)
-    return Confirmation(plc, samples, held, wanted.lower_bound, most, largest)
+    held_count = min(expectation.held, certification.all_passed)
+    return Confirmation(plc, samples, held_count, expectation.lower_bound, most, largest)
 
 
 def _loop_text(found: RobustTuning, pv: float, output: float) -> str:
@@ -128,7 +128,7 @@ def _loop_text(found: RobustTuning, pv: float, output: float) -> str:
     gains, sampling = found.result.gains, found.search.sampling
     seconds = sampling.sample_time
     limit = sampling.derivative_limit
-    lag = _time(sampling.derivative_share, seconds) if limit is None else gains.derivative_time / limit
+    lag = _filter_time(sampling.derivative_share, seconds) if limit is None else gains.derivative_time / limit
     return LOOP_TEMPLATE.format(
         sample=seconds,
         gain=gains.gain,
@@ -136,13 +136,13 @@ def _loop_text(found: RobustTuning, pv: float, output: float) -> str:
         rate=gains.derivative_time,
         lag=lag if gains.derivative_time else 0.0,
         pv=pv,
-        filter=_time(sampling.pv_share, seconds),
+        filter=_filter_time(sampling.pv_share, seconds),
         middle=pv / 2,
         output=output,
     )
 
 
-def _time(share: float, seconds: float) -> float:
+def _filter_time(share: float, seconds: float) -> float:
     """The time constant of a filter that takes a share of each difference."""
     return 0.0 if share >= 1 else -seconds / log(1 - share)
 
@@ -158,11 +158,11 @@ def _as_vendor(text: str, vendor: Vendor | None, limits: Limits) -> tuple[str, b
     return NEUTRAL_VENDOR, neutral
 
 
-def _scenario(found: RobustTuning, process: Process, pv: float, output: float) -> tuple[str, float]:
+def _scenario_text(found: RobustTuning, process: Process, pv: float, output: float) -> tuple[str, float]:
     """The scenario, and the largest IAE that is expected."""
     lowest = next((spread.low for spread in found.spreads if spread.name == "gain"), process.gain)
-    rest = output * min(RESTING_OUTPUT, HIGHEST_RESTING_OUTPUT * lowest / process.gain)
-    push = min(LOAD_STEP * output, rest / 2) * process.gain
+    resting_output = output * min(RESTING_OUTPUT, HIGHEST_RESTING_OUTPUT * lowest / process.gain)
+    load_step = min(LOAD_STEP * output, resting_output / 2) * process.gain
     gains, search = found.result.gains, found.search
     sampling, plants = search.sampling, search.plants
     slowest = gains.integral_time + process.time_constant + process.second_time_constant + process.dead_time
@@ -171,23 +171,23 @@ def _scenario(found: RobustTuning, process: Process, pv: float, output: float) -
         absolute_error(gains, curve.plant, sampling) / plant.gain
         for curve, plant in zip(search.curves, plants, strict=True)
     )
-    most = IAE_ALLOWANCE * push * max(errors) + PV_COUNT_ALLOWANCE * pv / FULL_COUNTS * duration
-    load = (0.0 if process.integrating else pv / 2) - process.gain * rest
+    most = IAE_ALLOWANCE * load_step * max(errors) + PV_COUNT_ALLOWANCE * pv / FULL_COUNTS * duration
+    load = (0.0 if process.integrating else pv / 2) - process.gain * resting_output
     text = SCENARIO_TEMPLATE.format(
         duration=duration,
-        plant=_plant(process),
+        plant=_plant_text(process),
         load=load,
         middle=pv / 2,
         seed=SEED,
-        varies=", ".join(f"{_key(s.name, process)}: {{uniform: [{s.low!r}, {s.high!r}]}}" for s in found.spreads),
+        varies=", ".join(f"{_vary_key(s.name, process)}: {{uniform: [{s.low!r}, {s.high!r}]}}" for s in found.spreads),
         at=2 * sampling.sample_time,
-        more=load + push,
+        more=load + load_step,
         most=most,
     )
     return text, most
 
 
-def _plant(process: Process) -> str:
+def _plant_text(process: Process) -> str:
     """The process as a scenario has it."""
     if process.integrating:
         return f"model: integrator, gain: {process.gain!r}, dead_time: {process.dead_time!r}"
@@ -198,7 +198,7 @@ def _plant(process: Process) -> str:
     return f"model: first_order, time_constant: {process.time_constant!r}, {common}"
 
 
-def _key(name: str, process: Process) -> str:
+def _vary_key(name: str, process: Process) -> str:
     """A number of the process as ``vary`` names it."""
     if not process.second_time_constant:
         return name
@@ -222,16 +222,16 @@ class RobustGains:
     """What nobody said."""
     confirmed: Confirmation | None = None
     """What `certify` says; None: it was not asked, or cannot run this."""
-    negative: bool = False
+    is_negative: bool = False
     """Whether the process's gain is; those of the plants are amounts."""
 
     @property
-    def worst(self) -> Process:
+    def worst_ms_plant(self) -> Process:
         """The plant with the largest Ms."""
         return self.found.search.plants[self.found.result.worst_ms]
 
     @property
-    def slowest(self) -> Process:
+    def worst_iae_plant(self) -> Process:
         """The plant with the largest IAE."""
         return self.found.search.plants[self.found.result.worst_error]
 
@@ -247,11 +247,11 @@ class RobustGains:
             "sample_time": sampling.sample_time,
             "pv_share": sampling.pv_share,
             "worst_ms": result.ms,
-            "worst_ms_plant": numbers_of(self.worst),
+            "worst_ms_plant": numbers_of(self.worst_ms_plant),
             "gain_margin": finite_or_none(margins.gain_margin),
             "phase_margin": finite_or_none(margins.phase_margin),
             "worst_iae": result.error,
-            "worst_iae_plant": numbers_of(self.slowest),
+            "worst_iae_plant": numbers_of(self.worst_iae_plant),
             "every_word": found.every_word if found.words else None,
             "real": {**asdict(real.gains), "worst_iae": real.error, "worst_ms": real.ms},
             "cost_percent": round(found.cost_percent, 4),
@@ -263,13 +263,13 @@ class RobustGains:
 def numbers_of(process: Process) -> dict[str, float]:
     """The numbers of a plant that it has."""
     keys = ("gain", "time_constant", "second_time_constant", "dead_time")
-    own = [key for key in keys if getattr(process, key) and not (process.integrating and key == "time_constant")]
+    given = [key for key in keys if getattr(process, key) and not (process.integrating and key == "time_constant")]
     names = {"second_time_constant": "time_constant_2"}
-    return {names.get(key, key): getattr(process, key) for key in own}
+    return {names.get(key, key): getattr(process, key) for key in given}
 
 
 @frozen
-class Searched:
+class SearchResult:
     """The gains that were found, and where they go."""
 
     form: Form
@@ -288,57 +288,60 @@ def search_gains(
     fit: Identification | None,
     target: Target,
     limits: Limits,
-) -> Searched:
+) -> SearchResult:
     """The gains that robust finds; raises `ArgumentError` and `TuningError` as the rules do."""
-    wish = known.robustness
-    if wish is None:
+    robustness = known.robustness
+    if robustness is None:
         raise AssertionError("robust says what it wants")
     if known.transfer is not None:
         raise ArgumentError("robust needs the numbers of the process, not `transfer`", "transfer")
-    chosen: Form = form or "PI"
-    if chosen not in method.forms:
+    chosen_form: Form = form or "PI"
+    if chosen_form not in method.forms:
         raise ArgumentError(f"{method.name} has no rule for {form}; it has {' and '.join(method.forms)}")
     model = model_of(method, known)
     refuse_missing(method, {key: v for key, v in known.numbers.items() if key != "sample_time"}, model)
     process = replace(process_of(known.numbers, model), sample_time=0.0)
     negative = known.numbers["gain"] < 0
-    spreads = spreads_of(wish, process, fit, negative=negative)
-    vendor, loop, target, assumed = _loop(target, limits)
-    sampling, more = _sampling(known, process, loop, target)
+    spreads = spreads_of(robustness, process, fit, negative=negative)
+    vendor, loop, target, assumed = _target_loop(target, limits)
+    sampling, sampling_notes = _loop_sampling(known, process, loop, target)
     _refuse_too_fast(sampling, process)
     plants = plants_of(process, spreads)
 
-    def held_by(loop: LoopTuning | None) -> RobustTuning:
-        search = Search(plants, sampling, wish.ms, derivative=chosen == "PID")
-        return find_robust_gains(chosen, search, loop, None if vendor is None else vendor.model, spreads)
+    def search_for(loop: LoopTuning | None) -> RobustTuning:
+        search = Search(plants, sampling, robustness.ms, derivative=chosen_form == "PID")
+        return find_robust_gains(chosen_form, search, loop, None if vendor is None else vendor.model, spreads)
 
-    found = held_by(loop)
-    longer = None if vendor is None or loop is None else _longer(found, vendor, loop)
-    if longer is not None and target.file is not None:
-        more = (*more, "the reset stays in seconds, of which its word is at the end; `reset_unit: minutes` has more")
-    elif longer is not None and (other := held_by(longer)).result.error < found.result.error:
-        found, loop = other, longer
+    found = search_for(loop)
+    minutes_loop = None if vendor is None or loop is None else _loop_in_minutes(found, vendor, loop)
+    if minutes_loop is not None and target.file is not None:
+        sampling_notes = (
+            *sampling_notes,
+            "the reset stays in seconds, of which its word is at the end; `reset_unit: minutes` has more",
+        )
+    elif minutes_loop is not None and (minutes_result := search_for(minutes_loop)).result.error < found.result.error:
+        found, loop = minutes_result, minutes_loop
     confirmation = None
-    if wish.samples:
-        confirmation = confirm_gains(found, process, vendor, loop, wish.samples, limits)
-    gains = RobustGains(found, sampling, (*assumed, *more), confirmation, negative)
-    return Searched(chosen, model, replace(process, sample_time=sampling.sample_time), gains, loop, target)
+    if robustness.samples:
+        confirmation = confirm_gains(found, process, vendor, loop, robustness.samples, limits)
+    gains = RobustGains(found, sampling, (*assumed, *sampling_notes), confirmation, negative)
+    return SearchResult(chosen_form, model, replace(process, sample_time=sampling.sample_time), gains, loop, target)
 
 
-def spreads_of(wish: Robustness, process: Process, fit: Identification | None, *, negative: bool) -> list[Spread]:
+def spreads_of(robustness: Robustness, process: Process, fit: Identification | None, *, negative: bool) -> list[Spread]:
     """What varies: as it is said, and of an identified process all else within its confidence."""
-    told = [] if wish.vary is None else read_spreads(wish.vary, process, negative=negative)
+    stated = [] if robustness.vary is None else read_spreads(robustness.vary, process, negative=negative)
     if fit is None:
-        return told
-    names = {spread.name for spread in told}
-    out = list(told)
-    for name, sure in zip(("gain", "time_constant", "dead_time"), fit.confidence, strict=True):
+        return stated
+    names = {spread.name for spread in stated}
+    spreads = list(stated)
+    for name, confidence in zip(("gain", "time_constant", "dead_time"), fit.confidence, strict=True):
         middle = getattr(process, name)
-        if name in names or not sure or (name == "time_constant" and process.integrating):
+        if name in names or not confidence or (name == "time_constant" and process.integrating):
             continue
-        low = middle - sure if middle > sure else middle * LEAST_SHARE
-        out.append(spread_of(name, low, middle + sure, process))
-    return out
+        low = middle - confidence if middle > confidence else middle * LEAST_SHARE
+        spreads.append(spread_of(name, low, middle + confidence, process))
+    return spreads
 
 
 MOST_IN_DEAD_TIME = 1000
@@ -361,7 +364,7 @@ LEAST_SHARE = 0.01
 """Of a number that its confidence does not tell from 0."""
 
 
-def _loop(target: Target, limits: Limits) -> tuple[Vendor | None, LoopTuning | None, Target, tuple[str, ...]]:
+def _target_loop(target: Target, limits: Limits) -> tuple[Vendor | None, LoopTuning | None, Target, tuple[str, ...]]:
     """The loop that is to hold the gains, and what is assumed of it."""
     if target.file is not None:
         from pidcfg.output.retune import loop_tuning
@@ -388,7 +391,7 @@ NEAR_THE_END = 0.9
 """Of the longest time that a word holds."""
 
 
-def _longer(found: RobustTuning, vendor: Vendor, loop: LoopTuning) -> LoopTuning | None:
+def _loop_in_minutes(found: RobustTuning, vendor: Vendor, loop: LoopTuning) -> LoopTuning | None:
     """The loop with its integral time in min, where the gains that were found use up what it holds in s."""
     limits, other = loop.words.limits(vendor.model, loop.words.names[1]), in_other_unit(loop)
     if other is None or loop.minutes or limits is None or limits.high is None:
@@ -396,16 +399,16 @@ def _longer(found: RobustTuning, vendor: Vendor, loop: LoopTuning) -> LoopTuning
     return other if found.result.gains.integral_time >= NEAR_THE_END * float(limits.high) else None
 
 
-def _sampling(
+def _loop_sampling(
     known: KnownProcess, process: Process, loop: LoopTuning | None, target: Target
 ) -> tuple[Sampling, tuple[str, ...]]:
     """How the loop samples and filters, and what is assumed of it."""
-    told = known.numbers.get("sample_time")
+    stated = known.numbers.get("sample_time")
     if loop is not None and loop.sample_time is not None:
-        refuse_other_sample_time(told, loop.sample_time, None if target.file is None else target.file.name)
+        refuse_other_sample_time(stated, loop.sample_time, None if target.file is None else target.file.name)
         shares = (loop.pv_share, loop.derivative_share, loop.derivative_limit)
         return Sampling(loop.sample_time, *shares), ()
-    if told is not None:
-        return Sampling(told), ()
+    if stated is not None:
+        return Sampling(stated), ()
     seconds = default_sample_time(process)
     return Sampling(seconds), (f"the loop samples every {seconds:g} s; --sample-time says another",)

@@ -128,19 +128,19 @@ def difference_of_accepted(before: bytes, after: str) -> str:
     from pidcfg.study.accepted import differences_text
 
     try:
-        old = run_of_data(before, len(before))
+        accepted = run_of_data(before, len(before))
     except AcceptedError as error:
         return str(error)
-    told = differences_text(old, run_of_data(after.encode(), len(after.encode())))
-    return f"differs: {told}" if told else "differs, within the tolerances"
+    differences = differences_text(accepted, run_of_data(after.encode(), len(after.encode())))
+    return f"differs: {differences}" if differences else "differs, within the tolerances"
 
 
 def signal_rows(outcome: Outcome, text: Callable[[float], str]) -> Iterator[tuple[str, ...]]:
     """Each signal with its ends as texts: an output without a range, and its bias, in per cent of the counts."""
     signals = {} if outcome.report is None else outcome.report.signals
     counts = {name: a.output_counts for loop, a in outcome.axes.items() for name in (a.output, f"{loop}.BIAS")}
-    for name, seen in signals.items():
-        values = (seen.low, seen.high, seen.final)
+    for name, extremes in signals.items():
+        values = (extremes.low, extremes.high, extremes.final)
         if scale := counts.get(name):
             yield name, *(f"{100 * (value - scale[0]) / (scale[1] - scale[0]):.4g} %" for value in values)
         else:
@@ -149,15 +149,15 @@ def signal_rows(outcome: Outcome, text: Callable[[float], str]) -> Iterator[tupl
 
 def runs_data(outcomes: Sequence[Outcome]) -> Data:
     """The public layout, version 1: one object for one scenario, for several a list of them under ``runs``."""
-    return one_or_several("runs", [_run(outcome) for outcome in outcomes])
+    return one_or_several("runs", [_run_data(outcome) for outcome in outcomes])
 
 
-def _run(outcome: Outcome) -> Data:
+def _run_data(outcome: Outcome) -> Data:
     report = outcome.report
     findings = {"findings": [finding_data(d) for d in outcome.findings], "passed": outcome.passed}
     if report is None:
-        nothing: Data = {"plc_flags": {}, "loops": {}, "signals": {}, "expectations": [], "standing": [], "notes": []}
-        return {"scenario": None, "file": outcome.file, "engine": None, **nothing, **findings}
+        empty: Data = {"plc_flags": {}, "loops": {}, "signals": {}, "expectations": [], "standing": [], "notes": []}
+        return {"scenario": None, "file": outcome.file, "engine": None, **empty, **findings}
     timing = report.scan_time
     scan = {} if timing is None else {"scan_time": dict(zip(timing._fields, map(ten_digits, timing), strict=True))}
     signals = report.signals.items()
@@ -166,8 +166,10 @@ def _run(outcome: Outcome) -> Data:
         "file": outcome.file,
         "engine": report.engine,
         "plc_flags": dict(report.plc_flags),
-        "loops": {name: _loop(loop) for name, loop in report.loops.items()},
-        "signals": {name: {"min": seen.low, "max": seen.high, "final": seen.final} for name, seen in signals},
+        "loops": {name: _loop_data(loop) for name, loop in report.loops.items()},
+        "signals": {
+            name: {"min": extremes.low, "max": extremes.high, "final": extremes.final} for name, extremes in signals
+        },
         "expectations": [{"text": v.text, "passed": v.passed, "value": v.value} for v in report.expectations],
         "standing": [standing_data(v) for v in report.standing],
         "notes": [{"at": n.at, "loop": n.loop, "text": n.text, "error": n.error} for n in report.notes],
@@ -190,7 +192,7 @@ def standing_data(v: Standing) -> Data:
     }
 
 
-def _loop(loop: LoopReport) -> Data:
+def _loop_data(loop: LoopReport) -> Data:
     data: Data = {
         "verdict": loop.verdict,
         "missing": loop.missing or None,
@@ -204,8 +206,8 @@ def _loop(loop: LoopReport) -> Data:
     }
     if loop.autotune is not None:
         done, error, status = loop.autotune["done"], loop.autotune["error"], loop.autotune["status"]
-        found = dict(loop.autotune["results"])
-        data["autotune"] = {"done": done, "error": error, "status": status, "results": found}
+        results = dict(loop.autotune["results"])
+        data["autotune"] = {"done": done, "error": error, "status": status, "results": results}
     return data
 
 
@@ -256,29 +258,31 @@ def batches_data(outcomes: Sequence[BatchOutcome], files: Mapping[tuple[str, int
     ``files``: where samples were written, by scenario file and number.
     """
     known = files or {}
-    return one_or_several("batches", [_batch(outcome, known) for outcome in outcomes])
+    return one_or_several("batches", [_batch_data(outcome, known) for outcome in outcomes])
 
 
-def _batch(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
-    found = outcome.certification
+def _batch_data(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
+    certification = outcome.certification
     end = {"findings": [finding_data(d) for d in outcome.findings], "passed": outcome.passed}
-    if found is None:
-        nothing: Data = {"expectations": [], "metrics": {}, "standing": [], "uncertainties": [], "worst": []}
+    if certification is None:
+        empty: Data = {"expectations": [], "metrics": {}, "standing": [], "uncertainties": [], "worst": []}
         counts: Data = {"samples": 0, "seed": None, "all_passed": 0, "failed_to_run": 0, "reasons": []}
-        return {"scenario": None, "file": outcome.file, **counts, **nothing, **end}
+        return {"scenario": None, "file": outcome.file, **counts, **empty, **end}
     return {
-        "scenario": found.scenario,
+        "scenario": certification.scenario,
         "file": outcome.file,
-        "samples": found.samples,
-        "seed": found.seed,
-        "all_passed": found.all_passed,
-        "failed_to_run": found.failed_to_run,
-        "reasons": list(found.reasons),
+        "samples": certification.samples,
+        "seed": certification.seed,
+        "all_passed": certification.all_passed,
+        "failed_to_run": certification.failed_to_run,
+        "reasons": list(certification.reasons),
         "expectations": [
             {"text": e.text, "share": e.share, "bound": e.lower_bound, "wanted": e.wanted, "passed": e.passed}
-            for e in found.expectations
+            for e in certification.expectations
         ],
-        "metrics": {loop: {name: dict(one) for name, one in row.items()} for loop, row in found.metrics.items()},
+        "metrics": {
+            loop: {name: dict(values) for name, values in row.items()} for loop, row in certification.metrics.items()
+        },
         "standing": [
             {
                 "kind": s.kind,
@@ -289,11 +293,11 @@ def _batch(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
                 "bound": s.lower_bound,
                 "passed": s.passed,
             }
-            for s in found.standing
+            for s in certification.standing
         ],
         "uncertainties": [
             {"name": e.label, "spread": e.text, "lowest_fifth": e.lowest, "highest_fifth": e.highest}
-            for e in found.effects
+            for e in certification.effects
         ],
         "worst": [
             {
@@ -304,7 +308,7 @@ def _batch(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
                 "values": dict(w.numbers),
                 "file": files.get((outcome.file, w.sample)),
             }
-            for w in found.worst
+            for w in certification.worst
         ],
         **end,
     }

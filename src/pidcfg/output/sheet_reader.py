@@ -13,12 +13,12 @@ from importlib.resources import files
 from typing import Any
 
 from pidcfg.output.sheets import (
-    TEXTS,
+    TEXT_KEYS,
     UnknownColumnError,
     is_known,
     key_of,
     order_of,
-    switches,
+    switch_keys,
     to_yaml_value,
     unit_of,
 )
@@ -41,17 +41,17 @@ from pidcfg.vendors import VENDORS, Vendor
 SEPARATORS = ",;\t"
 APOSTROPHE = re.compile(f"^'(?=[{re.escape(''.join(FORMULA_STARTS))}])")
 """What keeps a spreadsheet from calculating a text; written by us, and no part of it."""
-COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
-POINT = re.compile(r"[+-]?\d+\.\d+(?:[eE][+-]?\d+)?")
-THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+POINT_NUMBER = re.compile(r"[+-]?\d+\.\d+(?:[eE][+-]?\d+)?")
+THOUSANDS_NUMBER = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 """A decimal comma, or what English writes between thousands."""
-GROUPED = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?")
+GROUPED_NUMBER = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?")
 MAX_UNPACKED = 50
 """Times the limit on the size of a file that a workbook may have without its compression."""
 MAX_ELEMENTS = 10
 """Elements of XML that a workbook may have for each cell that is allowed."""
-BLOCK = 1 << 16
-WORKBOOK = b"PK\x03\x04"
+BLOCK_BYTES = 1 << 16
+WORKBOOK_SIGN = b"PK\x03\x04"
 
 
 class SheetError(ValueError):
@@ -65,7 +65,7 @@ class Cell:
     text: str
     row: int
     column: int
-    number: bool = False
+    is_number: bool = False
     """Of a workbook, which leaves no doubt of what it is."""
 
     @property
@@ -83,29 +83,29 @@ class Sheet:
     """The rows that hold anything, and whether numbers have a decimal comma, for certain or perhaps."""
 
     rows: Sequence[Sequence[Cell]]
-    comma: bool
-    certain: bool
-    left_out: tuple[str, ...] = ()
+    has_comma: bool
+    is_certain: bool
+    other_sheets: tuple[str, ...] = ()
     """Other sheets of a workbook that hold anything."""
     remark: str = ""
     """How the text was read, where that is not certain."""
 
-    def plain(self, cell: Cell) -> str:
+    def plain_number(self, cell: Cell) -> str:
         """A cell's text with a decimal point; raises `SheetError` for a number of two readings."""
-        if not self.comma or cell.number:
+        if not self.has_comma or cell.is_number:
             return cell.text
-        if THOUSANDS.fullmatch(cell.text) and not self.certain:
+        if THOUSANDS_NUMBER.fullmatch(cell.text) and not self.is_certain:
             raise SheetError(
                 f"{cell.text} can be two numbers, {cell.text.replace(',', '.')} or {cell.text.replace(',', '')}; "
                 "write the one that is meant, without the comma"
             )
-        if GROUPED.fullmatch(cell.text) and "," not in cell.text:
+        if GROUPED_NUMBER.fullmatch(cell.text) and "," not in cell.text:
             raise SheetError(
                 f"{cell.text} can be two numbers where others have a decimal comma; write it without the point"
             )
-        if GROUPED.fullmatch(cell.text):
+        if GROUPED_NUMBER.fullmatch(cell.text):
             return cell.text.replace(".", "").replace(",", ".")
-        return cell.text.replace(",", ".") if COMMA.fullmatch(cell.text) else cell.text
+        return cell.text.replace(",", ".") if COMMA_NUMBER.fullmatch(cell.text) else cell.text
 
 
 def read_sheet(data: bytes, name: str, limits: Limits) -> Sheet:
@@ -114,20 +114,20 @@ def read_sheet(data: bytes, name: str, limits: Limits) -> Sheet:
         raise SheetError(f"{name} is larger than {limits.listing_bytes} bytes")
     left_out: tuple[str, ...] = ()
     separator = remark = ""
-    if data.startswith(WORKBOOK):
-        rows, left_out = _workbook(data, name, limits)
+    if data.startswith(WORKBOOK_SIGN):
+        rows, left_out = _workbook_rows(data, name, limits)
     else:
         text, remark = _text_of(data, name)
-        separator = _separator(text)
-        rows = list(_csv(text, separator, name))
+        separator = _separator_of(text)
+        rows = list(_csv_rows(text, separator, name))
     rows = [row for row in rows if row]
     count = sum(map(len, rows))
     if count > limits.nodes:
         raise SheetError(f"{name} has more than {limits.nodes} cells")
-    texts = [cell.text for row in rows for cell in row if not cell.number]
-    commas = [text for text in texts if COMMA.fullmatch(text)]
-    points = any(POINT.fullmatch(text) and not GROUPED.fullmatch(text) for text in texts)
-    certain = not points and (separator == ";" or not all(map(THOUSANDS.fullmatch, commas)))
+    texts = [cell.text for row in rows for cell in row if not cell.is_number]
+    commas = [text for text in texts if COMMA_NUMBER.fullmatch(text)]
+    points = any(POINT_NUMBER.fullmatch(text) and not GROUPED_NUMBER.fullmatch(text) for text in texts)
+    certain = not points and (separator == ";" or not all(map(THOUSANDS_NUMBER.fullmatch, commas)))
     return Sheet(rows, bool(commas), certain, left_out, remark)
 
 
@@ -146,37 +146,37 @@ def _text_of(data: bytes, name: str) -> tuple[str, str]:
     return text, remark
 
 
-def _separator(text: str) -> str:
+def _separator_of(text: str) -> str:
     lines = text.splitlines()
     return max(SEPARATORS, key=lambda sign: (sum(sign in line for line in lines), sign != ","))
 
 
-def _csv(text: str, separator: str, name: str) -> Iterator[list[Cell]]:
+def _csv_rows(text: str, separator: str, name: str) -> Iterator[list[Cell]]:
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
         before = 0
         for row in reader:
-            yield _cells(row, before + 1)
+            yield _row_cells(row, before + 1)
             before = reader.line_num
     except csv.Error as error:
         raise SheetError(f"{name}, line {reader.line_num}: {error}") from None
 
 
-def _cells(row: Sequence[object], number: int) -> list[Cell]:
+def _row_cells(row: Sequence[object], number: int) -> list[Cell]:
     texts = [(APOSTROPHE.sub("", str(text).strip(), count=1), i) for i, text in enumerate(row, start=1)]
     return [Cell(text, number, i) for text, i in texts if text]
 
 
-def _workbook(data: bytes, name: str, limits: Limits) -> tuple[list[list[Cell]], tuple[str, ...]]:
+def _workbook_rows(data: bytes, name: str, limits: Limits) -> tuple[list[list[Cell]], tuple[str, ...]]:
     """The first sheet with what its formulas gave when it was saved, and the names of others that hold anything."""
-    book, written = _books(data, name, limits)
+    book, written = _load_workbooks(data, name, limits)
     sheet = book.worksheets[0]
     if sheet.merged_cells.ranges:
         raise SheetError(
             f"{name}: the cells {min(map(str, sheet.merged_cells.ranges))} are merged, and only the first of "
             "them has a value; unmerge them, and write the value into each row that has it"
         )
-    if _area(sheet) > limits.nodes:
+    if _cell_count(sheet) > limits.nodes:
         last = Cell("", sheet.max_row, sheet.max_column)
         raise SheetError(
             f"{name}: its cells reach to {last.place}, and it may have {limits.nodes}; delete the rows and columns "
@@ -184,13 +184,15 @@ def _workbook(data: bytes, name: str, limits: Limits) -> tuple[list[list[Cell]],
         )
     rows = []
     for row, as_written in zip(sheet.iter_rows(), written.worksheets[0].iter_rows(), strict=True):
-        cells = [_cell(*pair, name) for pair in zip(row, as_written, strict=True)]
+        cells = [_workbook_cell(*pair, name) for pair in zip(row, as_written, strict=True)]
         rows.append([cell for cell in cells if cell is not None])
-    others = book.worksheets[1:]
-    return rows, tuple(o.title for o in others if _area(o) > limits.nodes or any(any(row) for row in o.values))
+    other_sheets = book.worksheets[1:]
+    return rows, tuple(
+        o.title for o in other_sheets if _cell_count(o) > limits.nodes or any(any(row) for row in o.values)
+    )
 
 
-def _books(data: bytes, name: str, limits: Limits) -> tuple[Any, Any]:
+def _load_workbooks(data: bytes, name: str, limits: Limits) -> tuple[Any, Any]:
     """A workbook with the results of its formulas, and as it is written."""
     from openpyxl import load_workbook
 
@@ -214,18 +216,18 @@ def _refuse_bombs(data: bytes, name: str, limits: Limits) -> None:
             raise SheetError(f"{name} is larger than {MAX_UNPACKED * limits.listing_bytes} bytes when it is unpacked")
         for entry in package.infolist():
             with package.open(entry) as part:
-                while block := part.read(BLOCK):
+                while block := part.read(BLOCK_BYTES):
                     elements += block.count(b"<")
                     if elements > MAX_ELEMENTS * limits.nodes:
                         raise SheetError(f"{name} has more than {MAX_ELEMENTS * limits.nodes} elements")
 
 
-def _area(sheet: Any) -> int:
+def _cell_count(sheet: Any) -> int:
     """Cells from the first to the last one of a sheet, as many as openpyxl would make."""
     return int(sheet.max_row * sheet.max_column)
 
 
-def _cell(cell: Any, written: Any, name: str) -> Cell | None:
+def _workbook_cell(cell: Any, written: Any, name: str) -> Cell | None:
     """A cell of a workbook, None for an empty one; raises `SheetError` for one that shows something else."""
     value = cell.value
     place = f"{name}, row {cell.row}, cell {cell.coordinate}"
@@ -246,11 +248,11 @@ def _cell(cell: Any, written: Any, name: str) -> Cell | None:
             f"{place}: the cell shows percent and holds {value}; give it the format of a number, and write the one "
             "that is meant"
         )
-    text = APOSTROPHE.sub("", _text(value).strip(), count=1)
+    text = APOSTROPHE.sub("", _value_text(value).strip(), count=1)
     return Cell(text, cell.row, cell.column, number) if text else None
 
 
-def _text(value: object) -> str:
+def _value_text(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
@@ -260,67 +262,69 @@ def _text(value: object) -> str:
 
 # --- A sheet of loops to a configuration: one loop a row, and above the header what concerns the whole file -----------
 
-MISSING, SAME_NAME = "PID021", "PID106"
+MISSING_KEY, EQUAL_NAMES = "PID021", "PID106"
 """The codes of a key that is not there, and of a name that two loops have, which the sheet's reader tells itself."""
-HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "templates")
+HEAD_KEYS = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "templates")
 """Keys of the whole file, each with its value in the cell behind it, above the header."""
 NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
-ROWS_NAMED = 10
+MOST_NAMED = 10
 """Rows, or loops, that are listed of those of which the same is told."""
 FAMILY_HEADERS = {"vendor", "plc family", "hersteller"}
 """Headers of a column that says the vendor: the same in every row."""
-LEFT_OUT = "#"
+LEFT_OUT_SIGN = "#"
 """Begins the header of a column that is for people alone."""
 LEAST_KNOWN = 2
 """Known columns by which a row is the header."""
-SCALES = {"pv": "range low and range high", "output": "output.range low and output.range high"}
+SIDE_HEADERS = {"pv": "range low and range high", "output": "output.range low and output.range high"}
 """The sides of a loop, and the headers of their ranges."""
 OUTPUT_NUMBERS = ("limits", "offset")
 """Numbers of an output, which without a range are counts."""
-PERCENT = {"range": [0, 100], "unit": "%"}
+PERCENT_OUTPUT = {"range": [0, 100], "unit": "%"}
 """An output of which nothing is said."""
 
 
 # --- What people write in cells, in English and German, as the vendor's own words ------------------------------------
 
-VALUES = {
+MODE_SPELLINGS = {
     "auto": "automatik automatisch automatic",
     "manual": "hand handbetrieb manuell",
     "cascade": "kaskade",
 }
 """What people write in a cell in the place of a mode."""
-DIRECTIONS = {"direct": "direkt", "reverse": "umgekehrt invers revers", "forward": "vorwärts"}
+DIRECTION_SPELLINGS = {"direct": "direkt", "reverse": "umgekehrt invers revers", "forward": "vorwärts"}
 """The same of a direction, by the word of the vendor for its own action."""
-OWN_WORDS = {
+ACTION_WORDS = {
     "action": {"direct": "direct", "reverse": "reverse"},
     "Direct": {"direct": "true", "reverse": "false"},
     "PID_DIR": {"forward": "true", "reverse": "false"},
 }
 """By the key of the action, what the manual's words for it are written as."""
-PURPOSES = {
+PURPOSE_SPELLINGS = {
     True: "heizen heizend heizung heat heating",
     False: "kühlen kühlend kühlung kuehlen cool cooling",
 }
 """The same of a direction, by whether the PV rises with the output: that means one thing with every vendor."""
-SWITCHES = {"true": "ja wahr yes", "false": "nein falsch no"}
+SWITCH_SPELLINGS = {"true": "ja wahr yes", "false": "nein falsch no"}
 """The same of a switch."""
 
 
 def word_of(text: str, key: str, vendor: Vendor) -> str:
     """What a cell of a column means in the vendor's own words; a text that no list has stays as it is."""
-    spelled = text.strip().casefold()
+    spelling = text.strip().casefold()
     if key == "mode":
-        return _listed(VALUES, spelled) or (spelled if spelled in VALUES else text)
+        return _word_of_spelling(MODE_SPELLINGS, spelling) or (spelling if spelling in MODE_SPELLINGS else text)
     if key == action_key(vendor):
-        purpose = next((heats for heats, words in PURPOSES.items() if spelled in words.split()), None)
-        own = action_word(vendor, raises_pv=purpose) if purpose is not None else None
-        own = own or OWN_WORDS.get(key, {}).get(_listed(DIRECTIONS, spelled) or spelled)
-        if own:
-            return own
-    return _listed(SWITCHES, spelled) or text if key in switches(vendor) else text
+        purpose = next((heats for heats, words in PURPOSE_SPELLINGS.items() if spelling in words.split()), None)
+        vendor_word = action_word(vendor, raises_pv=purpose) if purpose is not None else None
+        vendor_word = vendor_word or ACTION_WORDS.get(key, {}).get(
+            _word_of_spelling(DIRECTION_SPELLINGS, spelling) or spelling
+        )
+        if vendor_word:
+            return vendor_word
+    return _word_of_spelling(SWITCH_SPELLINGS, spelling) or text if key in switch_keys(vendor) else text
 
 
-def _listed(table: Mapping[str, str], spelled: str) -> str | None:
+def _word_of_spelling(table: Mapping[str, str], spelled: str) -> str | None:
     """The word under which a table has a spelling."""
     return next((word for word, spellings in table.items() if spelled in spellings.split()), None)
 
@@ -329,7 +333,7 @@ def _listed(table: Mapping[str, str], spelled: str) -> str | None:
 
 
 @frozen
-class FromSheet:
+class SheetConfiguration:
     """A configuration's text, and what there is to say about it."""
 
     text: str
@@ -347,37 +351,39 @@ class SheetFaultsError(ValueError):
         self.faults = tuple(faults)
 
 
-def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -> FromSheet:
+def read_configuration(data: bytes, name: str, vendor_key: str | None, limits: Limits) -> SheetConfiguration:
     """The configuration of a sheet; raises `SheetFaultsError`."""
     try:
         sheet = read_sheet(data, name, limits)
-        head, header, rows = _split(sheet, name)
-        vendor = _vendor(_find_vendor(head, header, rows, name), vendor_key, name)
+        head, header, rows = _split_rows(sheet, name)
+        vendor = _vendor_of(_find_vendor(head, header, rows, name), vendor_key, name)
     except SheetError as error:
         raise SheetFaultsError([str(error)]) from None
     reader = _Reader(sheet, name, vendor, limits)
-    columns = reader.columns(header)
-    loops = [reader.loop(row, columns, i) for i, row in enumerate(rows)]
+    columns = reader.read_columns(header)
+    loops = [reader.read_loop(row, columns, i) for i, row in enumerate(rows)]
     reader.refuse_equal_names(loops)
-    remarks_of_scales = reader.scales(loops, columns)
-    content = reader.head(head)
+    remarks_of_scales = reader.check_scales(loops, columns)
+    content = reader.read_head(head)
     remarks = [sheet.remark] * bool(sheet.remark)
-    remarks += [f"only the first sheet is read; also there: {', '.join(sheet.left_out)}"] if sheet.left_out else []
+    remarks += (
+        [f"only the first sheet is read; also there: {', '.join(sheet.other_sheets)}"] if sheet.other_sheets else []
+    )
     remarks += remarks_of_scales
     if "plc" not in content and _needs_plc(vendor):
         content["plc"] = _starter_plc(vendor)
         remarks.append(f"plc is as in the starter file of {vendor.key}; look at it")
-    whole = {"pidcfg": 1, "vendor": vendor.key, **content, "loops": loops}
-    text = yaml_text(to_yaml_value(whole))
+    file_data = {"pidcfg": 1, "vendor": vendor.key, **content, "loops": loops}
+    text = yaml_text(to_yaml_value(file_data))
     checked = check_document(read_document(text.encode(), name, limits))
     errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     if reader.faults or checked.config is None:
         raise SheetFaultsError(reader.all_faults(errors))
-    told = tuple(replace(d, message=message) for d, message in reader.by_column(errors))
-    return FromSheet(text, vendor, len(loops), told, tuple(remarks))
+    findings = tuple(replace(d, message=message) for d, message in reader.by_column(errors))
+    return SheetConfiguration(text, vendor, len(loops), findings, tuple(remarks))
 
 
-def _split(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell], list[Sequence[Cell]]]:
+def _split_rows(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell], list[Sequence[Cell]]]:
     """What stands above the header, the header, and the rows of loops."""
     headers = [number for number, row in enumerate(sheet.rows) if _is_header(row)]
     if not headers:
@@ -393,13 +399,13 @@ def _split(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell
 
 
 def _is_header(row: Sequence[Cell]) -> bool:
-    known = [cell for cell in row if any(is_known(cell.text, vendor) for vendor in VENDORS.values())]
-    return len(known) >= LEAST_KNOWN and not (_is_head(row) and row[0].text != "name")
+    known_cells = [cell for cell in row if any(is_known(cell.text, vendor) for vendor in VENDORS.values())]
+    return len(known_cells) >= LEAST_KNOWN and not (_is_head(row) and row[0].text != "name")
 
 
 def _is_head(row: Sequence[Cell]) -> bool:
     """Whether a row may concern the whole file: a key of the file and its value."""
-    return row[0].text.partition(".")[0] in HEAD and len(row) <= LEAST_KNOWN
+    return row[0].text.partition(".")[0] in HEAD_KEYS and len(row) <= LEAST_KNOWN
 
 
 def _find_vendor(
@@ -409,9 +415,9 @@ def _find_vendor(
     column = next((cell.column for cell in header if _is_family(cell)), None)
     cells = [cell for row in rows for cell in row if cell.column == column]
     cells += [row[1] for row in head if row[0].text == "vendor" and len(row) > 1]
-    other = next((cell for cell in cells if cell.text.lower() != cells[0].text.lower()), None)
-    if other is not None:
-        one, two = (f"cell {cell.place} says {cell.text}" for cell in (cells[0], other))
+    contradiction = next((cell for cell in cells if cell.text.lower() != cells[0].text.lower()), None)
+    if contradiction is not None:
+        one, two = (f"cell {cell.place} says {cell.text}" for cell in (cells[0], contradiction))
         raise SheetError(f"{name}: {one} and {two}; a file has one vendor, so write a sheet for each")
     return cells[0].text.lower() if cells else None
 
@@ -420,10 +426,10 @@ def _is_family(cell: Cell) -> bool:
     return cell.text.strip().lower() in FAMILY_HEADERS
 
 
-def _vendor(said: str | None, wanted: str | None, name: str) -> Vendor:
-    if said is not None and wanted is not None and said != wanted:
-        raise SheetError(f"{name} is for {said}, and --vendor says {wanted}")
-    key = wanted or said
+def _vendor_of(sheet_key: str | None, option_key: str | None, name: str) -> Vendor:
+    if sheet_key is not None and option_key is not None and sheet_key != option_key:
+        raise SheetError(f"{name} is for {sheet_key}, and --vendor says {option_key}")
+    key = option_key or sheet_key
     if key is None:
         raise SheetError(f"{name} does not say for which vendor it is; add --vendor, one of {', '.join(VENDORS)}")
     if key not in VENDORS:
@@ -431,9 +437,9 @@ def _vendor(said: str | None, wanted: str | None, name: str) -> Vendor:
     return VENDORS[key]
 
 
-def _few(names: Sequence[str]) -> str:
+def _list_first(names: Sequence[str]) -> str:
     """The first of some names, and how many more there are."""
-    return ", ".join(names[:ROWS_NAMED]) + (f" and {len(names) - ROWS_NAMED} more" if len(names) > ROWS_NAMED else "")
+    return ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
 
 
 def _needs_plc(vendor: Vendor) -> bool:
@@ -455,14 +461,14 @@ class _Reader:
         self.places: dict[Path, tuple[Cell, str]] = {}
         """The cell of each value, and the header of its column."""
         self.rows: list[Cell] = []
-        self.unknown: set[int] = set()
+        self.unknown_columns: set[int] = set()
         """Columns whose header is no key of a loop."""
-        self.halves: set[Path] = set()
+        self.half_pairs: set[Path] = set()
         """Pairs of which one end is missing."""
-        self.values = 0
+        self.value_count = 0
         """In cells that hold more than one, counted with what their aliases stand for."""
 
-    def fault(self, cell: Cell, message: str) -> None:
+    def add_fault(self, cell: Cell, message: str) -> None:
         """Something wrong with a cell."""
         self.faults.append((cell, f"{self.name}, row {cell.row}, cell {cell.place}: {message}"))
 
@@ -473,14 +479,22 @@ class _Reader:
         """
         faulty = {(cell.row, cell.column) for cell, _ in self.faults}
         rows = {cell.row for cell, _ in self.faults}
-        told = [(cell.row, cell.column, message) for cell, message in self.faults]
-        own = [d for d in errors if not (d.code == MISSING and (self.unknown or self._row_of(d) in rows))]
-        own = [d for d in own if d.code != SAME_NAME and not {d.path, d.path[:-1]} & self.halves]
-        own = [d for d in own if (place := self._place_of(d)) is None or (place[0].row, place[0].column) not in faulty]
-        for d, message in self.by_column(own):
+        rows_told = [(cell.row, cell.column, message) for cell, message in self.faults]
+        own_findings = [
+            d for d in errors if not (d.code == MISSING_KEY and (self.unknown_columns or self._row_of(d) in rows))
+        ]
+        own_findings = [
+            d for d in own_findings if d.code != EQUAL_NAMES and not {d.path, d.path[:-1]} & self.half_pairs
+        ]
+        own_findings = [
+            d
+            for d in own_findings
+            if (place := self._place_of(d)) is None or (place[0].row, place[0].column) not in faulty
+        ]
+        for d, message in self.by_column(own_findings):
             place = self._place_of(d)
-            told.append((self._row_of(d), place[0].column if place else 0, message))
-        return [message for *_, message in sorted(told)]
+            rows_told.append((self._row_of(d), place[0].column if place else 0, message))
+        return [message for *_, message in sorted(rows_told)]
 
     def _place_of(self, d: Diagnostic) -> tuple[Cell, str] | None:
         """The cell that a finding is about, and the header of its column."""
@@ -496,39 +510,39 @@ class _Reader:
             return self.rows[int(d.path[1])].row
         return 0 if place is None else place[0].row
 
-    def columns(self, header: Sequence[Cell]) -> dict[int, tuple[str, str]]:
+    def read_columns(self, header: Sequence[Cell]) -> dict[int, tuple[str, str]]:
         """Key and header by the number of a column."""
         columns: dict[int, tuple[str, str]] = {}
-        taken: dict[str, str] = {}
+        headers: dict[str, str] = {}
         for cell in header:
-            if _is_family(cell) or cell.text.startswith(LEFT_OUT):
-                self.unknown.add(cell.column)
+            if _is_family(cell) or cell.text.startswith(LEFT_OUT_SIGN):
+                self.unknown_columns.add(cell.column)
                 continue
             try:
                 key = key_of(cell.text, self.vendor)
             except UnknownColumnError as error:
-                self.fault(cell, str(error))
-                self.unknown.add(cell.column)
+                self.add_fault(cell, str(error))
+                self.unknown_columns.add(cell.column)
                 continue
-            if key in taken:
-                self.fault(cell, f"{cell.text} and {taken[key]} are both {key}; keep one of the two")
+            if key in headers:
+                self.add_fault(cell, f"{cell.text} and {headers[key]} are both {key}; keep one of the two")
             pair = key.removesuffix(PAIR_ENDS[0]).removesuffix(PAIR_ENDS[1])
             for other in (pair,) if pair != key else (key + PAIR_ENDS[0], key + PAIR_ENDS[1]):
-                if other in taken:
-                    self.fault(cell, f"{cell.text} and {taken[other]} are both {pair}; keep the pair or its ends")
-            taken[key] = cell.text
+                if other in headers:
+                    self.add_fault(cell, f"{cell.text} and {headers[other]} are both {pair}; keep the pair or its ends")
+            headers[key] = cell.text
             columns[cell.column] = (key, cell.text)
         return columns
 
-    def loop(self, row: Sequence[Cell], columns: dict[int, tuple[str, str]], number: int) -> Data:
+    def read_loop(self, row: Sequence[Cell], columns: dict[int, tuple[str, str]], number: int) -> Data:
         """The loop of a row."""
         loop: Data = {}
         self.rows.append(row[0])
         for cell in row:
-            if cell.column in self.unknown:
+            if cell.column in self.unknown_columns:
                 continue
             if cell.column not in columns:
-                self.fault(cell, f"{cell.text!r} has no header above it")
+                self.add_fault(cell, f"{cell.text!r} has no header above it")
                 continue
             key, header = columns[cell.column]
             end = next((i for i, word in enumerate(PAIR_ENDS) if key.endswith(word)), None)
@@ -537,10 +551,10 @@ class _Reader:
                 pair = value_at(loop, path)
                 if pair is None:
                     set_value(loop, path, pair := [None, None])
-                pair[end] = self.value(cell, key, header)
+                pair[end] = self.read_value(cell, key, header)
                 path = (*path, end)
             else:
-                set_value(loop, path, self.value(cell, key, header))
+                set_value(loop, path, self.read_value(cell, key, header))
             self.places["loops", number, *path] = (cell, header)
         self._check_pairs(loop, row[0], (), number)
         return self._in_order(loop)
@@ -552,32 +566,32 @@ class _Reader:
             cell = self.places.get(("loops", i, "name"), (self.rows[i], ""))[0]
             name = str(loop.get("name", ""))
             if name and name in first:
-                self.fault(cell, f"{name} is the name of the loop in row {first[name].row}, too; give each its own")
+                self.add_fault(cell, f"{name} is the name of the loop in row {first[name].row}, too; give each its own")
             first.setdefault(name, cell)
 
-    def scales(self, loops: list[Data], columns: dict[int, tuple[str, str]]) -> list[str]:
+    def check_scales(self, loops: list[Data], columns: dict[int, tuple[str, str]]) -> list[str]:
         """Asks for the range of a side that has a unit; an output of which no more is said is 0 to 100 %."""
         added: list[str] = []
-        said = {key.partition(" ")[0] for key, _ in columns.values()}
+        sections = {key.partition(" ")[0] for key, _ in columns.values()}
         masters = {str(loop.get("cascade_from")) for loop in loops}
         for i, loop in enumerate(loops):
-            for side, headers in SCALES.items():
+            for side, headers in SIDE_HEADERS.items():
                 scale, unit = loop.get(side, {}), value_at(loop, (side, "unit"))
                 if side not in scaled_sides(self.vendor.model) or "use" in loop or "range" in scale:
                     continue
                 name = str(loop.get("name", i + 1))
-                is_open = not {"output.range", *(f"output.{key}" for key in OUTPUT_NUMBERS)} & said
+                is_open = not {"output.range", *(f"output.{key}" for key in OUTPUT_NUMBERS)} & sections
                 if side == "output" and is_open and unit in {None, "%"} and name not in masters:
-                    loops[i] = self._in_order({**loop, side: {**PERCENT, **scale}})
+                    loops[i] = self._in_order({**loop, side: {**PERCENT_OUTPUT, **scale}})
                     added.append(name)
                 elif unit is not None:
                     cell = self.places["loops", i, side, "unit"][0]
-                    self.fault(
+                    self.add_fault(
                         cell,
                         f"{side}.unit is {unit}, and there is no {side}.range: add the columns {headers}, "
                         "what 0 % and 100 % of the signal stand for",
                     )
-        return [f"output.range is [0, 100] % in {_few(added)}, since the sheet says none"] if added else []
+        return [f"output.range is [0, 100] % in {_list_first(added)}, since the sheet says none"] if added else []
 
     def _in_order(self, loop: Data) -> Data:
         """A loop with its sections as the schema has them, whatever the order of the columns."""
@@ -591,44 +605,44 @@ class _Reader:
             if isinstance(value, dict):
                 self._check_pairs(value, row, (*above, key), number)
             elif isinstance(value, list) and None in value:
-                self.halves.add(("loops", number, *above, key))
-                self.fault(row, f"{'.'.join((*above, key))} has one end only; give low and high")
+                self.half_pairs.add(("loops", number, *above, key))
+                self.add_fault(row, f"{'.'.join((*above, key))} has one end only; give low and high")
 
-    def head(self, rows: Sequence[Sequence[Cell]]) -> Data:
+    def read_head(self, rows: Sequence[Sequence[Cell]]) -> Data:
         """What concerns the whole file."""
         content: Data = {}
         for row in rows:
             key = row[0].text
-            if key.partition(".")[0] not in HEAD:
-                self.fault(
-                    row[0], f"{key!r} stands above the header and is no key of a file; there are {', '.join(HEAD)}"
+            if key.partition(".")[0] not in HEAD_KEYS:
+                self.add_fault(
+                    row[0], f"{key!r} stands above the header and is no key of a file; there are {', '.join(HEAD_KEYS)}"
                 )
             elif len(row) != LEAST_KNOWN:
-                self.fault(row[0], f"{key} wants one value, in the cell behind it")
+                self.add_fault(row[0], f"{key} wants one value, in the cell behind it")
             elif key != "vendor":
-                set_value(content, parse_path(key), self.value(row[1], key))
+                set_value(content, parse_path(key), self.read_value(row[1], key))
                 self.places[parse_path(key)] = (row[1], key)
         return content
 
-    def value(self, cell: Cell, key: str, header: str = "") -> object:
+    def read_value(self, cell: Cell, key: str, header: str = "") -> object:
         """A cell as the file format would read it: plain text, or YAML in brackets or quotes."""
         if cell.text[0] in '[{"':
             doc = read_document(f"value: {cell.text}".encode(), self.name, self.limits)
-            self.values += doc.root.size - 1  # without the mapping that is put around it
-            if self.values > self.limits.nodes:
+            self.value_count += doc.root.size - 1  # without the mapping that is put around it
+            if self.value_count > self.limits.nodes:
                 raise SheetFaultsError([f"{self.name}: more than {self.limits.nodes} values up to cell {cell.place}"])
             if doc.data is not None:
                 return doc.data["value"]
-            self.fault(cell, doc.problems[0].message)
+            self.add_fault(cell, doc.problems[0].message)
             return None
-        if key.rpartition(".")[2] in TEXTS:
+        if key.rpartition(".")[2] in TEXT_KEYS:
             return Plain(cell.text)
         try:
-            text = self.sheet.plain(cell)
+            text = self.sheet.plain_number(cell)
             unit = unit_of(header)
             return Plain(f"{text} {unit}" if unit and NUMBER.fullmatch(text) else word_of(text, key, self.vendor))
         except SheetError as error:
-            self.fault(cell, str(error))
+            self.add_fault(cell, str(error))
             return None
 
     def by_column(self, errors: Sequence[Diagnostic]) -> list[tuple[Diagnostic, str]]:
@@ -637,11 +651,11 @@ class _Reader:
         for d in errors:
             key = (*d.path[:1], *d.path[2:]) if d.path[:1] == ("loops",) and len(d.path) > 1 else d.path
             groups.setdefault((d.code, key, d.message), []).append(d)
-        return [(same[0], self.with_row(same[0]) + self._further(same[1:])) for same in groups.values()]
+        return [(same[0], self.with_row(same[0]) + self._further_rows(same[1:])) for same in groups.values()]
 
-    def _further(self, same: Sequence[Diagnostic]) -> str:
+    def _further_rows(self, same: Sequence[Diagnostic]) -> str:
         rows = [str(self.rows[int(d.path[1])].row) for d in same]
-        return f"; so it is in row{'s' if rows[1:] else ''} {_few(rows)}" if rows else ""
+        return f"; so it is in row{'s' if rows[1:] else ''} {_list_first(rows)}" if rows else ""
 
     def with_row(self, d: Diagnostic) -> str:
         """A finding with the row and the cell that it is about."""

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 # What a column of a sheet is: a key of the vendor's loops as the file format writes it, or a common word for one.
 
 BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
-TIME = re.compile("(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?", re.IGNORECASE)
-UNIT = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
+TIME_UNIT = re.compile("(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?", re.IGNORECASE)
+UNIT_IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 BETWEEN_WORDS = re.compile(r"[\s_\-/]+")
 TOPICS = (
     (
@@ -61,49 +61,53 @@ def key_of(header: str, vendor: Vendor) -> str:
     key = _key_of_header(header, vendor)
     if key is not None:
         return key
-    raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {_cure(header, vendor)}")
+    raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {_header_cure(header, vendor)}")
 
 
-def _cure(header: str, vendor: Vendor) -> str:
+def _header_cure(header: str, vendor: Vendor) -> str:
     """What to do about a header that is no key."""
-    keys, folded = _keys(vendor), _folded(vendor)
-    text = _text(header)
+    keys, keys_by_text = _loop_keys(vendor), _keys_by_lower_case(vendor)
+    text = _header_text(header)
     for pattern, known, topic, place in TOPICS:
         if pattern.search(text):
-            key = next((one for one in known if one in keys), None)
+            key = next((candidate for candidate in known if candidate in keys), None)
             return f"{topic} {place.format(key)}" if key else f"loops of {vendor.key} have no key for {topic}"
     if BETWEEN_WORDS.sub("_", text.lower()) in BAND_WORDS:
         return "a proportional band is no gain: 100 / band is the gain in % of the output per % of the PV"
-    near = get_close_matches(text.lower(), [*folded, *_words(vendor)], 1, LEAST_LIKENESS)
-    if near:
-        return f"did you mean {folded.get(near[0], near[0])}?"
+    matches = get_close_matches(text.lower(), [*keys_by_text, *_common_words(vendor)], 1, LEAST_LIKENESS)
+    if matches:
+        return f"did you mean {keys_by_text.get(matches[0], matches[0])}?"
     return f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}; # before a header leaves it out"
 
 
-def _text(header: str) -> str:
+def _header_text(header: str) -> str:
     """A header without brackets."""
     return BRACKETS.sub("", header.strip()).strip()
 
 
 def _key_of_header(header: str, vendor: Vendor) -> str | None:
     """The key that a header is, or that a common word stands for."""
-    text = _text(header).lower()
-    spelled = BETWEEN_WORDS.sub("_", text)
-    return _folded(vendor).get(text) or _folded(vendor).get(spelled) or _words(vendor).get(spelled)
+    text = _header_text(header).lower()
+    spelling = BETWEEN_WORDS.sub("_", text)
+    return (
+        _keys_by_lower_case(vendor).get(text)
+        or _keys_by_lower_case(vendor).get(spelling)
+        or _common_words(vendor).get(spelling)
+    )
 
 
 @cache
-def _folded(vendor: Vendor) -> dict[str, str]:
+def _keys_by_lower_case(vendor: Vendor) -> dict[str, str]:
     """The keys by their small letters."""
-    return {key.lower(): key for key in _keys(vendor)}
+    return {key.lower(): key for key in _loop_keys(vendor)}
 
 
 def unit_of(header: str) -> str | None:
     """The unit that stands in brackets behind a header: ``Reset [min]``, ``Setpoint (°F)``."""
-    match = UNIT.search(header)
+    match = UNIT_IN_BRACKETS.search(header)
     if match is None:
         return None
-    time = TIME.fullmatch(match[1])
+    time = TIME_UNIT.fullmatch(match[1])
     return time[1].lower() if time else match[1]
 
 
@@ -113,7 +117,7 @@ def is_known(header: str, vendor: Vendor) -> bool:
 
 
 @cache
-def _keys(vendor: Vendor) -> tuple[str, ...]:
+def _loop_keys(vendor: Vendor) -> tuple[str, ...]:
     """All keys of a vendor's loops, and the two ends of each pair."""
     pairs: dict[str, bool] = {"name": False}
     for model in models_in(vendor.model.model_fields["loops"].annotation):
@@ -123,12 +127,12 @@ def _keys(vendor: Vendor) -> tuple[str, ...]:
 
 def order_of(vendor: Vendor) -> dict[str, int]:
     """The place of every key in the schema."""
-    return {key: i for i, key in enumerate(_keys(vendor))}
+    return {key: i for i, key in enumerate(_loop_keys(vendor))}
 
 
 @cache
-def _words(vendor: Vendor) -> dict[str, str]:
-    keys = _keys(vendor)
+def _common_words(vendor: Vendor) -> dict[str, str]:
+    keys = _loop_keys(vendor)
     words: dict[str, str] = {}
     for row, candidates in WORDS.items():
         key = next((candidate for candidate in candidates if candidate in keys), None)
@@ -137,7 +141,7 @@ def _words(vendor: Vendor) -> dict[str, str]:
 
 
 @cache
-def switches(vendor: Vendor) -> frozenset[str]:
+def switch_keys(vendor: Vendor) -> frozenset[str]:
     """The keys whose values are true or false."""
     return frozenset(
         key
@@ -149,11 +153,11 @@ def switches(vendor: Vendor) -> frozenset[str]:
 
 # --- Plain texts of a file as the numbers, switches and words that YAML writes without quotes -------------------------
 
-TEXTS = frozenset(("name", "description", "use"))
+TEXT_KEYS = frozenset(("name", "description", "use"))
 """Keys whose values are texts, also where they look like numbers: 1.10 is no 1.1."""
 
 
-def plain_text(doc: Document) -> str:
+def whole_text(doc: Document) -> str:
     """The file as YAML in which each loop has all of its values; comments stay behind."""
     return yaml_text(to_yaml_value(doc.data or {}))
 
@@ -161,7 +165,9 @@ def plain_text(doc: Document) -> str:
 def to_yaml_value(value: object) -> Any:
     """Data with its plain texts as what YAML writes without quotes: numbers, switches, words."""
     if isinstance(value, dict):
-        return {key: str(x) if key in TEXTS and isinstance(x, Plain) else to_yaml_value(x) for key, x in value.items()}
+        return {
+            key: str(x) if key in TEXT_KEYS and isinstance(x, Plain) else to_yaml_value(x) for key, x in value.items()
+        }
     if isinstance(value, list):
         return [to_yaml_value(inner) for inner in value]
     return number_or_text(value) if isinstance(value, Plain) else value
@@ -187,12 +193,12 @@ def number_or_text(text: str) -> Any:
 
 CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
 """Written into every workbook, so that the same input gives the same bytes."""
-MARK = "\ufeff"
-IN_BRACKETS = re.compile(r"[,\[\]{}]|: |:$| #")
+BYTE_ORDER_MARK = "\ufeff"
+BRACKET_SIGNS = re.compile(r"[,\[\]{}]|: |:$| #")
 """What ends a plain text within brackets."""
 YAML_BRACKETS = ("[", "{", '"')
 """What a cell begins with that is read as YAML."""
-PAIR = 2
+PAIR_LENGTH = 2
 
 Value = str | int | float | bool
 
@@ -203,11 +209,11 @@ def table_of(doc: Document, vendor: Vendor) -> tuple[list[tuple[str, Value]], li
     head: list[tuple[str, Value]] = [("vendor", vendor.key)]
     for key, value in data.items():
         if key not in {"pidcfg", "vendor", "loops"}:
-            head += _cells(value, key)
-    rows = [dict(_cells(loop)) for loop in data["loops"]]
+            head += _cells_of(value, key)
+    rows = [dict(_cells_of(loop)) for loop in data["loops"]]
     order = order_of(vendor)
     names = {name: None for row in rows for name in row} | dict.fromkeys(_open_range(data["loops"], vendor))
-    columns = sorted(names, key=lambda name: (_base(name, order), name.endswith(PAIR_ENDS[1])))
+    columns = sorted(names, key=lambda name: (_column_order(name, order), name.endswith(PAIR_ENDS[1])))
     return head, columns, [[row.get(name, "") for name in columns] for row in rows]
 
 
@@ -219,25 +225,28 @@ def _open_range(loops: Sequence[object], vendor: Vendor) -> list[str]:
     return [f"output.range{end}" for end in PAIR_ENDS] if says_none else []
 
 
-def _base(name: str, order: dict[str, int]) -> int:
+def _column_order(name: str, order: dict[str, int]) -> int:
     for end in PAIR_ENDS:
         name = name.removesuffix(end)
     return order.get(name, len(order))
 
 
-def _cells(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
+def _cells_of(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
     """The values of a loop by key; a pair is two, any other list one in brackets."""
     if isinstance(value, dict):
         for key, inner in value.items():
-            yield from _cells(inner, f"{above}.{key}" if above else key)
-    elif isinstance(value, list) and len(value) == PAIR and not any(isinstance(x, dict | list) for x in value):
-        yield from ((f"{above}{end}", _value(inner)) for end, inner in zip(PAIR_ENDS, value, strict=True))
+            yield from _cells_of(inner, f"{above}.{key}" if above else key)
+    elif isinstance(value, list) and len(value) == PAIR_LENGTH and not any(isinstance(x, dict | list) for x in value):
+        yield from ((f"{above}{end}", _cell_value(inner)) for end, inner in zip(PAIR_ENDS, value, strict=True))
     else:
-        text = above.rpartition(".")[2] in TEXTS and isinstance(value, Plain)
-        yield above, to_flow_yaml(value) if isinstance(value, list) else _cell_text(value) if text else _value(value)
+        text = above.rpartition(".")[2] in TEXT_KEYS and isinstance(value, Plain)
+        yield (
+            above,
+            to_flow_yaml(value) if isinstance(value, list) else _cell_text(value) if text else _cell_value(value),
+        )
 
 
-def _value(value: Any) -> Value:
+def _cell_value(value: Any) -> Value:
     if isinstance(value, Plain):
         number: Value = number_or_text(value)
         return number
@@ -256,7 +265,7 @@ def to_flow_yaml(value: object) -> str:
         return "{" + ", ".join(f"{key}: {to_flow_yaml(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(to_flow_yaml, value)) + "]"
-    if isinstance(value, Plain) and not IN_BRACKETS.search(value) and not UNPRINTABLE.search(value):
+    if isinstance(value, Plain) and not BRACKET_SIGNS.search(value) and not UNPRINTABLE.search(value):
         return str(value)
     return json_line(str(value))
 
@@ -265,15 +274,15 @@ def as_csv(doc: Document, vendor: Vendor, *, comma: bool = False) -> str:
     """The sheet as CSV, with semicolons and decimal commas where ``comma`` says so."""
     head, columns, rows = table_of(doc, vendor)
     stream = io.StringIO()
-    stream.write(MARK)
+    stream.write(BYTE_ORDER_MARK)
     writer = csv.writer(stream, delimiter=";" if comma else ",", lineterminator="\n")
-    writer.writerows([key, _safe(value, comma=comma)] for key, value in head)
+    writer.writerows([key, _csv_cell(value, comma=comma)] for key, value in head)
     writer.writerow(columns)
-    writer.writerows([_safe(value, comma=comma) for value in row] for row in rows)
+    writer.writerows([_csv_cell(value, comma=comma) for value in row] for row in rows)
     return stream.getvalue()
 
 
-def _safe(value: Value, *, comma: bool) -> str:
+def _csv_cell(value: Value, *, comma: bool) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float):

@@ -118,7 +118,7 @@ class EncodeOptions:
     """A listing, or by the ending of its name a configuration: only words that differ from it are written."""
     live: bool = False
     """Whether words that the PLC or the process writes are so, too."""
-    errors: bool = False
+    allow_errors: bool = False
     """Although the configuration has errors, if only every value has its word."""
     map: MapFile | None = None
     """A Modbus map that is stated, for the format ``modbus``."""
@@ -127,8 +127,8 @@ class EncodeOptions:
 def encode_checked(checked: Checked, name: str, options: EncodeOptions) -> EncodeResult:
     """The memory of a checked configuration in a format."""
     vendor, encoding = checked.vendor, checked.encoding
-    faulty = bool(errors_in(checked.findings))
-    if vendor is None or encoding is None or (faulty and not (options.errors and encoding.is_complete)):
+    has_errors = bool(errors_in(checked.findings))
+    if vendor is None or encoding is None or (has_errors and not (options.allow_errors and encoding.is_complete)):
         return EncodeResult(checked.document, checked.findings)
     if options.map is not None and name != MODBUS:
         raise ArgumentError(f"`map` is for the format {MODBUS}", "map")
@@ -153,8 +153,8 @@ def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
     from pidcfg.validate.map_files import numbering_of, space_of
 
     if checked.vendor is not None and stated is None and MODBUS in (formats := formats_of(checked.vendor).FORMATS):
-        own: FileKind = formats[MODBUS]
-        return own
+        kind: FileKind = formats[MODBUS]
+        return kind
     if checked.vendor is None or checked.encoding is None:
         raise ValueError(f"{checked.document.file} has no memory")
     numbering = numbering_of(checked.vendor, stated, checked.encoding.image, checked.document.file)
@@ -166,14 +166,14 @@ def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
 def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
     """The result with what differs from a listing, or from what another configuration is encoded to."""
     if not kind.may_be_partial:
-        able = [other.name for other in formats_of(subject.vendor).FORMATS.values() if other.may_be_partial]
-        reason = f"{kind.name} is not written in part (`changed_from`); {', '.join(able)} are"
+        formats = [other.name for other in formats_of(subject.vendor).FORMATS.values() if other.may_be_partial]
+        reason = f"{kind.name} is not written in part (`changed_from`); {', '.join(formats)} are"
         raise ArgumentError(reason, "changed_from")
     if options.into is not None:
         raise ArgumentError("`into` and `changed_from` do not go together", "into", "changed_from")
     data, name = options.changed_from or (b"", "")
-    is_edit = PurePath(name).suffix.lower() in SUFFIXES
-    if is_edit:
+    is_configuration = PurePath(name).suffix.lower() in SUFFIXES
+    if is_configuration:
         old = check_document(read_document(data, name, result.document.limits))
         if old.encoding is None or not old.encoding.is_complete:
             return replace(result, findings=(*result.findings, *errors_in(old.findings)[:1]))
@@ -182,7 +182,7 @@ def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, 
         listing = read_listing(data, subject.vendor, result.document.limits)
     except ListingError as error:
         return replace(result, findings=(*result.findings, listing_fault(error, name)))
-    image, notes = changes_from(subject, listing, live=options.live or is_edit)
+    image, notes = changes_from(subject, listing, live=options.live or is_configuration)
     return replace(_with_texts(replace(result, image=image), kind, None), merged=notes)
 
 
@@ -253,13 +253,13 @@ class DecodeResult:
 class DecodeOptions:
     """How a listing is read."""
 
-    kind: str | None = None
+    format: str | None = None
     """Its format; None: it tells by itself."""
     like: Checked | None = None
     """A configuration that gives names, ranges and units where the listing does not."""
     annotate: bool = False
     """Give the listing with a meaning beside every word instead."""
-    write: bool = True
+    with_text: bool = True
     """Whether the configuration is wanted as text, too."""
     pou: str | None = None
     """The program that is wanted of a project with several."""
@@ -281,7 +281,7 @@ def decode_files(
     listings, faults = [], []
     for data, name in files:
         try:
-            listings.append(read_listing(data, vendor, limits, choices.kind, choices.pou))
+            listings.append(read_listing(data, vendor, limits, choices.format, choices.pou))
         except ListingError as error:
             faults.append(listing_fault(error, name))
     if faults:
@@ -294,9 +294,9 @@ def decode_files(
             return DecodeResult(text=text, notes=notes)
         decoded = decode_listing(listing, vendor, values, image)
     except ListingError as error:
-        leading = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.is_leading]
-        return DecodeResult((listing_fault(error, [*leading, files[-1][1]][0]),))
-    text = yaml_text(decoded.data) if choices.write else ""
+        leading_names = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.is_leading]
+        return DecodeResult((listing_fault(error, [*leading_names, files[-1][1]][0]),))
+    text = yaml_text(decoded.data) if choices.with_text else ""
     return DecodeResult((), decoded.data, text, decoded.notes, decoded.warnings, decoded.suggestion)
 
 

@@ -11,7 +11,7 @@ import click
 from pidcfg.cli import console, options, plots
 from pidcfg.cli.environment import require_extra
 from pidcfg.cli.formats import report_options
-from pidcfg.cli.inputs import FILES, read_inputs
+from pidcfg.cli.inputs import RECORDED_DISK, read_inputs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE, hold_line
 
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg certify chiller.scenario.yaml --samples 100",
     "pidcfg certify chiller.scenario.yaml --samples 200 --resume chiller.state",
     "pidcfg certify chiller.scenario.yaml --samples 100 --keep-worst 3 --plot fan.svg",
     "pidcfg certify chiller.scenario.yaml --samples 100 --report-output junit=certify.xml",
 )
-LISTED = 3
+DEFAULT_WORST = 3
 """Worst samples that are listed where none is to be kept."""
 MOST_KEPT = 100
 DEFAULT_SAMPLES = 2_000
-RATE_AFTER = 1.0
+LEAST_RATE_SECONDS = 1.0
 """Seconds after which a rate says something."""
 
 
@@ -41,11 +41,13 @@ RATE_AFTER = 1.0
 @click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
 @report_options.report_format("certify")
 @report_options.report_files("certify", "--output")
-@click.option("--samples", type=options.Whole(1), default=DEFAULT_SAMPLES, show_default=True, help="How many to run.")
+@click.option(
+    "--samples", type=options.LimitedInteger(1), default=DEFAULT_SAMPLES, show_default=True, help="How many to run."
+)
 @click.option(
     "--seed", type=options.Integer(), help="Of the row of samples.  [default: seed of vary, else of the scenario]"
 )
-@options.JOBS
+@options.JOBS_OPTION
 @click.option(
     "--cluster",
     metavar="ADDRESS",
@@ -59,17 +61,17 @@ RATE_AFTER = 1.0
 )
 @click.option(
     "--keep-worst",
-    type=options.Whole(0, MOST_KEPT),
+    type=options.LimitedInteger(0, MOST_KEPT),
     help="Write the N worst samples as scenarios beside theirs: NAME.sample-I.scenario.yaml.",
     metavar="N",
 )
-@plots.PLOT
-@plots.LOOPS
-@options.EXCLUDE
-@options.FORCE
+@plots.PLOT_OPTION
+@plots.LOOPS_OPTION
+@options.EXCLUDE_OPTION
+@options.FORCE_OPTION
 @click.option("-v", "--verbose", is_flag=True, help="Print metrics, counts and the numbers of the worst samples, too.")
-@options.QUIET
-@options.LIMITS
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 @options.exit_zero
 def command(
     paths: tuple[str, ...],
@@ -113,20 +115,20 @@ def command(
     report_options.refuse_outputs((resume, *plot, *(report.path for report in reports)), files_of(scenarios))
     report_options.refuse_no_folder((resume, *plot))
     plots.check_options(fmt, plot, plot_loops)
-    listed = LISTED if keep_worst is None else keep_worst
-    who = options.processes(jobs), cluster
-    outcomes = list(run_all(scenarios, samples, seed, who, resume, listed, limits, record=bool(plot)))
+    keep = DEFAULT_WORST if keep_worst is None else keep_worst
+    workers = options.process_count(jobs), cluster
+    outcomes = list(run_all(scenarios, samples, seed, workers, resume, keep, limits, record=bool(plot)))
     files: dict[str, str | bytes] = {}
-    written = {} if not keep_worst else worst_files(outcomes, files)
+    sample_names = {} if not keep_worst else worst_files(outcomes, files)
     charts = fan_charts(outcomes, plot_loops) if plot else []
-    files |= plots.draw_files(plot, charts, *heading(outcomes))
+    files |= plots.draw_files(plot, charts, *picture_heading(outcomes))
 
     def render(name: str) -> str:
-        return render_batches(name, outcomes, written, tables=verbose)
+        return render_batches(name, outcomes, sample_names, tables=verbose)
 
-    report_options.deliver(fmt, reports, render, files, force=force)
-    if plots.TERMINAL in plot:
-        plots.show(charts)
+    report_options.deliver_reports(fmt, reports, render, files, force=force)
+    if plots.TERMINAL_NAME in plot:
+        plots.show_charts(charts)
     click.get_current_context().exit(exit_code(outcomes))
 
 
@@ -144,9 +146,9 @@ def run_all(
     scenarios: Sequence[Document],
     samples: int,
     seed: int | None,
-    who: tuple[int, str | None],
+    workers: tuple[int, str | None],
     resume: str | None,
-    listed: int,
+    keep: int,
     limits: Limits,
     *,
     record: bool,
@@ -157,7 +159,7 @@ def run_all(
     from pidcfg.output.arguments import ArgumentError
     from pidcfg.study.certification.samples import WorkersError
 
-    jobs, cluster = who
+    jobs, cluster = workers
     for doc in scenarios:
         label = f"certifying {Path(doc.file).name}"
         LINE.update(label)
@@ -168,11 +170,11 @@ def run_all(
                 seed=seed,
                 jobs=jobs,
                 cluster=cluster,
-                keep_worst=listed,
+                keep_worst=keep,
                 record=record,
                 state=None if resume is None else read_existing(resume),
                 keep=None if resume is None else file_keeper(resume),
-                files=FILES,
+                files=RECORDED_DISK,
                 limits=limits,
                 progress=Rate(label, samples).update,
                 remark=remark,
@@ -181,7 +183,7 @@ def run_all(
             option = f"--cluster {cluster}" if "cluster" in error.names else f"--resume {resume}"
             raise click.ClickException(f"{option}: {error.with_names(lambda _: 'it')}") from None
         except WorkersError as error:
-            raise click.ClickException(f"{error}{_continued(resume)}") from None
+            raise click.ClickException(f"{error}{_resume_hint(resume)}") from None
 
 
 class Rate:
@@ -189,25 +191,25 @@ class Rate:
 
     def __init__(self, label: str, samples: int) -> None:
         self.label, self.samples = label, samples
-        self.began: tuple[float, float] | None = None
+        self.first: tuple[float, float] | None = None
 
     def update(self, share: float) -> None:
         """So large a share is done; what an earlier run has done does not count."""
         now = time.monotonic()
-        if self.began is None:
-            self.began = now, share
-        seconds, new = now - self.began[0], share - self.began[1]
-        rate = f", {new * self.samples / seconds:.3g} samples a second" if new and seconds > RATE_AFTER else ""
+        if self.first is None:
+            self.first = now, share
+        seconds, new = now - self.first[0], share - self.first[1]
+        rate = f", {new * self.samples / seconds:.3g} samples a second" if new and seconds > LEAST_RATE_SECONDS else ""
         LINE.update(f"{self.label}{rate}", share)
 
 
 def remark(text: str) -> None:
     """What is worth knowing on the way; the line goes on after it."""
     with hold_line():
-        console.remark(f"note: {text}")
+        console.write_remark(f"note: {text}")
 
 
-def _continued(resume: str | None) -> str:
+def _resume_hint(resume: str | None) -> str:
     """What to do once a batch has stopped."""
     return "" if resume is None else f"; {resume} keeps what is ready, and the same command goes on there"
 
@@ -216,11 +218,11 @@ def worst_files(outcomes: Sequence[BatchOutcome], files: dict[str, str | bytes])
     """Adds the worst samples to the files that are to be written; their names by scenario and number."""
     names = {}
     for outcome in outcomes:
-        for one in outcome.certification.worst if outcome.certification is not None else ():
-            if one.text:
-                name = sample_name(outcome.file, one.sample)
-                names[outcome.file, one.sample] = name
-                files[name] = one.text
+        for sample in outcome.certification.worst if outcome.certification is not None else ():
+            if sample.text:
+                name = sample_name(outcome.file, sample.sample)
+                names[outcome.file, sample.sample] = name
+                files[name] = sample.text
     return names
 
 
@@ -235,17 +237,17 @@ def fan_charts(outcomes: Sequence[BatchOutcome], loops: Sequence[str]) -> list[C
     """The fan charts of all batches."""
     from pidcfg.study.certification.certify import charts_of
 
-    plots.refuse_unknown(loops, outcomes)
+    plots.refuse_unknown_loops(loops, outcomes)
     return [chart for outcome in outcomes for chart in charts_of(outcome, loops)]
 
 
-def heading(outcomes: Sequence[BatchOutcome]) -> tuple[str, list[str]]:
+def picture_heading(outcomes: Sequence[BatchOutcome]) -> tuple[str, list[str]]:
     """The title of a picture of batches, and what ran."""
-    found = [outcome for outcome in outcomes if outcome.certification is not None]
-    titles = [one.certification.scenario for one in found if one.certification is not None]
+    batches = [outcome for outcome in outcomes if outcome.certification is not None]
+    titles = [batch.certification.scenario for batch in batches if batch.certification is not None]
     return (
         titles[0] if len(titles) == 1 else f"{len(titles)} scenarios",
-        [f"{Path(one.file).name} runs {Path(one.config).name}" for one in found],
+        [f"{Path(batch.file).name} runs {Path(batch.config).name}" for batch in batches],
     )
 
 

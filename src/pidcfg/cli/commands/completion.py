@@ -34,9 +34,9 @@ Examples:
 @click.argument("shell", type=click.Choice(list(SCRIPTS)))
 def command(shell: str) -> None:
     """Print the script that completes commands, options, rule codes and files in SHELL."""
-    echo(script(shell))
+    echo(completion_script(shell))
 
 
-def script(shell: str) -> str:
+def completion_script(shell: str) -> str:
     """The script of a shell."""
     return files("pidcfg").joinpath("cli", "completions", SCRIPTS[shell]).read_text(encoding="utf-8")

@@ -10,10 +10,10 @@ import click
 from click.core import ParameterSource
 
 from pidcfg.cli import options, plots
-from pidcfg.cli.console import echo, echo_json, note, remark
+from pidcfg.cli.console import echo, echo_json, write_note, write_remark
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.options import VerifyCommand, usage
+from pidcfg.cli.options import VerifyCommand, usage_errors
 from pidcfg.cli.terminal import LINE
 from pidcfg.vendors import VENDORS
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pidcfg.output.conversion import ConvertResult
     from pidcfg.text.reader import Limits
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg convert reactor.yaml --to click -o reactor-click.yaml --allow-loss",
     "pidcfg convert tank.yaml --to nextopid --report json -o tank-nextopid.yaml",
     "pidcfg convert tank.yaml --to dpide -o tank-dpide.yaml --report-output markdown=changes.md",
@@ -40,12 +40,12 @@ def placement_options(command: Callable[..., object]) -> Callable[..., object]:
     return command
 
 
-def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
+def parse_percent(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
     """``1 %`` or ``1`` as a number."""
     if text is None:
         return None
     try:
-        value = options.NUMBER.convert(text.removesuffix("%").strip(), None, None)
+        value = options.NUMBER_TYPE.convert(text.removesuffix("%").strip(), None, None)
     except click.UsageError:
         value = -1.0
     if not 0 <= value < float("inf"):
@@ -56,8 +56,8 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @click.command("convert", cls=VerifyCommand, epilog=EPILOG)
 @click.argument("file")
 @click.option("--to", "target", type=click.Choice(list(VENDORS)), required=True, help="The PLC family to convert to.")
-@options.OUT
-@options.FORCE
+@options.OUTPUT_OPTION
+@options.FORCE_OPTION
 @click.option("--allow-loss", is_flag=True, help="Write the file although something is lost: the report says what.")
 @click.option(
     "--max-loss",
@@ -83,15 +83,15 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @click.option(
     "--max-deviation",
     metavar="PERCENT",
-    callback=percent,
+    callback=parse_percent,
     help="As --verify, and exit 1, nothing written, when a PV is further apart than this, in % of its range.",
 )
-@plots.VERIFIED
-@options.JOBS
+@plots.VERIFIED_OPTION
+@options.JOBS_OPTION
 @placement_options
-@options.STDIN_FILENAME
-@options.QUIET
-@options.LIMITS
+@options.STDIN_FILENAME_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 @options.exit_zero
 def command(
     file: str,
@@ -127,13 +127,13 @@ def command(
         raise click.UsageError("the report and the file would both go to standard output; name the file with -o")
     report_options.refuse_inputs(reports, () if out is None else (out,), "is where the result goes")
     report_options.refuse_outputs((out, *plot, *(entry.path for entry in reports)), (file,))
-    tested = bool(verify or plot or max_deviation is not None)
-    with usage():
+    is_verified = bool(verify or plot or max_deviation is not None)
+    with usage_errors():
         result = convert(
             one_configuration(file, limits),
             target,
-            verify=tested,
-            jobs=options.processes(jobs),
+            verify=is_verified,
+            jobs=options.process_count(jobs),
             max_loss=max_loss,
             limits=limits,
             options=texts,
@@ -141,20 +141,21 @@ def command(
         )
     if not result.text:
         show_errors(result.findings, result.document, report)
-        note("nothing was written")
+        write_note("nothing was written")
         click.get_current_context().exit(exit_code(result.findings))
     if result.unverified and result.ok:
         raise click.ClickException(f"the conversion cannot be verified: {result.unverified}")
-    result, lossy = name_charts(result, out), result.losses and not allow_loss
-    too_far = max_deviation is not None and result.pv_percent > max_deviation
+    result, has_losses = name_charts(result, out), result.losses and not allow_loss
+    is_too_far = max_deviation is not None and result.pv_percent > max_deviation
     differs = bool(verify == "pass" or max_deviation is not None) and verify != "report" and not result.alike
     if report == "json":
         echo_json(render_conversion("json", result))
     else:
-        tell(result, verbose, changes=not quiet, losses=lossy, apart=not quiet or too_far or differs)
-    if not result.ok or lossy or too_far or differs:
+        is_told = not quiet or is_too_far or differs
+        show_report(result, verbose, changes=not quiet, losses=has_losses, with_verdict=is_told)
+    if not result.ok or has_losses or is_too_far or differs:
         report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result))
-        refuse(result, lossy, differs, max_deviation)
+        refuse_result(result, has_losses, differs, max_deviation)
     charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.draw_files(plot, charts, f"{Path(file).name} for {VENDORS[target].title}")
     files = {**({} if out is None else {out: result.text}), **pictures}
@@ -162,13 +163,13 @@ def command(
     print_result(result.text, out, () if quiet else files)
 
 
-def tell(result: ConvertResult, verbose: bool, **parts: bool) -> None:
+def show_report(result: ConvertResult, verbose: bool, **parts: bool) -> None:
     """The report on standard error; whole where the command line names it, and not by default."""
-    from pidcfg.cli.formats.conversion import text
+    from pidcfg.cli.formats.conversion import conversion_report
 
     source = click.get_current_context().get_parameter_source("report")
-    if shown := text(result, **parts, whole=verbose or source is not ParameterSource.DEFAULT).strip():
-        note(shown)
+    if shown_text := conversion_report(result, **parts, whole=verbose or source is not ParameterSource.DEFAULT).strip():
+        write_note(shown_text)
 
 
 def show_progress(share: float) -> None:
@@ -192,24 +193,26 @@ def print_result(text: str, out: str | None, written: Collection[str]) -> None:
     if out is None:
         echo(text)
     for name in written:
-        remark(f"{name}: written")
+        write_remark(f"{name}: written")
     if out is not None and written:
         next_step("validate", out)
 
 
-def refuse(result: ConvertResult, lossy: bool, differs: bool, max_deviation: float | None) -> NoReturn:
+def refuse_result(result: ConvertResult, lossy: bool, differs: bool, max_deviation: float | None) -> NoReturn:
     """Ends the command with why nothing was written."""
-    from pidcfg.cli.formats.findings import text
+    from pidcfg.cli.formats.findings import findings_text
     from pidcfg.output.findings import errors_in
 
     document = result.target_document
     if not result.ok and document is not None:
-        note(text(errors_in(result.target_findings), {document.file: document}).rstrip())
-        note(f"{VENDORS[result.target].title} would not take the result: nothing was written")
+        write_note(findings_text(errors_in(result.target_findings), {document.file: document}).rstrip())
+        write_note(f"{VENDORS[result.target].title} would not take the result: nothing was written")
     elif differs:
-        note("the result behaves otherwise than the report says: nothing was written; --verify=report only says so")
+        write_note(
+            "the result behaves otherwise than the report says: nothing was written; --verify=report only says so"
+        )
     elif lossy:
-        note("something would be lost: nothing was written; --allow-loss writes it all the same")
+        write_note("something would be lost: nothing was written; --allow-loss writes it all the same")
     else:
-        note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
+        write_note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
     click.get_current_context().exit(Exit.FINDINGS)

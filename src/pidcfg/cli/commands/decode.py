@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, note, remark
+from pidcfg.cli.console import echo, write_note, write_remark
 from pidcfg.cli.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
-from pidcfg.cli.options import refuse_all, usage
+from pidcfg.cli.options import refuse_all, usage_errors
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pidcfg.output.words import DecodeResult
     from pidcfg.text.reader import Limits
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg decode reactor.json --vendor dl06",
     "pidcfg decode reactor.hex --vendor dl06 -o decoded.yaml",
     "pidcfg decode table.csv --vendor dl06 --loop-table V2000 --number-of-loops 3",
@@ -62,11 +62,11 @@ def vendor_options(command: Callable[..., object]) -> Callable[..., object]:
     help="Also write the listing with BCD where words seem typed in decimal, and both readings beside them.",
 )
 @vendor_options
-@options.OUT
-@options.FORCE
-@options.STDIN_FILENAME
-@options.QUIET
-@options.LIMITS
+@options.OUTPUT_OPTION
+@options.FORCE_OPTION
+@options.STDIN_FILENAME_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 def command(
     image: tuple[str, ...],
     vendor: str,
@@ -87,7 +87,7 @@ def command(
     """
     from pidcfg.api import decode
     from pidcfg.cli.findings import one_configuration
-    from pidcfg.cli.formats.findings import text
+    from pidcfg.cli.formats.findings import findings_text
     from pidcfg.cli.outputs import write_files
 
     if annotate and suggest is not None:
@@ -96,13 +96,13 @@ def command(
     if any(entry.problem is not None for entry in entries):
         refuse_all([fault for entry in entries if (fault := listing_fault(entry, VENDORS[vendor], kind)) is not None])
     data, names = [entry.data for entry in entries], [entry.name for entry in entries]
-    other = None if like is None else one_configuration(like, limits)
-    with usage({"format": "--from"}):
+    like_document = None if like is None else one_configuration(like, limits)
+    with usage_errors({"format": "--from"}):
         result = decode(
             data,
             vendor,
             format=kind,
-            like=other,
+            like=like_document,
             annotate=annotate,
             pou=pou,
             options=texts,
@@ -110,7 +110,7 @@ def command(
             limits=limits,
         )
     if not result.text:
-        note(text(result.findings, {}).rstrip())
+        write_note(findings_text(result.findings, {}).rstrip())
         click.get_current_context().exit(Exit.UNUSABLE)
     outputs = {
         path: content for path, content in ((out, result.text), (suggest, result.suggestion)) if path and content
@@ -118,7 +118,7 @@ def command(
     if out is None:
         echo(result.text)
     write_files(outputs, force=force)
-    tell_notes((*result.notes, *_on_suggestion(result, suggest)), result.warnings, quiet=quiet)
+    tell_notes((*result.notes, *_suggestion_notes(result, suggest)), result.warnings, quiet=quiet)
     if out is not None and not annotate:
         from pidcfg.cli.console import next_step
 
@@ -129,10 +129,10 @@ def tell_notes(notes: Iterable[str], warnings: Collection[str], *, quiet: bool) 
     """Notes on a listing; those that are warnings are never kept quiet."""
     for line in notes:
         if line in warnings or not quiet:
-            remark(f"{'warning' if line in warnings else 'note'}: {line}")
+            write_remark(f"{'warning' if line in warnings else 'note'}: {line}")
 
 
-def _on_suggestion(result: DecodeResult, suggest: str | None) -> tuple[str, ...]:
+def _suggestion_notes(result: DecodeResult, suggest: str | None) -> tuple[str, ...]:
     """How to get the corrected listing, or that there is none."""
     if suggest is None:
         return ("--suggest FILE writes the corrected listing, with both readings",) if result.suggestion else ()

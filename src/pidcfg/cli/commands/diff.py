@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options, plots
-from pidcfg.cli.console import remark
+from pidcfg.cli.console import write_remark
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.options import VerifyCommand, usage
+from pidcfg.cli.options import VerifyCommand, usage_errors
 from pidcfg.cli.terminal import LINE
 from pidcfg.vendors import VENDORS
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
-UNREADABLE, UNSAID = "PID041", "PID042"
+UNREADABLE, UNKNOWN_MEANING = "PID041", "PID042"
 """A listing that cannot be read; a configuration that does not say what its values mean."""
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg diff main.yaml branch.yaml",
     "pidcfg diff reactor.yaml upload.hex --exit-code",
     "pidcfg diff monday.hex friday.hex --like reactor.yaml",
@@ -51,13 +51,13 @@ EPILOG = options.examples(
 )
 @report_options.report_format("diff")
 @report_options.report_files("diff", "--output")
-@plots.OVERLAY
-@options.FORCE
-@plots.VERIFY
-@options.JOBS
+@plots.OVERLAY_OPTION
+@options.FORCE_OPTION
+@plots.VERIFY_OPTION
+@options.JOBS_OPTION
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
-@options.STDIN_FILENAME
-@options.LIMITS
+@options.STDIN_FILENAME_OPTION
+@options.LIMITS_OPTION
 @options.exit_zero
 def command(
     before: str,
@@ -89,87 +89,87 @@ def command(
         raise click.UsageError("standard input can be read only once: name a file for BEFORE or for AFTER")
     report_options.refuse_outputs((*plot, *(report.path for report in reports)), (before, after))
     plots.check_options(fmt, plot)
-    sources = [_source(name, limits) for name in (before, after)]
+    sources = [_read_source(name, limits) for name in (before, after)]
     for entry, other in zip(sources, reversed(sources), strict=True):
         if isinstance(entry, Input) and entry.problem is not None:
-            _unreadable(entry, other, vendor or like, fmt)
-    one, two = (source.data if isinstance(source, Input) else source for source in sources)
-    with usage():
-        names_of = None if like is None else _configuration(like, limits)
+            _refuse_unreadable(entry, other, vendor or like, fmt)
+    before_source, after_source = (source.data if isinstance(source, Input) else source for source in sources)
+    with usage_errors():
+        like_document = None if like is None else _read_configuration(like, limits)
         result = diff(
-            one,
-            two,
+            before_source,
+            after_source,
             vendor=vendor,
-            like=names_of,
+            like=like_document,
             live=live,
             verify=bool(plot or verify),
-            jobs=options.processes(jobs),
+            jobs=options.process_count(jobs),
             names=(before, after),
             limits=limits,
             progress=lambda share: LINE.update("simulating both sides", share),
         )
     if not result.ok:
-        refuse(result, fmt)
+        refuse_result(result, fmt)
     for line in result.notes:
-        remark(f"note: {line}")
+        write_remark(f"note: {line}")
     charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.draw_files(plot, charts, f"{Path(before).name} and {Path(after).name}")
-    report_options.deliver(fmt, reports, lambda name: render_differences(name, result), pictures, force=force)
-    if plots.TERMINAL in plot:
-        plots.show(charts)
-    unlike = verify == "pass" and not result.alike
-    if unlike or (exits and not result.same):
+    report_options.deliver_reports(fmt, reports, lambda name: render_differences(name, result), pictures, force=force)
+    if plots.TERMINAL_NAME in plot:
+        plots.show_charts(charts)
+    is_unlike = verify == "pass" and not result.alike
+    if is_unlike or (exits and not result.same):
         click.get_current_context().exit(Exit.FINDINGS)
 
 
-def _configuration(name: str, limits: Limits) -> Document:
+def _read_configuration(name: str, limits: Limits) -> Document:
     """The document of a configuration."""
     from pidcfg.cli.findings import one_configuration
 
     return one_configuration(name, limits)
 
 
-def _source(name: str, limits: Limits) -> Document | Input:
+def _read_source(name: str, limits: Limits) -> Document | Input:
     """A YAML file's document, or a memory listing as it was read."""
-    from pidcfg.cli.inputs import UNNAMED, name_of, read_input
+    from pidcfg.cli.inputs import STDIN_TITLE, name_of, read_input
     from pidcfg.output.differences import is_listing
 
-    if name_of(name) == UNNAMED or not is_listing(name_of(name)):
-        return _configuration(name, limits)
+    if name_of(name) == STDIN_TITLE or not is_listing(name_of(name)):
+        return _read_configuration(name, limits)
     return read_input(name, limits)
 
 
-def _unreadable(entry: Input, other: Document | Input, family: str | None, fmt: str) -> NoReturn:
+def _refuse_unreadable(entry: Input, other: Document | Input, family: str | None, fmt: str) -> NoReturn:
     """Ends the command with what is wrong with the configuration on the other side, else with the listing's fault."""
     from pidcfg.api import diff
     from pidcfg.cli.findings import show_errors
-    from pidcfg.cli.inputs import Input, document
+    from pidcfg.cli.inputs import Input, document_of_input
 
     if not isinstance(other, Input):
         result = diff(other, other, names=(other.file, other.file), limits=other.limits)
         if not result.ok:
-            refuse(result, fmt)
+            refuse_result(result, fmt)
     elif family is None:
         raise click.UsageError("neither file says the PLC family; name it with --vendor")
     if fmt == "json":
-        unread = document(entry)
-        show_errors(unread.problems, unread, fmt)
+        listing = document_of_input(entry)
+        show_errors(listing.problems, listing, fmt)
     raise click.ClickException(entry.problem or "")
 
 
-def refuse(result: DiffResult, fmt: str) -> NoReturn:
+def refuse_result(result: DiffResult, fmt: str) -> NoReturn:
     """Ends the command with what is wrong with a side: as the result where JSON was asked for."""
     from pidcfg.cli.findings import show_errors
 
     findings, name = result.findings, result.refused
     codes = {d.code for d in findings}
-    if fmt == "json" or not codes & {UNREADABLE, UNSAID}:
+    if fmt == "json" or not codes & {UNREADABLE, UNKNOWN_MEANING}:
         show_errors(findings, result.document, fmt)
     if UNREADABLE in codes:
         d = findings[0]
         raise click.ClickException(f"{name}:{d.span.line}: {'; '.join(filter(None, (d.message, d.help)))}")
-    if UNSAID not in codes:
+    if UNKNOWN_MEANING not in codes:
         raise click.ClickException(f"{name} cannot be compared")
     for d in findings:
-        remark(f"{name}: {d.message}")
+        write_remark(f"{name}: {d.message}")
     raise click.ClickException(f"{name} does not say what its values mean")

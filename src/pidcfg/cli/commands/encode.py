@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, echo_json, echo_xml, note, remark
+from pidcfg.cli.console import echo, echo_json, echo_xml, write_note, write_remark
 from pidcfg.cli.main import Exit
-from pidcfg.cli.options import refuse_all, usage
+from pidcfg.cli.options import refuse_all, usage_errors
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg encode reactor.yaml",
     "pidcfg encode reactor.yaml --format ihex -o reactor.hex --checklist",
     "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
@@ -38,8 +38,8 @@ PRINTERS = {"json": echo_json, "plcopen": echo_xml}
 @click.command("encode", epilog=EPILOG)
 @click.argument("file")
 @options.output_format(*format_names())
-@options.OUT
-@options.FORCE
+@options.OUTPUT_OPTION
+@options.FORCE_OPTION
 @click.option(
     "--allow-errors", is_flag=True, help="Encode although validate reports errors, to see what the PLC would do."
 )
@@ -57,10 +57,10 @@ PRINTERS = {"json": echo_json, "plcopen": echo_xml}
     "--checklist", "whole_checklist", is_flag=True, help="List what a person checks after the download, on stderr."
 )
 @click.option("--live", is_flag=True, help="With --changed-from: also words that the PLC or the process writes.")
-@options.MAP
-@options.STDIN_FILENAME
-@options.QUIET
-@options.LIMITS
+@options.MAP_OPTION
+@options.STDIN_FILENAME_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 def command(
     file: str,
     fmt: str,
@@ -82,10 +82,10 @@ def command(
     from pidcfg.encoders.listing import CONFLICT, ListingError, UnwritableError
     from pidcfg.encoders.modbus_map import UnusableMapError
 
-    configuration, others = _inputs(file, (into, changed_from), fmt, limits)
+    configuration, others = _read_inputs(file, (into, changed_from), fmt, limits)
     (data, name), (old, old_name) = others
     try:
-        with usage():
+        with usage_errors():
             result = encode(
                 configuration,
                 fmt,
@@ -104,24 +104,24 @@ def command(
         raise click.ClickException(str(error)) from None
     if result.kind is None:
         show_errors(result.findings, result.document, fmt)
-        note("nothing was written")
+        write_note("nothing was written")
         click.get_current_context().exit(exit_code(result.findings))
     if not result.ok:
         worst = result.findings[-1]
         raise click.ClickException(f"{worst.file}:{worst.span.line}:{worst.span.column}: {worst.message}")
-    names = _put(result.kind, result.files, out, force=force)
+    names = _put_files(result.kind, result.files, out, force=force)
     conflicts = [line for line in result.merged if line.startswith(CONFLICT)]
     for line in conflicts if quiet else result.merged:
-        note(line)
-    beside = changed_from is None and (out is not None or not result.kind.carries_checklist)
-    tell_checklist(result.checklist, whole=whole_checklist, mention=beside and not quiet)
+        write_note(line)
+    has_mention = changed_from is None and (out is not None or not result.kind.carries_checklist)
+    tell_checklist(result.checklist, whole=whole_checklist, mention=has_mention and not quiet)
     if not quiet:
-        tell(result.kind, names, len(result.image.cells))
+        tell_written(result.kind, names, len(result.image.cells))
     if conflicts:
         click.get_current_context().exit(Exit.FINDINGS)
 
 
-def _inputs(
+def _read_inputs(
     file: str, others: Sequence[str | None], fmt: str, limits: Limits
 ) -> tuple[Document, list[tuple[bytes, str] | tuple[None, None]]]:
     """The configuration, and the files that the format adds to or that are compared with.
@@ -140,17 +140,17 @@ def _inputs(
     except click.ClickException as error:
         faults.append(error.message)
     inputs = [None if name is None else read_input(name, limits) for name in others]
-    problems = [problem for entry in inputs if entry is not None and (problem := _problem(entry)) is not None]
+    problems = [problem for entry in inputs if entry is not None and (problem := _input_problem(entry)) is not None]
     if problems:
         faults += problems
-        if configuration is not None and not (alone := encode(configuration, limits=limits)).ok:
-            show_errors(alone.findings, alone.document, fmt)
+        if configuration is not None and not (encoded := encode(configuration, limits=limits)).ok:
+            show_errors(encoded.findings, encoded.document, fmt)
     if faults or configuration is None:
         refuse_all(faults)
     return configuration, [(None, None) if entry is None else (entry.data, entry.name) for entry in inputs]
 
 
-def _problem(entry: Input) -> str | None:
+def _input_problem(entry: Input) -> str | None:
     """Why a file cannot be used."""
     if entry.problem is None and len(entry.data) > entry.limits.listing_bytes:
         return f"{entry.name} is larger than {entry.limits.listing_bytes} bytes; raise it with --limit"
@@ -161,20 +161,20 @@ def tell_checklist(checklist: Sequence[str], *, whole: bool, mention: bool) -> N
     """What a person has to check after the download; ``mention``: how much that is, in one line."""
     if whole:
         for item in checklist or ("nothing",):
-            remark(f"check after the download: {item}")
+            write_remark(f"check after the download: {item}")
     elif mention and checklist:
-        some = "1 thing" if len(checklist) == 1 else f"{len(checklist)} things"
-        remark(f"{some} to check after the download: see --checklist")
+        count_text = "1 thing" if len(checklist) == 1 else f"{len(checklist)} things"
+        write_remark(f"{count_text} to check after the download: see --checklist")
 
 
-def tell(kind: FileKind, names: list[str], values: int) -> None:
+def tell_written(kind: FileKind, names: list[str], values: int) -> None:
     """What was written."""
     if names:
         count = f"{values} values" if kind.is_complete else kind.title
-        remark(f"{', '.join(names)}: {count}")
+        write_remark(f"{', '.join(names)}: {count}")
 
 
-def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bool) -> list[str]:
+def _put_files(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bool) -> list[str]:
     """Writes the texts, to standard output without ``out``; returns the names of the files."""
     from pidcfg.cli.outputs import write_files
 
@@ -183,7 +183,7 @@ def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bo
         write_files(files, force=force)
         return list(files)
     if not parts:
-        note("nothing differs")
+        write_note("nothing differs")
         return []
     if len(parts) > 1 or kind.encoding != "utf-8":
         raise click.UsageError(f"{kind.name} is not for a terminal; name its file with -o")

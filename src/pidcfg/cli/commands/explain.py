@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo_json, markdown, note, remark, show
+from pidcfg.cli.console import echo_json, show_markdown, show_text, write_note, write_remark
 from pidcfg.cli.main import Exit
-from pidcfg.cli.options import usage
+from pidcfg.cli.options import usage_errors
 from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg explain V7642=0008",
     "pidcfg explain V2006=0x0402 --loop",
     "pidcfg explain CK27 AT5 ErrBits=0x0005",
@@ -61,7 +61,7 @@ EPILOG = options.examples(
     help="A configuration: which loop and line set the register, and to what.",
 )
 @options.output_format("text", "json")
-@options.LIMITS
+@options.LIMITS_OPTION
 def command(
     things: tuple[str, ...],
     vendor: str | None,
@@ -82,34 +82,34 @@ def command(
     from pidcfg.api import explain
     from pidcfg.output.explanation import QuestionError, as_text, forms_text
 
-    configuration = None if config is None else _configuration(config, limits)
+    configuration = None if config is None else _read_configuration(config, limits)
     try:
-        with usage({"config": str(config)}):
+        with usage_errors({"config": str(config)}):
             result = explain(*things, vendor=vendor, loop=loop, blocks=blocks, config=configuration, limits=limits)
     except QuestionError as error:
-        remark(f"Error: {error}")
-        note("'pidcfg explain' without arguments shows what can be asked for.")
+        write_remark(f"Error: {error}")
+        write_note("'pidcfg explain' without arguments shows what can be asked for.")
         click.get_current_context().exit(Exit.UNUSABLE)
     if not result.ok:
-        _refuse(result, str(config))
+        _refuse_configuration(result, str(config))
     if fmt == "json":
         echo_json(json_text(result.to_json()))
     elif not result.pages:
-        show(forms_text(result.examples))
+        show_text(forms_text(result.examples))
     elif all(page.markdown for page in result.pages):
-        markdown(as_text(result.pages))
+        show_markdown(as_text(result.pages))
     else:
-        show(as_text(result.pages))
+        show_text(as_text(result.pages))
 
 
-def _configuration(name: str, limits: Limits) -> Document:
+def _read_configuration(name: str, limits: Limits) -> Document:
     """The configuration of ``--in``; one with errors is taken as far as it can be encoded."""
     from pidcfg.cli.findings import one_configuration
 
     return one_configuration(name, limits)
 
 
-def _refuse(result: ExplainResult, name: str) -> NoReturn:
+def _refuse_configuration(result: ExplainResult, name: str) -> NoReturn:
     """Ends the command with what keeps the configuration from being read."""
     from pidcfg.cli.findings import show_errors
 

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, remark
+from pidcfg.cli.console import echo, write_remark
 from pidcfg.cli.environment import require_extra
 
 if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg export reactor.yaml -o loops.csv",
     "pidcfg export reactor.yaml -o loops.xlsx",
     "pidcfg export reactor.yaml --format csv --decimal-comma",
@@ -34,10 +34,10 @@ FORMATS = ("yaml", "csv", "xlsx")
     "[default: by the name of the output, else yaml]",
 )
 @click.option("--decimal-comma", is_flag=True, help="CSV with semicolons and decimal commas.")
-@options.OUT
-@options.FORCE
-@options.QUIET
-@options.LIMITS
+@options.OUTPUT_OPTION
+@options.FORCE_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 def command(
     file: str, fmt: str | None, decimal_comma: bool, out: str | None, force: bool, quiet: bool, limits: Limits
 ) -> None:
@@ -63,7 +63,7 @@ def command(
             raise click.UsageError("a workbook is no text; name it with -o")
     vendor, _ = vendor_of(doc)
     if vendor is None or not isinstance((doc.data or {}).get("loops"), list):
-        _refuse(doc)
+        _refuse_document(doc)
     from pidcfg.output import sheets
 
     text: str | bytes
@@ -72,19 +72,19 @@ def command(
     elif kind == "csv":
         text = sheets.as_csv(doc, vendor, comma=decimal_comma)
     else:
-        from pidcfg.output.sheets import plain_text
+        from pidcfg.output.sheets import whole_text
 
-        text = plain_text(doc)
+        text = whole_text(doc)
     if out is None:
         echo(str(text))
         return
     write_files({out: text}, force=force)
     if not quiet:
-        remark(f"{out}: written")
+        write_remark(f"{out}: written")
     next_step(*(("validate", out) if kind == "yaml" else ("init", "--from", out)), quiet=quiet)
 
 
-def _refuse(doc: Document) -> NoReturn:
+def _refuse_document(doc: Document) -> NoReturn:
     """Ends the command with what is wrong with the file."""
     from pidcfg.cli.findings import show_errors
     from pidcfg.validate.engine import check_document

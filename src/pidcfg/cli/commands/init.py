@@ -9,11 +9,11 @@ from pathlib import Path
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, remark
+from pidcfg.cli.console import echo, write_remark
 from pidcfg.text.reader import Limits
 from pidcfg.vendors import VENDORS
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg init --vendor dl06",
     "pidcfg init --vendor dl06 -o oven.yaml",
     "pidcfg init --vendor dl06 | pidcfg validate -",
@@ -36,10 +36,10 @@ EPILOG = options.examples(
     metavar="SHEET",
     help="Write a configuration from a sheet of loops, CSV or XLSX; --vendor unless the sheet names it.",
 )
-@options.OUT
-@options.FORCE
-@options.QUIET
-@options.LIMITS
+@options.OUTPUT_OPTION
+@options.FORCE_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 def command(
     vendor: str | None,
     config: str | None,
@@ -63,9 +63,9 @@ def command(
     if (vendor, config, sheet) == (None, None, None):
         raise click.UsageError("one of --vendor, --scenario and --from is wanted: what shall be written?")
     if sheet is not None:
-        text = _from_sheet(sheet, vendor, limits, quiet=quiet)
+        text = _sheet_text(sheet, vendor, limits, quiet=quiet)
     elif config is not None:
-        text = _scenario(config, out, limits)
+        text = _scenario_text(config, out, limits)
     else:
         starter = VENDORS[str(vendor)].starter
         text = files("pidcfg").joinpath(starter).read_text(encoding="utf-8")
@@ -74,11 +74,11 @@ def command(
         return
     write_files({out: text}, force=force)
     if not quiet:
-        remark(f"{out}: written")
+        write_remark(f"{out}: written")
     next_step("validate" if config is None else "simulate", out, quiet=quiet)
 
 
-def _scenario(config: str, out: str | None, limits: Limits) -> str:
+def _scenario_text(config: str, out: str | None, limits: Limits) -> str:
     """The scenario of a configuration, which it names as seen from the folder that it is written to."""
     from pidcfg.cli.findings import one_configuration, show_errors
     from pidcfg.study.draft import NoDraftError, draft_scenario
@@ -96,20 +96,20 @@ def _scenario(config: str, out: str | None, limits: Limits) -> str:
         raise click.ClickException(str(error)) from None
 
 
-def _from_sheet(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) -> str:
+def _sheet_text(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) -> str:
     """The configuration of a sheet."""
     from pidcfg.cli.environment import require_extra
     from pidcfg.cli.inputs import readable_input
     from pidcfg.cli.options import refuse_all
-    from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet
+    from pidcfg.output.sheet_reader import SheetFaultsError, read_configuration
 
     entry = readable_input(sheet, limits)
     if sheet.lower().endswith(".xlsx"):
         require_extra("openpyxl", "report")
     try:
-        made = from_sheet(entry.data, sheet, vendor, limits)
+        configuration = read_configuration(entry.data, sheet, vendor, limits)
     except SheetFaultsError as error:
         refuse_all(error.faults)
-    for text in () if quiet else (*made.remarks, *(d.message for d in made.findings)):
-        remark(f"note: {text}")
-    return made.text
+    for text in () if quiet else (*configuration.remarks, *(d.message for d in configuration.findings)):
+        write_remark(f"note: {text}")
+    return configuration.text

@@ -8,8 +8,10 @@ import click
 
 from pidcfg.cli import options
 
-EPILOG = options.examples("pidcfg lsp")
-MISSING = 'the language server needs pygls: pip install "pidcfg[lsp]" (in a copy of the project: pip install ".[lsp]")'
+EPILOG = options.examples_text("pidcfg lsp")
+PYGLS_MISSING = (
+    'the language server needs pygls: pip install "pidcfg[lsp]" (in a copy of the project: pip install ".[lsp]")'
+)
 
 
 @click.command("lsp", epilog=EPILOG)
@@ -21,7 +23,7 @@ def command(stdio: bool) -> None:
     """
     del stdio
     if find_spec("pygls") is None:
-        raise click.ClickException(MISSING)
-    from pidcfg.cli.lsp.server import start
+        raise click.ClickException(PYGLS_MISSING)
+    from pidcfg.cli.lsp.server import start_server
 
-    start()
+    start_server()

@@ -13,9 +13,9 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.commands.decode import tell_notes, vendor_options
-from pidcfg.cli.console import echo, echo_json, note, remark, show
+from pidcfg.cli.console import echo, echo_json, show_text, write_note, write_remark
 from pidcfg.cli.environment import require_extra
-from pidcfg.cli.formats import render, report_options
+from pidcfg.cli.formats import render_findings, report_options
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
@@ -32,24 +32,26 @@ if TYPE_CHECKING:
 
 # --- Options of the commands that speak to a PLC ----------------------------------------------------------------------
 
-PLC = click.option(
+PLC_OPTION = click.option(
     "--plc",
     required=True,
     metavar="URL",
     envvar="PIDCFG_PLC",
     help="Where the PLC is: modbus://HOST[:502][?unit=1] or modbus+rtu:///DEVICE?baud=9600&parity=odd.",
 )
-LIKE = click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
-VENDOR = click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
-TIMEOUT = click.option(
+LIKE_OPTION = click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
+VENDOR_OPTION = click.option(
+    "--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it."
+)
+TIMEOUT_OPTION = click.option(
     "--timeout",
-    type=options.NUMBER,
+    type=options.NUMBER_TYPE,
     default=2.0,
     show_default=True,
     metavar="SECONDS",
     help="How long an answer may take.",
 )
-RETRIES = click.option(
+RETRIES_OPTION = click.option(
     "--retries",
     type=options.Integer(),
     default=2,
@@ -59,7 +61,7 @@ RETRIES = click.option(
 )
 
 
-FOR = {"seconds": "--for"}
+OPTION_NAMES = {"seconds": "--for"}
 """An option that the calls have by another name."""
 
 
@@ -77,7 +79,7 @@ def reach_plc() -> Iterator[None]:
     from pidcfg.live.link import PlcError
 
     try:
-        with options.usage(FOR):
+        with options.usage_errors(OPTION_NAMES):
             yield
     except (PlcError, UnusableMapError) as error:
         raise click.ClickException(str(error)) from None
@@ -85,7 +87,7 @@ def reach_plc() -> Iterator[None]:
 
 # --- ``pidcfg pull``: what a PLC holds, as a configuration or a memory listing ----------------------------------------
 
-PULL_EXAMPLES = options.examples(
+PULL_EXAMPLES = options.examples_text(
     "pidcfg pull --plc modbus://10.0.0.5 --like reactor.yaml -o running.yaml",
     "pidcfg pull --plc modbus://10.0.0.5 --vendor dl06 --format csv",
     "pidcfg pull --plc modbus://10.0.0.6 --vendor click --bits C101 --integers DS101 --floats DF101 --pwm-bit none",
@@ -94,18 +96,18 @@ PULL_EXAMPLES = options.examples(
 
 
 @click.command("pull", epilog=PULL_EXAMPLES)
-@PLC
-@options.MAP
-@LIKE
-@VENDOR
+@PLC_OPTION
+@options.MAP_OPTION
+@LIKE_OPTION
+@VENDOR_OPTION
 @options.output_format("yaml", *format_names())
 @vendor_options
-@options.OUT
-@options.FORCE
-@TIMEOUT
-@RETRIES
-@options.QUIET
-@options.LIMITS
+@options.OUTPUT_OPTION
+@options.FORCE_OPTION
+@TIMEOUT_OPTION
+@RETRIES_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 def pull(
     plc: str,
     stated: str | None,
@@ -129,11 +131,11 @@ def pull(
     from pidcfg.cli.outputs import write_files
     from pidcfg.live import pull as plc_memory
 
-    other = None if like is None else one_configuration(like, limits)
+    like_document = None if like is None else one_configuration(like, limits)
     with reach_plc():
         result = plc_memory.pull(
             plc,
-            like=other,
+            like=like_document,
             vendor=vendor,
             format=fmt,
             options=texts,
@@ -143,7 +145,7 @@ def pull(
             limits=limits,
         )
     if not result.ok:
-        show_errors(result.findings, other, fmt)
+        show_errors(result.findings, like_document, fmt)
         click.get_current_context().exit(Exit.UNUSABLE)
     if out is None:
         echo(result.text)
@@ -154,19 +156,19 @@ def pull(
 
 # --- ``pidcfg compare``: configurations against the PLC that they are for ---------------------------------------------
 
-COMPARE_EXAMPLES = options.examples(
+COMPARE_EXAMPLES = options.examples_text(
     "pidcfg compare reactor.yaml --plc modbus://10.0.0.5",
     "pidcfg compare line-1.yaml line-2.yaml --plc modbus://10.0.0.6 --report-output junit=compare.xml",
     "pidcfg compare reactor.yaml --plc modbus://10.0.0.5 --watch 60",
 )
-PEOPLE = ("text", "concise")
+FORMATS_FOR_PEOPLE = ("text", "concise")
 """Formats in which a PLC that is not reached is one line on standard error."""
 
 
 @click.command("compare", epilog=COMPARE_EXAMPLES)
 @click.argument("files", nargs=-1, required=True, metavar="FILE…")
-@PLC
-@options.MAP
+@PLC_OPTION
+@options.MAP_OPTION
 @report_options.report_format("compare")
 @report_options.report_files("compare")
 @click.option(
@@ -176,10 +178,10 @@ PEOPLE = ("text", "concise")
     help="Compare again and again, and print what changes with its time, until Ctrl-C.",
 )
 @click.option("--strict", is_flag=True, help="Exit 1 for settings that could not be read, too.")
-@TIMEOUT
-@RETRIES
-@options.QUIET
-@options.LIMITS
+@TIMEOUT_OPTION
+@RETRIES_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 @options.exit_zero
 def compare(
     files: tuple[str, ...],
@@ -209,37 +211,35 @@ def compare(
     documents = {doc.file: doc for doc in (one_configuration(name, limits) for name in files)}
     report_options.refuse_inputs(reports, files)
 
-    registers = options.map_file(stated, limits)
+    map_data = options.map_file(stated, limits)
 
-    def compared() -> ComparisonRound:
-        with options.usage():
+    def compare_again() -> ComparisonRound:
+        with options.usage_errors():
             return compare_once(
                 documents,
-                lambda doc: plc_memory.compare(
-                    doc, plc, map=registers, timeout=timeout, retries=retries, limits=limits
-                ),
+                lambda doc: plc_memory.compare(doc, plc, map=map_data, timeout=timeout, retries=retries, limits=limits),
             )
 
     try:
-        first = compared()
+        first = compare_again()
     except UnusableMapError as error:
         raise click.ClickException(str(error)) from None
     fails = Severity.WARNING if strict else Severity.ERROR
-    shown = Findings(first.shown(fmt), documents, fails, command="compare")
-    full = Findings(first.shown(), documents, fails, command="compare")
-    if first.results or fmt not in PEOPLE:
-        report_options.deliver(fmt, (), lambda name: render(name, shown))
-    report_options.write_reports(reports, lambda name: render(name, full))
+    shown = Findings(first.findings(fmt), documents, fails, command="compare")
+    full = Findings(first.findings(), documents, fails, command="compare")
+    if first.results or fmt not in FORMATS_FOR_PEOPLE:
+        report_options.deliver_reports(fmt, (), lambda name: render_findings(name, shown))
+    report_options.write_reports(reports, lambda name: render_findings(name, full))
     for line in () if quiet else first.notes:
-        remark(f"note: {line}")
-    if fmt in PEOPLE:
+        write_remark(f"note: {line}")
+    if fmt in FORMATS_FOR_PEOPLE:
         for fault in first.faults:
-            remark(f"Error: {fault}")
+            write_remark(f"Error: {fault}")
         if first.results and not quiet:
-            note(first.summary)
-    code = first.code
+            write_note(first.summary)
+    code = first.exit_code
     if watch is not None and code != Exit.UNUSABLE:
-        code = _watch(compared, first, watch)
+        code = _watch_plc(compare_again, first, watch)
     if strict and code == Exit.OK and first.unread:
         code = Exit.FINDINGS
     click.get_current_context().exit(code)
@@ -253,7 +253,7 @@ class ComparisonRound:
     unreached: Mapping[str, str]
 
     @property
-    def code(self) -> Exit:
+    def exit_code(self) -> Exit:
         """A file that was not compared outweighs a difference."""
         if self.unreached or not all(result.ok for result in self.results):
             return Exit.UNUSABLE
@@ -274,28 +274,35 @@ class ComparisonRound:
         """How many settings were not compared, since no register has them."""
         return sum(len(result.unread) for result in self.results if result.ok)
 
-    def shown(self, fmt: str = "") -> list[Diagnostic]:
+    def findings(self, fmt: str = "") -> list[Diagnostic]:
         """What differs or was not read, and in reports an error for each file that was not compared.
 
         People are told of these on stderr.
         """
         from pidcfg.live.pull import not_reached
 
-        told = () if fmt in PEOPLE else (not_reached(name, said) for name, said in self.unreached.items())
-        return [*(d for result in self.results for d in (*result.findings, *result.warnings)), *told]
+        unreached = (
+            ()
+            if fmt in FORMATS_FOR_PEOPLE
+            else (not_reached(name, message) for name, message in self.unreached.items())
+        )
+        return [*(d for result in self.results for d in (*result.findings, *result.warnings)), *unreached]
 
     @property
     def summary(self) -> str:
         """How many files were compared, and in how many settings the PLC differs."""
-        done = [result for result in self.results if result.ok]
-        count, left = sum(len(result.findings) for result in done), len(self.results) + len(self.unreached) - len(done)
-        missed = f"{_count_text(left, 'file')} not compared" if left else ""
-        if not done:
-            return missed
-        found = _count_text(count, "difference") if count else "alike as far as read" if self.unread else "alike"
-        files = f"{_count_text(len(done), 'file')} compared with {done[0].plc}: {found}"
-        unsaid = f"{_count_text(self.unread, 'setting')} could not be read" if self.unread else ""
-        return "; ".join(filter(None, (files, unsaid, missed)))
+        compared = [result for result in self.results if result.ok]
+        count, uncompared = (
+            sum(len(result.findings) for result in compared),
+            len(self.results) + len(self.unreached) - len(compared),
+        )
+        uncompared_text = f"{_count_text(uncompared, 'file')} not compared" if uncompared else ""
+        if not compared:
+            return uncompared_text
+        verdict = _count_text(count, "difference") if count else "alike as far as read" if self.unread else "alike"
+        files = f"{_count_text(len(compared), 'file')} compared with {compared[0].plc}: {verdict}"
+        unread_text = f"{_count_text(self.unread, 'setting')} could not be read" if self.unread else ""
+        return "; ".join(filter(None, (files, unread_text, uncompared_text)))
 
 
 def compare_once(documents: Mapping[str, Document], compare: Callable[[Document], CompareResult]) -> ComparisonRound:
@@ -303,67 +310,67 @@ def compare_once(documents: Mapping[str, Document], compare: Callable[[Document]
     from pidcfg.live.link import PlcError, SilentError
 
     results, unreached = [], {}
-    dead = ""
+    silent_line = ""
     for name, doc in documents.items():
         try:
-            if not dead:
+            if not silent_line:
                 results.append(compare(doc))
         except PlcError as error:
             unreached[name] = str(error)
-            dead = str(error) if isinstance(error, SilentError) else ""
-        if dead:
-            unreached[name] = dead
+            silent_line = str(error) if isinstance(error, SilentError) else ""
+        if silent_line:
+            unreached[name] = silent_line
     return ComparisonRound(results, unreached)
 
 
-def _count_text(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count != 1 else ''}"
+def _count_text(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' if count != 1 else ''}"
 
 
-def _watch(compared: Callable[[], ComparisonRound], first: ComparisonRound, seconds: float) -> Exit:
+def _watch_plc(compare_again: Callable[[], ComparisonRound], first: ComparisonRound, seconds: float) -> Exit:
     """Goes on comparing; prints what comes and goes with its time. The exit code is that of the last comparison."""
-    seen, code, faults = {_row(d) for d in first.shown("text")}, first.code, first.faults
-    note(f"comparing every {seconds:g} s; Ctrl-C ends")
+    rows_before, code, faults = {_row_text(d) for d in first.findings("text")}, first.exit_code, first.faults
+    write_note(f"comparing every {seconds:g} s; Ctrl-C ends")
     try:
         while True:
             time.sleep(seconds)
-            now = compared()
-            lines = [fault for fault in now.faults if fault not in faults]
-            lines += ["reached again"] * (bool(faults) and not now.faults)
-            code, faults = now.code, now.faults
+            comparison = compare_again()
+            lines = [fault for fault in comparison.faults if fault not in faults]
+            lines += ["reached again"] * (bool(faults) and not comparison.faults)
+            code, faults = comparison.exit_code, comparison.faults
             if not faults:
-                rows = {_row(d) for d in now.shown()}
-                lines += [f"differs: {row}" for row in sorted(rows - seen)]
-                lines += [f"no longer: {row}" for row in sorted(seen - rows)]
-                seen = rows
-            show("".join(f"{_now()} {line}\n" for line in lines))
+                rows = {_row_text(d) for d in comparison.findings()}
+                lines += [f"differs: {row}" for row in sorted(rows - rows_before)]
+                lines += [f"no longer: {row}" for row in sorted(rows_before - rows)]
+                rows_before = rows
+            show_text("".join(f"{_time_text()} {line}\n" for line in lines))
     except KeyboardInterrupt:
-        note(f"stopped; the last comparison ended with exit code {code}")
+        write_note(f"stopped; the last comparison ended with exit code {code}")
     return code
 
 
-def _row(d: Diagnostic) -> str:
+def _row_text(d: Diagnostic) -> str:
     loop = f" [{d.loop}]" if d.loop else ""
     return f"{d.file}:{d.span.line}:{d.span.column}: {d.message}{loop}"
 
 
-def _now() -> str:
+def _time_text() -> str:
     return datetime.now().astimezone().isoformat(" ", "seconds")
 
 
 # --- ``pidcfg serve``: the virtual PLC of a scenario behind its vendor's register map, in real time -------------------
 
-SERVE_EXAMPLES = options.examples(
+SERVE_EXAMPLES = options.examples_text(
     "pidcfg serve reactor.scenario.yaml",
     "pidcfg serve reactor.scenario.yaml --speed 10 --listen 127.0.0.1:1502",
     "pidcfg serve oven.scenario.yaml --map oven-map.csv --unit 3",
     "pidcfg serve reactor.scenario.yaml tank.scenario.yaml --unit 1,7",
     "pidcfg serve tank.scenario.yaml --listen 'modbus+rtu:///dev/ttyUSB0?baud=38400&parity=odd'",
 )
-LISTEN = "127.0.0.1:5020"
+DEFAULT_LISTEN = "127.0.0.1:5020"
 
 
-class Units(click.ParamType[tuple[int, ...]]):
+class UnitsType(click.ParamType[tuple[int, ...]]):
     """Whole numbers from 1 on with commas between."""
 
     name = "units"
@@ -372,35 +379,43 @@ class Units(click.ParamType[tuple[int, ...]]):
         """The numbers."""
         if isinstance(value, tuple):
             return value
-        return tuple(options.Whole(1).convert(part.strip(), param, ctx) for part in str(value).split(","))
+        return tuple(options.LimitedInteger(1).convert(part.strip(), param, ctx) for part in str(value).split(","))
 
 
 @click.command("serve", epilog=SERVE_EXAMPLES)
 @click.argument("scenario", nargs=-1, required=True)
-@options.MAP
+@options.MAP_OPTION
 @click.option(
-    "--listen", default=LISTEN, show_default=True, metavar="HOST:PORT", help="Where to listen, or modbus+rtu:///DEVICE."
+    "--listen",
+    default=DEFAULT_LISTEN,
+    show_default=True,
+    metavar="HOST:PORT",
+    help="Where to listen, or modbus+rtu:///DEVICE.",
 )
 @click.option(
     "--unit",
-    type=Units(),
+    type=UnitsType(),
     metavar="N,N…",
     help="The Modbus unit of each scenario, which it alone answers as; 1, 2, 3 … unless --listen says another one.",
 )
 @click.option(
     "--speed",
-    type=options.NUMBER,
+    type=options.NUMBER_TYPE,
     default=1.0,
     show_default=True,
     metavar="FACTOR",
     help="How many times as fast as the clock.",
 )
 @click.option(
-    "--for", "seconds", type=options.NUMBER, metavar="SECONDS", help="End by itself after so many seconds of the clock."
+    "--for",
+    "seconds",
+    type=options.NUMBER_TYPE,
+    metavar="SECONDS",
+    help="End by itself after so many seconds of the clock.",
 )
 @options.output_format("text", "json")
-@options.QUIET
-@options.LIMITS
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 def serve(
     scenario: tuple[str, ...],
     stated: str | None,
@@ -426,33 +441,33 @@ def serve(
     from pidcfg.text.writer import json_text
 
     documents = [list(read_inputs((name,), limits)) for name in scenario]
-    for name, found in zip(scenario, documents, strict=True):
-        if len(found) != 1:
-            raise click.ClickException(f"{name} stands for {len(found)} files; name one scenario")
-        if found[0].data is not None and "vendor" in found[0].data:
+    for name, matches in zip(scenario, documents, strict=True):
+        if len(matches) != 1:
+            raise click.ClickException(f"{name} stands for {len(matches)} files; name one scenario")
+        if matches[0].data is not None and "vendor" in matches[0].data:
             message = f"{name} is a configuration, and serve runs scenarios; 'pidcfg init --scenario {name}' writes one"
             raise click.UsageError(message)
-    units = _units(unit, scenario, stated)
+    units = _units_of(unit, scenario, stated)
     LINE.silence()
 
     def ready(place: str) -> None:
         if not quiet:
-            note(
-                f"serving {_what(scenario, units)} at {place}, {_who(place)}, {speed:g} times real time; "
+            write_note(
+                f"serving {_served_text(scenario, units)} at {place}, {_reach_text(place)}, {speed:g} times real time; "
                 "Ctrl-C ends with the report"
             )
 
-    with reach_plc(), options.usage({"others": "--unit", "seconds": "--for"}):
+    with reach_plc(), options.usage_errors({"others": "--unit", "seconds": "--for"}):
         result = serving.serve(
             documents[0][0],
             listen=listen,
             unit=units[0],
-            others={number: found[0] for number, found in zip(units[1:], documents[1:], strict=True) if number},
+            others={number: matches[0] for number, matches in zip(units[1:], documents[1:], strict=True) if number},
             map=options.map_file(stated, limits),
             speed=speed,
             seconds=seconds,
             ready=ready,
-            tell=note,
+            tell=write_note,
             limits=limits,
         )
     if not result.ok:
@@ -461,10 +476,10 @@ def serve(
     if fmt == "json":
         echo_json(json_text(result.to_json()))
     else:
-        show(simulations_text([*result.outcomes], tables=True))
+        show_text(simulations_text([*result.outcomes], tables=True))
 
 
-def _units(given: tuple[int, ...] | None, scenarios: tuple[str, ...], stated: str | None) -> tuple[int | None, ...]:
+def _units_of(given: tuple[int, ...] | None, scenarios: tuple[str, ...], stated: str | None) -> tuple[int | None, ...]:
     """The unit of each scenario; None: what --listen says, or 1."""
     if len(scenarios) == 1 and given is None:
         return (None,)
@@ -478,14 +493,14 @@ def _units(given: tuple[int, ...] | None, scenarios: tuple[str, ...], stated: st
     return units
 
 
-def _what(scenarios: tuple[str, ...], units: tuple[int | None, ...]) -> str:
+def _served_text(scenarios: tuple[str, ...], units: tuple[int | None, ...]) -> str:
     """What is served, with the units where there are several."""
     if len(scenarios) == 1:
         return scenarios[0]
     return ", ".join(f"{name} as unit {unit}" for name, unit in zip(scenarios, units, strict=True))
 
 
-def _who(place: str) -> str:
+def _reach_text(place: str) -> str:
     """Who can come: a server that reaches further than this machine says so."""
     host = place.rpartition(":")[0].strip("[]")
     try:

@@ -13,9 +13,9 @@ import click
 
 from pidcfg.about import VERSION
 from pidcfg.cli import options
-from pidcfg.cli.console import echo_xml, note, remark
+from pidcfg.cli.console import echo_xml, write_note, write_remark
 from pidcfg.cli.environment import require_extra
-from pidcfg.cli.inputs import FILES, document, note_read, read_entries, read_input
+from pidcfg.cli.inputs import RECORDED_DISK, document_of_input, note_read, read_entries, read_input
 from pidcfg.cli.terminal import LINE
 from pidcfg.output.reporting import (
     ConfigurationInput,
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 # --- The inputs of a report: every file is read, checked and run once, by this process or by several ------------------
 
-SCENARIO = re.compile(rb"^scenario[ \t]*:", re.MULTILINE)
+SCENARIO_KEY = re.compile(rb"^scenario[ \t]*:", re.MULTILINE)
 """What a scenario looks like to whoever only counts them."""
 
 
@@ -63,55 +63,55 @@ class InputReader:
     progress: Callable[[float], None] | None = None
 
     @cached_property
-    def configured(self) -> dict[str, ConfigurationInput]:
+    def named_configurations(self) -> dict[str, ConfigurationInput]:
         """The configurations that scenarios have named, and that the command line does not."""
         return {}
 
     @cached_property
-    def checked_before(self) -> dict[str, Checked]:
+    def last_checked(self) -> dict[str, Checked]:
         """The configuration that was run last, checked; it often is the next file."""
         return {}
 
     def __call__(self, entry: Input) -> ReadInput:
         """One file of the command line; a file that cannot be opened ends the command."""
-        if not entry.piped:
+        if not entry.is_piped:
             entry = read_input(entry.name, self.limits)
-        checked = self.checked_before.pop(entry.name, None)
+        checked = self.last_checked.pop(entry.name, None)
         if checked is not None and checked.document.text.encode() == entry.data:
             return configuration_input((entry.name, entry.data), checked)
-        doc = document(entry)
+        doc = document_of_input(entry)
         if entry.problem is not None:
             raise click.ClickException(entry.problem)
         if is_scenario(doc):
-            return self._run(entry, doc)
+            return self._run_scenario(entry, doc)
         return configuration_input((entry.name, entry.data), check_document(doc))
 
-    def _run(self, entry: Input, doc: Document) -> RunInput:
+    def _run_scenario(self, entry: Input, doc: Document) -> RunInput:
         from pidcfg.sim.engine.run import Settings
         from pidcfg.study.scenario import load_scenario
 
-        loaded = load_scenario(doc, FILES)
+        loaded = load_scenario(doc, RECORDED_DISK)
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress, runs=self.runs)
-        taken = run_input(
+        run = run_input(
             (entry.name, entry.data), loaded, settings, self._configuration_of(loaded), pictures=self.pictures
         )
-        self.checked_before.clear()
+        self.last_checked.clear()
         if loaded.checked is not None:
-            self.checked_before[loaded.config] = loaded.checked
-        return taken
+            self.last_checked[loaded.config] = loaded.checked
+        return run
 
     def _configuration_of(self, loaded: LoadedScenario) -> ConfigurationInput | None:
         """What a scenario runs; each is read once."""
         name = loaded.config
         if not name or name in self.names:
             return None
-        if name not in self.configured:
+        if name not in self.named_configurations:
             entry = read_input(name, self.limits)
-            made = None if entry.problem is not None else named_input((name, entry.data), loaded)
-            if made is None:
+            configuration = None if entry.problem is not None else named_input((name, entry.data), loaded)
+            if configuration is None:
                 return None
-            self.configured[name] = made
-        return self.configured[name]
+            self.named_configurations[name] = configuration
+        return self.named_configurations[name]
 
 
 def gather_inputs(
@@ -122,40 +122,40 @@ def gather_inputs(
     for entry in read_entries(paths, limits):
         if entry.problem is not None:
             raise click.ClickException(entry.problem)
-        scenarios += SCENARIO.search(entry.data) is not None
-        entries.append(entry if entry.piped else replace(entry, data=b""))
+        scenarios += SCENARIO_KEY.search(entry.data) is not None
+        entries.append(entry if entry.is_piped else replace(entry, data=b""))
     names = frozenset(entry.name for entry in entries)
-    taken = list(_read_inputs(entries, (limits, names, max(scenarios, 1), pictures), jobs, progress))
-    return add_all(taken)
+    inputs = list(_read_inputs(entries, (limits, names, max(scenarios, 1), pictures), jobs, progress))
+    return add_all(inputs)
 
 
 def _read_inputs(
-    entries: Sequence[Input], given: tuple[object, ...], jobs: int, progress: Callable[[float], None] | None
+    entries: Sequence[Input], arguments: tuple[object, ...], jobs: int, progress: Callable[[float], None] | None
 ) -> Iterator[ReadInput]:
     """The files one by one; what other processes have read counts as read here."""
     done = 0
 
-    def part(share: float) -> None:
+    def show_share(share: float) -> None:
         if progress is not None:
             progress((done + share) / len(entries))
 
-    def make(*arguments: Any) -> InputReader:
-        return replace(InputReader(*arguments), progress=part)
+    def make_reader(*arguments: Any) -> InputReader:
+        return replace(InputReader(*arguments), progress=show_share)
 
-    for one in WorkerPool(jobs, InputReader, given).results_soon(entries, processing_time, make):
+    for entry in WorkerPool(jobs, InputReader, arguments).results_soon(entries, processing_time, make_reader):
         done += 1
-        part(0.0)
-        if isinstance(one, RunInput):
-            note_read(one.outcome.config)
-        yield one
+        show_share(0.0)
+        if isinstance(entry, RunInput):
+            note_read(entry.outcome.config)
+        yield entry
 
 
 # --- ``pidcfg report``: the commissioning report as one HTML page, as CSV files and as a workbook ---------------------
 
-STDOUT, PAGE, PDF = "-", "report.html", ".pdf"
-NEEDS = {"page": ("jinja2",), "xlsx": ("xlsxwriter",)}
+STDOUT, DEFAULT_PAGE, PDF_SUFFIX = "-", "report.html", ".pdf"
+PACKAGES_NEEDED = {"page": ("jinja2",), "xlsx": ("xlsxwriter",)}
 """Packages of the extra ``report`` by what needs them."""
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg report reactor.scenario.yaml",
     "pidcfg report loops/ scenarios/ -o handover.html --project 'Line 4' --document PID-0042 --revision B",
     "pidcfg report reactor.scenario.yaml -o reactor.pdf",
@@ -167,20 +167,20 @@ EPILOG = options.examples(
 def _suffix_check(*suffixes: str) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
     """Refuses a file name that promises another kind of file; a page may go to standard output."""
 
-    def checked(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
-        if name == STDOUT and PAGE.endswith(suffixes):
+    def check(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
+        if name == STDOUT and DEFAULT_PAGE.endswith(suffixes):
             return name
         if name is not None and Path(name or "").suffix.lower() not in suffixes:
             ends = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}" if suffixes[1:] else suffixes[0]
             raise click.BadParameter(f"{name!r}; write a name that ends in {ends}", ctx, param)
         return name
 
-    return checked
+    return check
 
 
-def _field(name: str, what: str) -> options.Decorator:
+def _title_option(name: str, help_text: str) -> options.Decorator:
     """An option of the title block."""
-    return click.option(f"--{name}", metavar="TEXT", help=f"{what}, for the title block.")
+    return click.option(f"--{name}", metavar="TEXT", help=f"{help_text}, for the title block.")
 
 
 @click.command("report", epilog=EPILOG)
@@ -191,8 +191,8 @@ def _field(name: str, what: str) -> options.Decorator:
     "out",
     metavar="FILE",
     callback=_suffix_check(".html", ".htm", ".pdf"),
-    help=f"The page, or the PDF where the name ends so; {PAGE} unless --tables or --xlsx is given, - for standard "
-    "output.",
+    help=f"The page, or the PDF where the name ends so; {DEFAULT_PAGE} unless --tables or --xlsx is given, - for "
+    "standard output.",
 )
 @click.option("--full", is_flag=True, help="Print what is at its default, too, every word, and every signal.")
 @click.option("--sheet", is_flag=True, help="Instead of the report one sheet with all loops, for the cabinet's door.")
@@ -208,19 +208,19 @@ def _field(name: str, what: str) -> options.Decorator:
     "--xlsx", "xlsx", metavar="FILE", callback=_suffix_check(".xlsx"), help="Write the tables as an Excel workbook."
 )
 @click.option("--title", metavar="TEXT", default="Commissioning report", show_default=True, help="Title of the report.")
-@_field("project", "Project")
-@_field("customer", "Customer")
-@_field("plant", "Plant or machine; the names in the configurations when not given")
-@_field("document", "Document number")
-@_field("revision", "Revision")
-@_field("author", "Who prepared it")
-@_field("date", "Date")
-@options.EXCLUDE
-@options.JOBS
-@options.STRICT
-@options.FORCE
-@options.QUIET
-@options.LIMITS
+@_title_option("project", "Project")
+@_title_option("customer", "Customer")
+@_title_option("plant", "Plant or machine; the names in the configurations when not given")
+@_title_option("document", "Document number")
+@_title_option("revision", "Revision")
+@_title_option("author", "Who prepared it")
+@_title_option("date", "Date")
+@options.EXCLUDE_OPTION
+@options.JOBS_OPTION
+@options.STRICT_OPTION
+@options.FORCE_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 @options.exit_zero
 def command(
     paths: tuple[str, ...],
@@ -254,65 +254,65 @@ def command(
     from pidcfg.output.report import Title
 
     if out is None and csv is None and xlsx is None:
-        out = PAGE
+        out = DEFAULT_PAGE
     if sheet and full:
         raise click.UsageError("--sheet and --full: a sheet for the door has no more than the main values")
-    printed = _browser() if out is not None and Path(out).suffix.lower() == PDF else None
+    browser_path = _find_browser() if out is not None and Path(out).suffix.lower() == PDF_SUFFIX else None
     _require_packages("page" if out is not None else None, "xlsx" if xlsx is not None else None)
     pictures = out is not None and not sheet
-    inputs = gather_inputs(paths, limits, _progress, pictures=pictures, jobs=options.processes(jobs))
+    inputs = gather_inputs(paths, limits, _show_progress, pictures=pictures, jobs=options.process_count(jobs))
     block = Title(title, project, customer, plant, document, revision, author, date, VERSION)
     content = content_of(inputs, block)
-    page: str | bytes | None = None if out is None else _page(content, sheet=sheet, full=full)
-    if printed is not None and isinstance(page, str):
-        page = _print_pdf(page, printed)
-    _write(content, page, (out, csv, xlsx), force=force)
+    page: str | bytes | None = None if out is None else _render_page(content, sheet=sheet, full=full)
+    if browser_path is not None and isinstance(page, str):
+        page = _print_pdf(page, browser_path)
+    _write_all(content, page, (out, csv, xlsx), force=force)
     if not quiet:
-        remark(summary(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
+        write_remark(summary_line(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
     for outcome in inputs.outcomes:
         if not outcome.passed:
-            note(why_failed(outcome))
+            write_note(why_failed(outcome))
     click.get_current_context().exit(exit_code(inputs, strict=strict))
 
 
-def _require_packages(*wanted: str | None) -> None:
+def _require_packages(*outputs: str | None) -> None:
     """Ends the command, before anything runs, where a package is not installed."""
-    for what in wanted:
-        for package in NEEDS.get(what or "", ()):
+    for output in outputs:
+        for package in PACKAGES_NEEDED.get(output or "", ()):
             require_extra(package, "report")
 
 
-def _progress(share: float) -> None:
+def _show_progress(share: float) -> None:
     """What the line on the terminal shows."""
     LINE.update("simulating", share)
 
 
-def _browser() -> str:
+def _find_browser() -> str:
     """The browser that prints; ends the command, before anything runs, where there is none."""
-    from pidcfg.output.report.formats import PdfError, browser
+    from pidcfg.output.report.formats import PdfError, find_browser
 
     try:
-        return browser()
+        return find_browser()
     except PdfError as error:
         raise click.ClickException(str(error)) from None
 
 
-def _page(content: Content, *, sheet: bool, full: bool) -> str:
-    from pidcfg.output.report.formats import door_sheet, page
+def _render_page(content: Content, *, sheet: bool, full: bool) -> str:
+    from pidcfg.output.report.formats import door_sheet, report_page
 
-    return door_sheet(content) if sheet else page(content, full=full)
+    return door_sheet(content) if sheet else report_page(content, full=full)
 
 
 def _print_pdf(html: str, path: str) -> bytes:
-    from pidcfg.output.report.formats import PdfError, pdf
+    from pidcfg.output.report.formats import PdfError, print_pdf
 
     try:
-        return pdf(html, path)
+        return print_pdf(html, path)
     except PdfError as error:
         raise click.ClickException(str(error)) from None
 
 
-def _write(
+def _write_all(
     content: Content, page: str | bytes | None, names: tuple[str | None, str | None, str | None], *, force: bool
 ) -> None:
     """All files or none; the page goes to standard output last. ``names``: of the page, the folder, the workbook."""
@@ -326,52 +326,52 @@ def _write(
 
         files |= {(Path(csv) / name).as_posix(): text for name, text in csv_files(tables_of(content)).items()}
     if xlsx is not None:
-        from pidcfg.output.report.formats import workbook
+        from pidcfg.output.report.formats import write_workbook
 
-        files[xlsx] = workbook([table for table in tables_of(content) if table.rows], content.title)
+        files[xlsx] = write_workbook([table for table in tables_of(content) if table.rows], content.title)
     if out not in {None, STDOUT} and page is not None:
         files[str(out)] = page
-    with _folder(csv):
+    with _made_folder(csv):
         write_files(files, force=force)
     if isinstance(page, str) and out == STDOUT:
         echo_xml(page)
 
 
 @contextmanager
-def _folder(name: str | None) -> Iterator[None]:
+def _made_folder(name: str | None) -> Iterator[None]:
     """A folder that is made where there is none, with those above it; what was made goes when nothing is written."""
     missing = [] if name is None else [path for path in (Path(name), *Path(name).parents) if not path.exists()]
-    written = False
+    is_written = False
     try:
         for path in reversed(missing):
             path.mkdir()
         yield
-        written = True
+        is_written = True
     except OSError as error:
         raise click.ClickException(f"cannot make the folder {name}: {error.strerror}") from None
     finally:
-        for path in () if written else missing:
+        for path in () if is_written else missing:
             with suppress(OSError):
                 path.rmdir()
 
 
-def summary(content: Content, names: Sequence[str]) -> str:
+def summary_line(content: Content, names: Sequence[str]) -> str:
     """One line on what was written."""
-    from pidcfg.output.report.formats import counts
+    from pidcfg.output.report.formats import severity_counts
 
     passed, total = content.verdicts
     loops, runs = len(content.loops), len(content.runs)
     parts = [f"{loops} loop{'' if loops == 1 else 's'}", f"{runs} run{'' if runs == 1 else 's'}"]
-    parts += [f"{n} {label}{'' if n == 1 else 's'}" for label, n in counts(content).items()]
+    parts += [f"{n} {label}{'' if n == 1 else 's'}" for label, n in severity_counts(content).items()]
     parts += [f"{passed} of {total} expectations passed"] if total else []
     return f"{', '.join(names) or 'report'}: {', '.join(parts)}"
 
 
 def why_failed(outcome: Outcome) -> str:
     """Which expectations of a run failed, the standing ones included, and how it was judged."""
-    from pidcfg.cli.formats.runs import failures, in_a_line
+    from pidcfg.cli.formats.runs import failures_text, outcome_line
 
-    return ("" if outcome.report is None else failures(outcome.report)) + in_a_line(outcome)
+    return ("" if outcome.report is None else failures_text(outcome.report)) + outcome_line(outcome)
 
 
 def exit_code(content: ReportInputs, *, strict: bool) -> Exit:

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo_json, markdown, show
+from pidcfg.cli.console import echo_json, show_markdown, show_text
 from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
     from pidcfg.validate import RuleText
 
-EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24", "pidcfg rule PID024 --format json")
+EPILOG = options.examples_text(
+    "pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24", "pidcfg rule PID024 --format json"
+)
 
 
 @click.command("rule", epilog=EPILOG)
@@ -25,26 +27,26 @@ def command(code: str | None, fmt: str) -> None:
 
     begin = (code or "").upper()
     if (rule := text_by_code(begin)) is not None:
-        _one(rule, fmt)
-    elif found := list_texts(begin):
-        _list(list(found.values()), fmt)
+        _show_rule(rule, fmt)
+    elif rules := list_texts(begin):
+        _show_list(list(rules.values()), fmt)
     else:
         from pidcfg.validate.catalog import suggest_code
 
         raise click.ClickException(f"no rule begins with {code}; {suggest_code(code or '')}")
 
 
-def _one(rule: RuleText, fmt: str) -> None:
+def _show_rule(rule: RuleText, fmt: str) -> None:
     """A rule's page."""
     from pidcfg.validate import as_data, rule_page
 
     if fmt == "json":
         echo_json(json_text({"version": 1, **as_data(rule)}))
     else:
-        markdown(rule_page(rule))
+        show_markdown(rule_page(rule))
 
 
-def _list(rules: list[RuleText], fmt: str) -> None:
+def _show_list(rules: list[RuleText], fmt: str) -> None:
     """A line a rule."""
     from pidcfg.validate import as_data
 
@@ -52,4 +54,4 @@ def _list(rules: list[RuleText], fmt: str) -> None:
         rows = [as_data(rule) for rule in rules]
         echo_json(json_text({"version": 1, "rules": rows}))
     else:
-        show("".join(f"{r.code}  {r.kind:<9}  {r.name:<34}  {r.title}\n" for r in rules))
+        show_text("".join(f"{r.code}  {r.kind:<9}  {r.name:<34}  {r.title}\n" for r in rules))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo_json, show
+from pidcfg.cli.console import echo_json, show_text
 from pidcfg.output.json_schemas import OUTPUTS, SCENARIO, schema
 from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
@@ -15,8 +15,8 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from pidcfg.text.paths import Data
 
-SETTINGS = "settings"
-EPILOG = options.examples(
+SETTINGS_NAME = "settings"
+EPILOG = options.examples_text(
     "pidcfg schema dl06",
     "pidcfg schema dl06 -o dl06.schema.json",
     "pidcfg schema scenario",
@@ -26,9 +26,11 @@ EPILOG = options.examples(
 
 
 @click.command("schema", epilog=EPILOG)
-@click.argument("name", metavar="[NAME]", type=click.Choice([*VENDORS, SCENARIO, SETTINGS, *OUTPUTS]), required=False)
-@options.OUT
-@options.FORCE
+@click.argument(
+    "name", metavar="[NAME]", type=click.Choice([*VENDORS, SCENARIO, SETTINGS_NAME, *OUTPUTS]), required=False
+)
+@options.OUTPUT_OPTION
+@options.FORCE_OPTION
 def command(name: str | None, out: str | None, force: bool) -> None:
     """Print the JSON Schema NAME: of a vendor's files, of scenarios, of settings, or of what a command prints as JSON.
 
@@ -38,9 +40,9 @@ def command(name: str | None, out: str | None, force: bool) -> None:
 
     if name is None:
         rows = [(v.key, v.title) for v in VENDORS.values()]
-        rows += [(SCENARIO, "simulation scenarios"), (SETTINGS, "settings in pidcfg.toml")]
+        rows += [(SCENARIO, "simulation scenarios"), (SETTINGS_NAME, "settings in pidcfg.toml")]
         rows += [(key, f"what pidcfg {words} prints") for key, (_, words) in OUTPUTS.items()]
-        show("".join(f"{key:<16} {title}\n" for key, title in rows))
+        show_text("".join(f"{key:<16} {title}\n" for key, title in rows))
         return
     text = json_text(document_schema(name))
     if out is None:
@@ -51,7 +53,7 @@ def command(name: str | None, out: str | None, force: bool) -> None:
 
 def document_schema(name: str) -> Data:
     """The JSON Schema of a vendor's files, with templates, of scenarios, of settings, or of an output."""
-    if name == SETTINGS:
+    if name == SETTINGS_NAME:
         from pidcfg.cli.settings import settings_schema
 
         return settings_schema()

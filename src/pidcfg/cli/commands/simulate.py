@@ -10,11 +10,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options, plots, watch
-from pidcfg.cli.console import Detail, remark
+from pidcfg.cli.console import Detail, write_remark
 from pidcfg.cli.environment import require_extra
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.runs import render_runs
-from pidcfg.cli.inputs import FILES, STDIN, document, name_of, note_read, read_input, read_inputs, readable_input
+from pidcfg.cli.inputs import (
+    RECORDED_DISK,
+    STDIN,
+    document_of_input,
+    name_of,
+    note_read,
+    read_input,
+    read_inputs,
+    readable_input,
+)
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
 from pidcfg.text.diagnostics import Severity
@@ -31,7 +40,7 @@ if TYPE_CHECKING:
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Limits
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg simulate reactor.scenario.yaml",
     "pidcfg simulate reactor.scenario.yaml -v",
     "pidcfg simulate reactor.scenario.yaml --trend trend.csv --every 5",
@@ -42,9 +51,9 @@ EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml --against reactor.accepted.json",
     "pidcfg simulate scenarios/ --report-output junit=simulation.xml",
 )
-WORST = {False: Severity.ERROR, True: Severity.WARNING}
+FAILS_FROM = {False: Severity.ERROR, True: Severity.WARNING}
 """From which severity on a finding fails, by ``--strict``."""
-DRAFTED = (
+DRAFT_REMARK = (
     "{file} is a configuration: it runs with a drafted scenario, which "
     "'pidcfg init --scenario {file} -o {name}.scenario.yaml' writes"
 )
@@ -63,10 +72,14 @@ DRAFTED = (
     help="Write the trend as CSV: time and one column a signal.",
 )
 @click.option(
-    "--every", type=options.Whole(1), default=1, show_default=True, help="Rows of the trend: one every N base steps."
+    "--every",
+    type=options.LimitedInteger(1),
+    default=1,
+    show_default=True,
+    help="Rows of the trend: one every N base steps.",
 )
-@plots.PLOT
-@plots.LOOPS
+@plots.PLOT_OPTION
+@plots.LOOPS_OPTION
 @click.option(
     "--engine",
     type=click.Choice(["auto", "python", "numba"]),
@@ -74,7 +87,7 @@ DRAFTED = (
     show_default=True,
     help="numba (extra pidcfg[fast]) pays for long runs; the results are the same.",
 )
-@options.JOBS
+@options.JOBS_OPTION
 @click.option(
     "--no-reference", is_flag=True, help="Do not run the plants without control beside it: no loop can be proven then."
 )
@@ -91,10 +104,10 @@ DRAFTED = (
     help="Write the run to a file, as accepted; review it. One that has failed is not written.",
 )
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
-@options.FORCE
-@options.STRICT
-@options.EXCLUDE
-@options.STDIN_FILENAME
+@options.FORCE_OPTION
+@options.STRICT_OPTION
+@options.EXCLUDE_OPTION
+@options.STDIN_FILENAME_OPTION
 @watch.OPTION
 @click.option(
     "-v",
@@ -102,8 +115,8 @@ DRAFTED = (
     is_flag=True,
     help="Print what happened, metrics, signals and flags, too, and say on standard error what is read.",
 )
-@options.QUIET
-@options.LIMITS
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 @options.exit_zero
 def command(
     paths: tuple[str, ...],
@@ -134,7 +147,7 @@ def command(
     Exit codes: 0 all hold, 1 something failed or is not proven (or a configuration with errors of which nothing is
     expected), 2 a scenario that cannot run.
     """
-    from pidcfg.cli.formats.runs import remarks
+    from pidcfg.cli.formats.runs import run_remarks
     from pidcfg.cli.outputs import trend_file
 
     detail = Detail(click.get_current_context(), wanted=verbose, quiet=quiet)
@@ -152,20 +165,24 @@ def command(
     files: dict[str, str | bytes] = {}
     with trend_file(csv, force=force, others=files) as trend:
         limits = replace(limits, loop_steps=sys.maxsize) if no_limit else limits
-        how = accepted_run(against, accept, limits) | {"record": bool(plot), "reference": not no_reference}
-        how |= {"engine": engine, "runs": len(scenarios), "every": every, "limits": limits}
-        outcomes = [result.outcome for result in run_all(scenarios, how, trend, detail, options.processes(jobs))]
+        arguments = accepted_run(against, accept, limits) | {"record": bool(plot), "reference": not no_reference}
+        arguments |= {"engine": engine, "runs": len(scenarios), "every": every, "limits": limits}
+        outcomes = [
+            result.outcome for result in run_all(scenarios, arguments, trend, detail, options.process_count(jobs))
+        ]
         charts = plots.charts_of_runs(outcomes, plot_loops) if plot else []
-        files |= plots.draw_files(plot, charts, *plots.heading(outcomes))
+        files |= plots.draw_files(plot, charts, *plots.picture_heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
-        report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, WORST[strict], tables=verbose))
-        if plots.TERMINAL in plot:
-            plots.show(charts)
+        report_options.deliver_reports(
+            fmt, reports, lambda name: render_runs(name, outcomes, FAILS_FROM[strict], tables=verbose)
+        )
+        if plots.TERMINAL_NAME in plot:
+            plots.show_charts(charts)
         files |= accepted_file(accept, outcomes, force=force)
     written = [f"{accept}: written; review it"] * (accept in files)
-    for text in () if quiet else (*written, *remarks(outcomes, fmt, csv)):
-        remark(text)
-    detail.end()
+    for text in () if quiet else (*written, *run_remarks(outcomes, fmt, csv)):
+        write_remark(text)
+    detail.write_time()
     if len(outcomes) == 1:
         _next_step(outcomes[0], quiet=quiet, fmt=fmt)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
@@ -180,11 +197,11 @@ def refuse_several(scenarios: Sequence[Document], files: Mapping[str, str | None
 
 def _nothing_to_run(paths: Sequence[str], plot: Sequence[str], *, quiet: bool) -> None:
     """Folders of configurations: a project need not have scenarios, but there is nothing to draw."""
-    where = f"{', '.join(paths)}: no scenario there"
+    message = f"{', '.join(paths)}: no scenario there"
     if plot:
-        raise click.UsageError(f"{where} to draw; one begins with 'scenario: …'")
+        raise click.UsageError(f"{message} to draw; one begins with 'scenario: …'")
     if not quiet:
-        remark(f"{where}, so nothing was run; one begins with 'scenario: …'")
+        write_remark(f"{message}, so nothing was run; one begins with 'scenario: …'")
 
 
 def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
@@ -198,26 +215,28 @@ def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
 
 
 def run_all(
-    scenarios: Sequence[Document], how: Mapping[str, object], trend: TextIO | None, detail: Detail, jobs: int
+    scenarios: Sequence[Document], arguments: Mapping[str, object], trend: TextIO | None, detail: Detail, jobs: int
 ) -> Iterator[SimulateResult]:
     """Runs the scenarios, here or in several processes; the line on the terminal shows how many are done."""
     from pidcfg.text.processes import WorkerPool
 
-    here, done = {doc.file: doc for doc in scenarios}, 0
+    documents, done = {doc.file: doc for doc in scenarios}, 0
 
-    def show(share: float) -> None:
+    def show_share(share: float) -> None:
         LINE.update(f"simulating {Path(scenarios[done].file).name}", (done + share) / len(scenarios))
 
-    def runner(how: Mapping[str, object]) -> Callable[[Document | str], SimulateResult]:
-        run = Runner({**how, "trend": trend, "progress": show})
-        return lambda one: run(here[one] if isinstance(one, str) else one)
+    def make_runner(arguments: Mapping[str, object]) -> Callable[[Document | str], SimulateResult]:
+        run = Runner({**arguments, "trend": trend, "progress": show_share})
+        return lambda one: run(documents[one] if isinstance(one, str) else one)
 
     LINE.update(f"simulating {Path(scenarios[0].file).name}" if scenarios else "simulating")
     items = [doc if doc.file == name_of(STDIN) else doc.file for doc in scenarios]
-    for result in WorkerPool(jobs, Runner, (how,)).results_soon(items, lambda result: result.outcome.effort, runner):
+    for result in WorkerPool(jobs, Runner, (arguments,)).results_soon(
+        items, lambda result: result.outcome.effort, make_runner
+    ):
         note_read(result.outcome.config)
         note_read(result.outcome.reference)
-        detail.ran(result.outcome)
+        detail.write_run(result.outcome)
         done += 1
         yield result
 
@@ -226,22 +245,22 @@ def run_all(
 class Runner:
     """Runs one scenario after the other, each a document or the name of a file."""
 
-    how: Mapping[str, Any]
+    arguments: Mapping[str, Any]
 
     def __call__(self, scenario: Document | str) -> SimulateResult:
         """One run."""
         from pidcfg.api import simulate
 
-        limits = self.how["limits"]
-        doc = document(read_input(scenario, limits)) if isinstance(scenario, str) else scenario
-        return simulate(doc, files=FILES, **self.how)
+        limits = self.arguments["limits"]
+        doc = document_of_input(read_input(scenario, limits)) if isinstance(scenario, str) else scenario
+        return simulate(doc, files=RECORDED_DISK, **self.arguments)
 
 
 def tell_drafts(documents: Iterable[Document]) -> None:
     """Names the configurations that run without a scenario, and how to get it as a file."""
     for doc in documents:
         if doc.data is not None and "vendor" in doc.data:
-            remark(DRAFTED.format(file=doc.file, name=doc.file.removesuffix(".yaml").removesuffix(".yml")))
+            write_remark(DRAFT_REMARK.format(file=doc.file, name=doc.file.removesuffix(".yaml").removesuffix(".yml")))
 
 
 def scenarios_of(documents: list[Document], paths: Sequence[str]) -> list[Document]:
@@ -270,11 +289,11 @@ def accepted_file(name: str | None, outcomes: Sequence[Outcome], *, force: bool)
 
     text, before = outcomes[0].accepted, None if force else read_existing(name)
     if text is None:
-        remark(f"{name} is not written: the run has failed")
+        write_remark(f"{name} is not written: the run has failed")
         return {}
     if before not in {None, text.encode()}:
-        said = difference_of_accepted(before or b"", text)
-        raise click.ClickException(f"{name} exists and {said}; use --force to overwrite it")
+        difference = difference_of_accepted(before or b"", text)
+        raise click.ClickException(f"{name} exists and {difference}; use --force to overwrite it")
     return {name: text}
 
 
@@ -288,9 +307,9 @@ def files_of(scenarios: Sequence[Document], *, reference: bool = True) -> Iterat
 
 def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
     """A scenario that cannot run outweighs one that fails."""
-    from pidcfg.cli.formats.runs import worst
+    from pidcfg.cli.formats.runs import worst_severity
 
     if any(outcome.report is None for outcome in outcomes):
         return Exit.UNUSABLE
     failed = not all(outcome.passed for outcome in outcomes)
-    return Exit.FINDINGS if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK
+    return Exit.FINDINGS if failed or (strict and worst_severity(outcomes) >= Severity.WARNING) else Exit.OK

@@ -12,7 +12,7 @@ import click
 from pidcfg.cli import options, terminal
 from pidcfg.cli.commands import plc as plc_options
 from pidcfg.cli.commands.decode import vendor_options
-from pidcfg.cli.console import remark
+from pidcfg.cli.console import write_remark
 from pidcfg.cli.main import Exit
 from pidcfg.cli.outputs import output_path, refuse_read
 from pidcfg.cli.terminal import LINE, is_watched
@@ -37,7 +37,7 @@ MIN_CHART_ROWS, MAX_CHART_ROWS = 4, 12
 """Rows of a loop's upper panel."""
 ROWS_BESIDE_PANELS = 8
 """Rows of a loop's chart that are neither panel: title, axes, times, legend."""
-MARGIN = 4
+FREE_COLUMNS = 4
 """Columns of the terminal that stay free."""
 ROLES: dict[str, Role] = {"SP": "setpoint", "PV": "pv", "OUT": "output"}
 
@@ -46,22 +46,22 @@ class LiveChart:
     """The charts of all loops that the terminal has room for; nobody is shown anything where stderr is none."""
 
     def __init__(self, seconds: float | None) -> None:
-        self.seconds, self.rows, self.at = seconds, 0, 0.0
+        self.seconds, self.rows, self.seconds_now = seconds, 0, 0.0
         self.signals: dict[str, deque[tuple[float, float]]] = {}
         self.modes: dict[str, str] = {}
         self._live: Live | None = None
-        self._drawn = float("-inf")
+        self._drawn_at = float("-inf")
 
-    def row(self, at: float, values: Mapping[str, str]) -> None:
+    def add_row(self, seconds: float, values: Mapping[str, str]) -> None:
         """A row that was taken; a value that is none is left out."""
-        self.rows, self.at = self.rows + 1, at
+        self.rows, self.seconds_now = self.rows + 1, seconds
         for name, text in values.items():
             loop, _, signal = name.rpartition(".")
             if signal not in ROLES:
                 self.modes[loop] = text
             elif text:
-                self.signals.setdefault(name, deque(maxlen=MAX_ROWS_SHOWN)).append((at, float(text)))
-        if time.monotonic() - self._drawn >= REDRAW_SECONDS:
+                self.signals.setdefault(name, deque(maxlen=MAX_ROWS_SHOWN)).append((seconds, float(text)))
+        if time.monotonic() - self._drawn_at >= REDRAW_SECONDS:
             self._draw()
 
     def close(self) -> None:
@@ -74,22 +74,27 @@ class LiveChart:
         """The picture: as many loops as ``height`` rows have room for, and how far the recording is."""
         loops = list(dict.fromkeys(name.rpartition(".")[0] for name in self.signals))
         room = max((height - 1) // (ROWS_BESIDE_PANELS + MIN_CHART_ROWS + MIN_CHART_ROWS // 2), 1)
-        shown = loops[:room]
-        panel = (height - 1) // max(len(shown), 1) - ROWS_BESIDE_PANELS
+        drawn_loops = loops[:room]
+        panel = (height - 1) // max(len(drawn_loops), 1) - ROWS_BESIDE_PANELS
         chart_height = min(max(panel * 2 // 3, MIN_CHART_ROWS), MAX_CHART_ROWS)
         rows = [
-            row for loop in shown for row in draw_rows(self._chart(loop), width, chart_height, ascii_only=ascii_only)
+            row
+            for loop in drawn_loops
+            for row in draw_rows(self._loop_chart(loop), width, chart_height, ascii_only=ascii_only)
         ]
-        left = f"; {len(loops) - room} more loops are recorded" if len(loops) > room else ""
-        whole = f" of {self.seconds:g} s" if self.seconds else " s, until Ctrl-C"
-        return "\n".join([*rows, f"{self.at:.0f}{whole}, {self.rows} rows{left}"])
+        further_text = f"; {len(loops) - room} more loops are recorded" if len(loops) > room else ""
+        length_text = f" of {self.seconds:g} s" if self.seconds else " s, until Ctrl-C"
+        return "\n".join([*rows, f"{self.seconds_now:.0f}{length_text}, {self.rows} rows{further_text}"])
 
-    def _chart(self, loop: str) -> Chart:
-        found = {s: self.signals[f"{loop}.{s}"] for s in ROLES if f"{loop}.{s}" in self.signals}
-        drawn = {s: Line(s, ROLES[s], [t for t, _ in points], [v for _, v in points]) for s, points in found.items()}
-        process = tuple(line for s, line in drawn.items() if s != "OUT")
+    def _loop_chart(self, loop: str) -> Chart:
+        points_by_signal = {s: self.signals[f"{loop}.{s}"] for s in ROLES if f"{loop}.{s}" in self.signals}
+        lines = {
+            s: Line(s, ROLES[s], [t for t, _ in points], [v for _, v in points])
+            for s, points in points_by_signal.items()
+        }
+        process = tuple(line for s, line in lines.items() if s != "OUT")
         panels = [Panel("PV", "", process)] if process else []
-        panels += [Panel("output", "", (drawn["OUT"],))] if "OUT" in drawn else []
+        panels += [Panel("output", "", (lines["OUT"],))] if "OUT" in lines else []
         mode = self.modes.get(loop)
         return Chart(f"{loop}, {mode}" if mode else loop, loop, tuple(panels))
 
@@ -105,9 +110,11 @@ class LiveChart:
             self._live = Live(console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
             self._live.start()
         size = self._live.console.size
-        text = self.text(size.width - MARGIN, size.height - 1, ascii_only=not can_encode_signs(sys.stderr.encoding))
+        text = self.text(
+            size.width - FREE_COLUMNS, size.height - 1, ascii_only=not can_encode_signs(sys.stderr.encoding)
+        )
         self._live.update(Text(text, no_wrap=True), refresh=True)
-        self._drawn = time.monotonic()
+        self._drawn_at = time.monotonic()
 
 
 def chart_for(out: str | None, seconds: float | None) -> LiveChart | None:
@@ -119,7 +126,7 @@ def chart_for(out: str | None, seconds: float | None) -> LiveChart | None:
 
 # --- ``pidcfg trend``: what the loops of a PLC do, as CSV -------------------------------------------------------------
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg trend --plc modbus://10.0.0.5 --like reactor.yaml -o run.csv --for 10min",
     "pidcfg trend --plc modbus://10.0.0.5 --like reactor.yaml -o run.csv --interval 0.2",
     "pidcfg tune --from-csv run.csv --columns 'time=time,output=TIC-101.OUT,pv=TIC-101.PV' --method simc",
@@ -131,14 +138,14 @@ class TrendFile:
 
     def __init__(self, name: str | None, *, force: bool) -> None:
         self.name, self.force = name, force
-        self._place = None if name is None else output_path(name)
+        self._path = None if name is None else output_path(name)
         self._stream: TextIO | None = None if name is not None else sys.stdout
 
     def write(self, text: str) -> None:
         """Rows, which are on the disk when this returns."""
-        if self._stream is None and self._place is not None:
+        if self._stream is None and self._path is not None:
             try:
-                self._stream = self._place.open("w" if self.force else "x", encoding="utf-8", newline="")
+                self._stream = self._path.open("w" if self.force else "x", encoding="utf-8", newline="")
             except FileExistsError:
                 raise click.ClickException(f"{self.name} exists already; --force overwrites it") from None
         if self._stream is not None:
@@ -151,7 +158,7 @@ class TrendFile:
             self._stream.close()
 
 
-def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:
+def _parse_seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:
     """A time with its unit; a number is in s."""
     if value is None:
         return None
@@ -165,10 +172,10 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 
 
 @click.command("trend", epilog=EPILOG)
-@plc_options.PLC
-@options.MAP
-@plc_options.LIKE
-@plc_options.VENDOR
+@plc_options.PLC_OPTION
+@options.MAP_OPTION
+@plc_options.LIKE_OPTION
+@plc_options.VENDOR_OPTION
 @click.option(
     "-o",
     "--output",
@@ -177,16 +184,23 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
     callback=options.or_standard_output,
     help="The file; rows are in it at once.",
 )
-@click.option("--for", "seconds", metavar="TIME", callback=_seconds, help="How long: 90, 10min; else until Ctrl-C.")
 @click.option(
-    "--interval", type=options.NUMBER, default=1.0, show_default=True, metavar="SECONDS", help="Time between two rows."
+    "--for", "seconds", metavar="TIME", callback=_parse_seconds, help="How long: 90, 10min; else until Ctrl-C."
+)
+@click.option(
+    "--interval",
+    type=options.NUMBER_TYPE,
+    default=1.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Time between two rows.",
 )
 @vendor_options
-@options.FORCE
-@plc_options.TIMEOUT
-@plc_options.RETRIES
-@options.QUIET
-@options.LIMITS
+@options.FORCE_OPTION
+@plc_options.TIMEOUT_OPTION
+@plc_options.RETRIES_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 def command(
     plc: str,
     stated: str | None,
@@ -210,7 +224,7 @@ def command(
     from pidcfg.cli.findings import one_configuration, show_errors
     from pidcfg.live.trend import trend
 
-    other = None if like is None else one_configuration(like, limits)
+    like_document = None if like is None else one_configuration(like, limits)
     if out is not None:
         refuse_read([out])
     file = TrendFile(out, force=force)
@@ -221,13 +235,13 @@ def command(
             result = trend(
                 plc,
                 file,
-                like=other,
+                like=like_document,
                 vendor=vendor,
                 options=texts,
                 map=options.map_file(stated, limits),
                 interval=interval,
                 seconds=seconds,
-                taken=None if chart is None else chart.row,
+                taken=None if chart is None else chart.add_row,
                 timeout=timeout,
                 retries=retries,
                 limits=limits,
@@ -237,8 +251,8 @@ def command(
             chart.close()
         file.close()
     if not result.ok:
-        show_errors(result.findings, other, "text")
+        show_errors(result.findings, like_document, "text")
         click.get_current_context().exit(Exit.UNUSABLE)
     if not quiet:
         rows = f"{result.rows} row{'s' if result.rows != 1 else ''}"
-        remark(f"{rows} of {len(result.columns) - 1} signals" + (f" in {out}" if out else ""))
+        write_remark(f"{rows} of {len(result.columns) - 1} signals" + (f" in {out}" if out else ""))

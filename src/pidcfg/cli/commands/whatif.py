@@ -8,36 +8,36 @@ from pathlib import Path
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import remark
+from pidcfg.cli.console import write_remark
 from pidcfg.cli.inputs import RememberedFiles, readable_input
 from pidcfg.cli.outputs import write_files
 from pidcfg.text.reader import SUFFIXES, Limits
 
-EPILOG = options.examples(
+EPILOG = options.examples_text(
     "pidcfg whatif reactor.scenario.yaml -o whatif.html",
     "pidcfg whatif reactor.scenario.yaml -o whatif.html --against reactor-2.yaml",
     "pidcfg whatif reactor.scenario.yaml -o whatif.html --runtime whatif-runtime.zip",
 )
-PAGES = (".html", ".htm")
+PAGE_SUFFIXES = (".html", ".htm")
 
 
 def page_name(ctx: click.Context, param: click.Parameter, name: str) -> str:
     """The name of a page."""
-    if Path(name).suffix.lower() not in PAGES:
-        raise click.BadParameter(f"{name!r}; write a name that ends in {' or '.join(PAGES)}", ctx, param)
+    if Path(name).suffix.lower() not in PAGE_SUFFIXES:
+        raise click.BadParameter(f"{name!r}; write a name that ends in {' or '.join(PAGE_SUFFIXES)}", ctx, param)
     return name
 
 
-class KeptFiles(RememberedFiles):
+class RecordedFiles(RememberedFiles):
     """The files of the disk, kept as they are read."""
 
     def __init__(self) -> None:
-        self.kept: dict[str, bytes] = {}
+        self.contents: dict[str, bytes] = {}
 
     def read(self, name: str, most: int) -> bytes:
         """The first bytes of a file."""
         data = super().read(name, most)
-        self.kept[name] = data
+        self.contents[name] = data
         return data
 
 
@@ -57,9 +57,9 @@ class KeptFiles(RememberedFiles):
     help="Python for the browser; without it the one in the user's cache, where 'python tasks.py whatif-runtime' "
     "puts it.",
 )
-@options.FORCE
-@options.QUIET
-@options.LIMITS
+@options.FORCE_OPTION
+@options.QUIET_OPTION
+@options.LIMITS_OPTION
 def command(
     scenario: str, out: str, against: str | None, runtime: str | None, force: bool, quiet: bool, limits: Limits
 ) -> None:
@@ -75,15 +75,15 @@ def command(
     from pidcfg.output.browser.session import Session, UnusableError
 
     name, files = texts_of(scenario, against, limits)
-    other = None if against is None else relative(against, scenario)
+    against_name = None if against is None else relative_name(against, scenario)
     try:
-        session = Session(name, files, other)
+        session = Session(name, files, against_name)
         page = whatif_page(session, read_runtime(Path(runtime) if runtime is not None else runtime_path()))
     except (UnusableError, RuntimeFileError, OSError) as error:
         raise click.ClickException(str(error)) from None
     write_files({out: page}, force=force)
     if not quiet:
-        remark(f"{out}: {len(page) / 1e6:.1f} MB; open it with a double click")
+        write_remark(f"{out}: {len(page) / 1e6:.1f} MB; open it with a double click")
 
 
 def texts_of(scenario: str, against: str | None, limits: Limits) -> tuple[str, dict[str, str]]:
@@ -95,15 +95,15 @@ def texts_of(scenario: str, against: str | None, limits: Limits) -> tuple[str, d
             readable_input(name, limits)
     if against is not None and Path(against).suffix.lower() not in SUFFIXES:
         raise click.ClickException(f"{against} is no configuration; name a .yaml file")
-    files = KeptFiles()
+    files = RecordedFiles()
     check(Path(scenario), files=files, limits=limits)
     if against is not None:
         files.read(Path(against).as_posix(), limits.listing_bytes + 1)
-    texts = {relative(name, scenario): data.decode("utf-8", "replace") for name, data in files.kept.items()}
-    return relative(scenario, scenario), texts
+    texts = {relative_name(name, scenario): data.decode("utf-8", "replace") for name, data in files.contents.items()}
+    return relative_name(scenario, scenario), texts
 
 
-def relative(name: str, scenario: str) -> str:
+def relative_name(name: str, scenario: str) -> str:
     """A name from the folder of the scenario: a page says nothing of the folders above it."""
     folder = posixpath.dirname(Path(scenario).as_posix()) or "."
     return posixpath.relpath(Path(name).as_posix(), folder)

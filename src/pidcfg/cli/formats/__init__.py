@@ -42,16 +42,16 @@ def formats_of(command: str) -> tuple[str, ...]:
     return tuple(name for name, commands in FORMATS.items() if command in commands)
 
 
-def load(name: str) -> Format:
+def load_format(name: str) -> Format:
     """A format, whose module is imported only now."""
     module = "runs" if name == "junit" else "reports"
-    loaded: Format = getattr(import_module(f"{__name__}.{module}"), name.upper())
-    return loaded
+    row: Format = getattr(import_module(f"{__name__}.{module}"), name.upper())
+    return row
 
 
-def render(name: str, findings: Findings) -> str:
+def render_findings(name: str, findings: Findings) -> str:
     """The findings in one of the formats."""
-    write = load(name).findings
+    write = load_format(name).findings
     if write is None:
         raise ValueError(f"no findings are written as {name}")
     return write(findings)

@@ -10,7 +10,7 @@ from itertools import zip_longest
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.formats.findings import cell, names_of, said_once
+from pidcfg.cli.formats.findings import distinct_lines, markdown_cell, names_of
 from pidcfg.cli.plots import chart_text
 from pidcfg.conversion import KINDS_BY_HARM, LOSSES, text_of
 from pidcfg.conversion.operation import PREFIX
@@ -31,23 +31,25 @@ if TYPE_CHECKING:
 
 # --- The verdicts of the battery as text and Markdown -----------------------------------------------------------------
 
-UNITS = {"pv": "PV", "output": "output", "setpoint": "set point", "mode": "mode", "run": "no run"}
-NOTHING = "  no loop could be compared"
+SIGNAL_NAMES = {"pv": "PV", "output": "output", "setpoint": "set point", "mode": "mode", "run": "no run"}
+NO_LOOPS = "  no loop could be compared"
 
 
 def verdict_text(loops: Sequence[VerifiedLoop], *, pictures: bool = True) -> str:
     """What differs, loop by loop, and where a line of the report says why; with pictures for the terminal."""
     lines = ["both sides in the same battery of stages, on the same plants"]
     for loop in loops:
-        lines += ["", f"{loop.loop}: {headline(loop)}"]
-        lines += [f"  differs: {difference_text(one.difference)}{_because(one.key)}" for one in loop.failures]
-        lines += [f"  named: {text}" for text in _named(loop.named)]
-        lines += [f"  run with: {text}" for text in _switched(loop.switched)]
-        lines += [f"  not tried: {text}" for text in _untried(loop.untried)]
-        lines += [f"  not shown: {text}" for text in _hidden(loop.hidden)]
+        lines += ["", f"{loop.loop}: {verdict_headline(loop)}"]
+        lines += [
+            f"  differs: {difference_text(failure.difference)}{_key_hint(failure.key)}" for failure in loop.failures
+        ]
+        lines += [f"  named: {text}" for text in _named_lines(loop.named)]
+        lines += [f"  run with: {text}" for text in _switched_lines(loop.switched)]
+        lines += [f"  not tried: {text}" for text in _untried_lines(loop.untried)]
+        lines += [f"  not shown: {text}" for text in _hidden_lines(loop.hidden)]
         if pictures:
             lines.append(chart_text(replace(loop.chart, title=""), sys.stderr))
-    return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
+    return "\n".join(lines if loops else [*lines, NO_LOOPS]) + "\n"
 
 
 def verdict_brief(loops: Sequence[VerifiedLoop]) -> str:
@@ -55,13 +57,15 @@ def verdict_brief(loops: Sequence[VerifiedLoop]) -> str:
     lines = ["", "both sides on the same plants: how far PV and output are apart, in % of range:"]
     for loop in loops:
         ratio = "" if loop.iae_ratio is None else f", IAE x {loop.iae_ratio:.4g}"
-        apart = f"PV {loop.pv_percent:.3g} %, output {loop.output_percent:.3g} %{ratio}"
-        lines.append(f"  {loop.loop}: {_judged(loop)}; {apart}")
-        lines += [f"    differs: {difference_text(one.difference)}{_because(one.key)}" for one in loop.failures]
+        distances = f"PV {loop.pv_percent:.3g} %, output {loop.output_percent:.3g} %{ratio}"
+        lines.append(f"  {loop.loop}: {_verdict_words(loop)}; {distances}")
+        lines += [
+            f"    differs: {difference_text(failure.difference)}{_key_hint(failure.key)}" for failure in loop.failures
+        ]
         lines += [] if loop.passed else [chart_text(replace(loop.chart, title=""), sys.stderr)]
     named = {loop.loop: [_line_of(row)[0] for row in loop.named] for loop in loops}
-    switched = {loop.loop: [row.field for row in _rules(loop.switched)] for loop in loops}
-    left_out = {loop.loop: [row.field for row in _left_out(loop.switched)] for loop in loops}
+    switched = {loop.loop: [row.field for row in _rule_changes(loop.switched)] for loop in loops}
+    left_out = {loop.loop: [row.field for row in _left_out_changes(loop.switched)] for loop in loops}
     untried = {loop.loop: [row.stage for row in loop.untried] for loop in loops}
     hidden = {loop.loop: list(loop.hidden) for loop in loops}
     for title, fields in (
@@ -72,8 +76,8 @@ def verdict_brief(loops: Sequence[VerifiedLoop]) -> str:
         ("not shown by any stage", hidden),
     ):
         if shared := _in_loops(fields):
-            lines.append(fill(f"  {title}: {'; '.join(shared)}", NARROW, subsequent_indent="    "))
-    return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
+            lines.append(fill(f"  {title}: {'; '.join(shared)}", NARROW_WIDTH, subsequent_indent="    "))
+    return "\n".join(lines if loops else [*lines, NO_LOOPS]) + "\n"
 
 
 def _in_loops(fields: Mapping[str, Sequence[str]]) -> list[str]:
@@ -82,46 +86,52 @@ def _in_loops(fields: Mapping[str, Sequence[str]]) -> list[str]:
     for loop, names in fields.items():
         for name in dict.fromkeys(names):
             loops.setdefault(name, []).append(loop)
-    return [name if len(of) == len(fields) else f"{name} ({names_of(of)})" for name, of in loops.items()]
+    return [
+        name if len(names_with_field) == len(fields) else f"{name} ({names_of(names_with_field)})"
+        for name, names_with_field in loops.items()
+    ]
 
 
-def _judged(loop: VerifiedLoop) -> str:
+def _verdict_words(loop: VerifiedLoop) -> str:
     stages = f"{len(loop.stages)} stages" if len(loop.stages) > 1 else "one stage"
     return f"{'alike' if loop.passed else 'NOT alike'} in {stages}"
 
 
-def headline(loop: VerifiedLoop) -> str:
+def verdict_headline(loop: VerifiedLoop) -> str:
     """The verdict, and how far both sides lie apart in a step and a disturbance."""
     ratio = "" if loop.iae_ratio is None else f", ratio of IAE {loop.iae_ratio:.4g}"
-    apart = f"PV at most {loop.pv_percent:.3g} % of its range apart, output {loop.output_percent:.3g} %"
-    return f"{_judged(loop)}; {apart}{ratio}"
+    distances = f"PV at most {loop.pv_percent:.3g} % of its range apart, output {loop.output_percent:.3g} %"
+    return f"{_verdict_words(loop)}; {distances}{ratio}"
 
 
-def difference_text(one: SignalDifference) -> str:
+def difference_text(difference: SignalDifference) -> str:
     """A difference: stage, signal, time, and what both sides show."""
-    signal = UNITS.get(one.signal, f"alarm {one.signal}")
-    if one.signal == "run":
-        return f"{one.stage}: {one.after}"
-    if one.stage == "numbers":
-        before, after = (f"{value:.5g}" if isinstance(value, float) else value for value in (one.before, one.after))
-        return f"{one.signal} is {before} in the source and {after} in the result, and no line says so"
-    most = "" if one.worst is None else f", at most {100 * one.worst:.3g} % of the range apart"
-    return f"{one.stage}: {signal} {_shown(one, one.before)} against {_shown(one, one.after)} at {one.at:.4g} s{most}"
+    signal = SIGNAL_NAMES.get(difference.signal, f"alarm {difference.signal}")
+    if difference.signal == "run":
+        return f"{difference.stage}: {difference.after}"
+    if difference.stage == "numbers":
+        before, after = (
+            f"{value:.5g}" if isinstance(value, float) else value for value in (difference.before, difference.after)
+        )
+        return f"{difference.signal} is {before} in the source and {after} in the result, and no line says so"
+    largest = "" if difference.worst is None else f", at most {100 * difference.worst:.3g} % of the range apart"
+    before, after = (_signal_text(difference, value) for value in (difference.before, difference.after))
+    return f"{difference.stage}: {signal} {before} against {after} at {difference.at:.4g} s{largest}"
 
 
-def _shown(one: SignalDifference, value: float | str | bool) -> str:
+def _signal_text(difference: SignalDifference, value: float | str | bool) -> str:
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, str):
         return value
-    return f"{100 * value:.4g} %" if one.signal == "output" else f"{value:.5g}"
+    return f"{100 * value:.4g} %" if difference.signal == "output" else f"{value:.5g}"
 
 
-def _because(key: str) -> str:
+def _key_hint(key: str) -> str:
     return f" (see {key})" if key else ""
 
 
-def _named(rows: Sequence[NamedDifference]) -> Iterator[str]:
+def _named_lines(rows: Sequence[NamedDifference]) -> Iterator[str]:
     """Each line of the report once, with the stages in which it shows."""
     stages: dict[tuple[str, str], dict[str, None]] = {}
     for row in rows:
@@ -135,29 +145,29 @@ def _line_of(row: NamedDifference) -> tuple[str, str]:
     return ("rounding", SEVERAL_LINES) if row.line is None else (row.line.field, row.line.note)
 
 
-def _rules(rows: Sequence[Change]) -> list[Change]:
+def _rule_changes(rows: Sequence[Change]) -> list[Change]:
     """The rules of the target under which the source's numbers were run."""
     return [row for row in rows if row.field.startswith(PREFIX)]
 
 
-def _left_out(rows: Sequence[Change]) -> list[Change]:
+def _left_out_changes(rows: Sequence[Change]) -> list[Change]:
     """What was left out of the source."""
     return [row for row in rows if not row.field.startswith(PREFIX) and row.target is None and not row.neutral]
 
 
-def _switched(rows: Sequence[Change]) -> Iterator[str]:
+def _switched_lines(rows: Sequence[Change]) -> Iterator[str]:
     """Both, a line each."""
-    rules, left_out = _rules(rows), _left_out(rows)
+    rules, left_out = _rule_changes(rows), _left_out_changes(rows)
     yield from (f"{row.field}: {row.target if row in rules else 'left out'}" for row in rows if row in rules + left_out)
 
 
-def _hidden(fields: Sequence[str]) -> Iterator[str]:
+def _hidden_lines(fields: Sequence[str]) -> Iterator[str]:
     """The numbers of which this verdict says nothing."""
     if fields:
         yield f"{', '.join(fields)}: no stage can tell another value from this one"
 
 
-def _untried(rows: Sequence[UntriedStage]) -> Iterator[str]:
+def _untried_lines(rows: Sequence[UntriedStage]) -> Iterator[str]:
     """The stages of each mode that the source does not go to."""
     for mode in dict.fromkeys(row.mode for row in rows):
         stages = ", ".join(row.stage for row in rows if row.mode == mode)
@@ -168,19 +178,22 @@ def verdict_markdown(loops: Sequence[VerifiedLoop]) -> list[str]:
     """The same as lines of Markdown."""
     lines = ["", "### Verified", ""]
     for loop in loops:
-        lines.append(f"- **{cell(loop.loop)}**: {cell(headline(loop))}")
-        lines += [f"  - differs: {cell(difference_text(one.difference) + _because(one.key))}" for one in loop.failures]
-        lines += [f"  - named: {cell(text)}" for text in _named(loop.named)]
-        lines += [f"  - run with: {cell(text)}" for text in _switched(loop.switched)]
-        lines += [f"  - not tried: {cell(text)}" for text in _untried(loop.untried)]
-        lines += [f"  - not shown: {cell(text)}" for text in _hidden(loop.hidden)]
+        lines.append(f"- **{markdown_cell(loop.loop)}**: {markdown_cell(verdict_headline(loop))}")
+        lines += [
+            f"  - differs: {markdown_cell(difference_text(failure.difference) + _key_hint(failure.key))}"
+            for failure in loop.failures
+        ]
+        lines += [f"  - named: {markdown_cell(text)}" for text in _named_lines(loop.named)]
+        lines += [f"  - run with: {markdown_cell(text)}" for text in _switched_lines(loop.switched)]
+        lines += [f"  - not tried: {markdown_cell(text)}" for text in _untried_lines(loop.untried)]
+        lines += [f"  - not shown: {markdown_cell(text)}" for text in _hidden_lines(loop.hidden)]
     return lines
 
 
 # --- The report of a conversion as text, JSON and Markdown: what became of every field of every loop ------------------
 
-TABLE = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
-WIDTH, NARROW = 100, 79
+TABLE_HEADER = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
+WIDTH, NARROW_WIDTH = 100, 79
 """Columns of the whole report, and of the short one."""
 FEW_FINDINGS = 3
 """Of the target's rules, that the short report has in words."""
@@ -190,7 +203,7 @@ WARN_PERCENT = 1.0
 
 def render_conversion(fmt: str, result: ConvertResult) -> str:
     """The report in one of its formats."""
-    return {"text": text, "json": conversion_json, "markdown": conversion_markdown}[fmt](result)
+    return {"text": conversion_report, "json": conversion_json, "markdown": conversion_markdown}[fmt](result)
 
 
 def conversion_json(result: ConvertResult) -> str:
@@ -198,8 +211,8 @@ def conversion_json(result: ConvertResult) -> str:
     return json_text(result.to_json())
 
 
-def text(
-    result: ConvertResult, *, changes: bool = True, losses: bool = False, apart: bool = True, whole: bool = True
+def conversion_report(
+    result: ConvertResult, *, changes: bool = True, losses: bool = False, with_verdict: bool = True, whole: bool = True
 ) -> str:
     """For people: the changes, or the losses alone, and the verdict of the battery where that was asked for.
 
@@ -207,20 +220,20 @@ def text(
     """
     report, verdict = (conversion_text, verdict_text) if whole else (conversion_brief, verdict_brief)
     parts = [report(result) if changes else losses_of(result)] if changes or losses else []
-    return "".join(parts + ([verdict(result.verified)] if apart and result.verified is not None else []))
+    return "".join(parts + ([verdict(result.verified)] if with_verdict and result.verified is not None else []))
 
 
 def conversion_brief(result: ConvertResult) -> str:
     """What is lost or far off, which wants a decision first; of the rest numbers, each said once."""
     lines = [f"{result.source} to {result.target}"]
-    plain: dict[str, list[str]] = {}
+    unmarked: dict[str, list[str]] = {}
     for loop in result.loops:
         rows = [change for change in _worth_reading(loop.changes) if _is_marked(change)]
         if rows or loop.status == "dropped":
-            lines += [f"{loop.loop}: {_counted(loop, apart=False)}", *_lines_of(rows)]
+            lines += [f"{loop.loop}: {_count_text(loop, with_counts=False)}", *_lines_of(rows)]
         else:
-            plain.setdefault(_counted(loop, apart=False), []).append(loop.loop)
-    lines += [f"{names_of(loops)}: {counts}" for counts, loops in plain.items()]
+            unmarked.setdefault(_count_text(loop, with_counts=False), []).append(loop.loop)
+    lines += [f"{names_of(loops)}: {counts}" for counts, loops in unmarked.items()]
     if any(change.kind == "assumed" for loop in result.loops for change in loop.changes):
         lines.append("-v lists what is assumed")
     if result.faults and result.ok:
@@ -230,21 +243,23 @@ def conversion_brief(result: ConvertResult) -> str:
 
 def _lines_of(changes: Sequence[Change]) -> Iterator[str]:
     """A line a change, and a note of several in a row once, behind them."""
-    rows = list({_line(change, NARROW): change for change in changes}.values())
+    rows = list({_change_line(change, NARROW_WIDTH): change for change in changes}.values())
     for change, following in zip_longest(rows, rows[1:]):
         same = following is not None and following.note == change.note and following.kind == change.kind
-        yield _line(replace(change, note="") if same else change, NARROW)
+        yield _change_line(replace(change, note="") if same else change, NARROW_WIDTH)
 
 
 def _rules_in_brief(result: ConvertResult) -> list[str]:
     """What the target's rules say about a result that is no error: in words where it is little, else by code."""
-    rows = said_once(result.faults)
+    rows = distinct_lines(result.faults)
     if len(rows) <= FEW_FINDINGS:
-        findings = (fill(f"  {to_one_line(row)}", NARROW, subsequent_indent="    ") for row in rows)
+        findings = (fill(f"  {to_one_line(row)}", NARROW_WIDTH, subsequent_indent="    ") for row in rows)
         return [f"what the rules of {result.target} say about the result:", *findings]
     codes = ", ".join(sorted({d.code for d in result.faults}))
-    said = f"the rules of {result.target} warn of {len(result.faults)} things ({codes}); -v and `validate` say of which"
-    return [fill(said, NARROW, subsequent_indent="  ")]
+    summary = (
+        f"the rules of {result.target} warn of {len(result.faults)} things ({codes}); -v and `validate` say of which"
+    )
+    return [fill(summary, NARROW_WIDTH, subsequent_indent="  ")]
 
 
 def _is_marked(change: Change) -> bool:
@@ -256,16 +271,16 @@ def conversion_text(result: ConvertResult) -> str:
     """Every change that is worth reading, loop by loop; what came over exactly and needs no word is counted."""
     lines = [f"{result.source} to {result.target}"]
     for loop in result.loops:
-        lines.append(f"\n{loop.loop}: {_counted(loop)}")
-        lines += dict.fromkeys(_line(change) for change in _worth_reading(loop.changes))
-        if unneeded := _unneeded(loop.changes):
+        lines.append(f"\n{loop.loop}: {_count_text(loop)}")
+        lines += dict.fromkeys(_change_line(change) for change in _worth_reading(loop.changes))
+        if unneeded := _unneeded_fields(loop.changes):
             lines.append(fill(f"  not needed there: {', '.join(unneeded)}", WIDTH, subsequent_indent="    "))
     if result.faults and result.ok:
         lines += ["", f"what the rules of {result.target} say about the result:"]
         for d in result.faults:
-            where = f" [{d.loop}]" if d.loop else ""
-            said = f"  {d.severity.label} {d.code}: {to_one_line(d.message + where)}"
-            lines.append(fill(said, WIDTH, subsequent_indent="    "))
+            loop_text = f" [{d.loop}]" if d.loop else ""
+            line = f"  {d.severity.label} {d.code}: {to_one_line(d.message + loop_text)}"
+            lines.append(fill(line, WIDTH, subsequent_indent="    "))
     return "\n".join(lines) + "\n"
 
 
@@ -273,19 +288,19 @@ def losses_of(result: ConvertResult) -> str:
     """What is lost, loop by loop, and nothing else."""
     lines = []
     for loop in result.loops:
-        rows = dict.fromkeys(_line(change) for change in _worth_reading(loop.changes) if change.loss)
+        rows = dict.fromkeys(_change_line(change) for change in _worth_reading(loop.changes) if change.loss)
         if rows or loop.status == "dropped":
-            lines += [f"{loop.loop}: {_counted(loop)}", *rows]
+            lines += [f"{loop.loop}: {_count_text(loop)}", *rows]
     return "\n".join(lines) + "\n"
 
 
-def _counted(loop: LoopReport, *, apart: bool = True) -> str:
+def _count_text(loop: LoopReport, *, with_counts: bool = True) -> str:
     if loop.status == "dropped":
         return f"dropped: {loop.reason}"
     changes = [change for change in loop.changes if not _is_unneeded(change)]
     count = Counter(change.kind for change in changes)
     text = ", ".join(f"{count[kind]} {kind}" for kind in KINDS_BY_HARM if count[kind]) or "nothing to convert"
-    if apart and (counts := [change.counts_apart for change in changes if change.counts_apart]):
+    if with_counts and (counts := [change.counts_apart for change in changes if change.counts_apart]):
         text += f" ({len(counts)} of the exact ones up to {max(counts):.2g} counts apart)"
     lost = sum(change.loss for change in changes)
     return f"{text}; {lost} lost" if lost else text
@@ -296,17 +311,19 @@ def _is_unneeded(change: Change) -> bool:
     return change.kind == "dropped" and not change.loss
 
 
-def _unneeded(changes: Sequence[Change]) -> list[str]:
+def _unneeded_fields(changes: Sequence[Change]) -> list[str]:
     return [change.field for change in changes if _is_unneeded(change)]
 
 
 def _worth_reading(changes: Sequence[Change]) -> list[Change]:
     """Losses first, then by kind; without what came over exactly and needs no word, or is not needed."""
-    noted = [row for row in changes if (row.kind != "exact" or row.note) and not _is_unneeded(row)]
-    return sorted(map(_apart(changes), noted), key=lambda row: (not row.loss, -KINDS_BY_HARM.index(row.kind)))
+    changes_noted = [row for row in changes if (row.kind != "exact" or row.note) and not _is_unneeded(row)]
+    return sorted(
+        map(_with_target_keys(changes), changes_noted), key=lambda row: (not row.loss, -KINDS_BY_HARM.index(row.kind))
+    )
 
 
-def _apart(changes: Sequence[Change]) -> Callable[[Change], Change]:
+def _with_target_keys(changes: Sequence[Change]) -> Callable[[Change], Change]:
     """Names the key of the result, too, where one of the source goes to several."""
     places: dict[str, set[str]] = {}
     for row in changes:
@@ -322,50 +339,53 @@ def conversion_markdown(result: ConvertResult) -> str:
     """A table a loop, as in ``pidcfg diff --format markdown``."""
     lines = [f"### PID loops: {result.source} to {result.target}"]
     for loop in result.loops:
-        lines += ["", f"**{cell(loop.loop)}**: {cell(_counted(loop))}"]
+        lines += ["", f"**{markdown_cell(loop.loop)}**: {markdown_cell(_count_text(loop))}"]
         rows = dict.fromkeys(_change_cells(change) for change in _worth_reading(loop.changes))
-        lines += [*TABLE, *rows] if rows else []
-        if unneeded := _unneeded(loop.changes):
-            lines += ["", f"Not needed there: {cell(', '.join(unneeded))}"]
+        lines += [*TABLE_HEADER, *rows] if rows else []
+        if unneeded := _unneeded_fields(loop.changes):
+            lines += ["", f"Not needed there: {markdown_cell(', '.join(unneeded))}"]
     if result.faults:
         lines += ["", f"**What the rules of {result.target} say about the result**", ""]
         lines += ["| severity | code | loop | finding |", "|---|---|---|---|"]
     for d in result.faults:
-        lines.append(f"| {d.severity.label} | {d.code} | {cell(d.loop or '')} | {cell(d.message)} |")
+        lines.append(f"| {d.severity.label} | {d.code} | {markdown_cell(d.loop or '')} | {markdown_cell(d.message)} |")
     if result.verified is not None:
         lines += verdict_markdown(result.verified)
     return "\n".join(lines) + "\n"
 
 
-def _error(change: Change) -> str:
+def _error_text(change: Change) -> str:
     """How far a value is off, with both sides in one unit where the line shows them in two."""
     if not change.error_percent:
         return ""
     text, terms = f"{change.error_percent:.3g} % off", change.terms
-    if terms is None or (text_of(change.source), text_of(change.target)) == (_short(terms.wanted), _short(terms.held)):
+    if terms is None or (text_of(change.source), text_of(change.target)) == (
+        _short_number(terms.wanted),
+        _short_number(terms.held),
+    ):
         return text
-    return f"{text}: {_short(terms.wanted)} becomes {_short(terms.held)} {terms.unit}".rstrip()
+    return f"{text}: {_short_number(terms.wanted)} becomes {_short_number(terms.held)} {terms.unit}".rstrip()
 
 
-def _short(value: Decimal) -> str:
+def _short_number(value: Decimal) -> str:
     return text_of(Decimal(f"{value:.7g}"))
 
 
 def _change_cells(change: Change) -> str:
-    remark = "; ".join(part for part in (_error(change), change.note) if part)
+    remark = "; ".join(part for part in (_error_text(change), change.note) if part)
     kind = f"{change.kind} (loss)" if change.loss and change.kind not in LOSSES else change.kind
     values = (kind, change.field, text_of(change.source), text_of(change.target), remark)
-    return f"| {' | '.join(cell(value) for value in values)} |"
+    return f"| {' | '.join(markdown_cell(value) for value in values)} |"
 
 
-def _line(change: Change, width: int = WIDTH) -> str:
+def _change_line(change: Change, width: int = WIDTH) -> str:
     """A change, and its note in a line of its own; both hang where they are longer than the width."""
     values = f"{text_of(change.source)} -> {text_of(change.target)}"
     if change.target is None:
         values = text_of(change.source)
     elif change.source is None:
         values = text_of(change.target)
-    error = f" ({_error(change)})" if change.error_percent else ""
+    error = f" ({_error_text(change)})" if change.error_percent else ""
     mark = "!" if _is_marked(change) else " "
     texts = [f" {mark}{change.kind:<8} {change.field}: {to_one_line(values)}{error}"]
     texts += [f"             {to_one_line(change.note)}"] if change.note else []
@@ -376,11 +396,11 @@ def _line(change: Change, width: int = WIDTH) -> str:
 
 # --- Differences as text, JSON and Markdown ---------------------------------------------------------------------------
 
-WORD = "word "
+WORD_PREFIX = "word "
 """What stands before a content that is no value."""
-REST = "file"
+NO_LOOP_TITLE = "file"
 """What belongs to no loop."""
-FEW = 6
+MOST_KEYS = 6
 """Keys that a line lists before it only counts."""
 
 
@@ -397,7 +417,7 @@ def differences_json(result: DiffResult) -> str:
 # --- what both formats say --------------------------------------------------------------------------------------------
 
 
-def _heading(entry: Compared) -> str:
+def _loop_heading(entry: Compared) -> str:
     """A loop, and what became of it as a whole."""
     parts = []
     if entry.was:
@@ -409,27 +429,29 @@ def _heading(entry: Compared) -> str:
     return ", ".join(parts)
 
 
-def _change(d: Difference) -> str:
+def _values_text(d: Difference) -> str:
     """Both values with their unit: ``2.5 → 3.1 %/%``."""
-    values = [_value(d.before, d.word_before), _value(d.after, d.word_after)]
-    unit = "" if any(value.startswith(WORD) for value in values) else d.unit
+    values = [_value_text(d.before, d.word_before), _value_text(d.after, d.word_after)]
+    unit = "" if any(value.startswith(WORD_PREFIX) for value in values) else d.unit
     return f"{values[0]} → {values[1]} {unit}".rstrip()
 
 
-def _value(value: object, word: str | None) -> str:
+def _value_text(value: object, word: str | None) -> str:
     """A value; where there is none, a dash, and for what is no value its word."""
     if isinstance(value, list):
         return f"[{', '.join(map(text_of, value))}]"
-    return text_of(value) if value is not None or not word or not word.strip("0.") else f"{WORD}{word}"
+    return text_of(value) if value is not None or not word or not word.strip("0.") else f"{WORD_PREFIX}{word}"
 
 
-def _word(d: Difference) -> str:
+def _register_text(d: Difference) -> str:
     """The register with both contents; only its address where these are the values themselves."""
     if not d.address or d.address == d.key:
         return ""
     words = (d.word_before, d.word_after)
-    plain = all(word is None or _is_number(word, value) for word, value in zip(words, (d.before, d.after), strict=True))
-    return d.address if plain else f"{d.address} {words[0] or '-'} → {words[1] or '-'}"
+    is_plain = all(
+        word is None or _is_number(word, value) for word, value in zip(words, (d.before, d.after), strict=True)
+    )
+    return d.address if is_plain else f"{d.address} {words[0] or '-'} → {words[1] or '-'}"
 
 
 def _is_number(word: str, value: object) -> bool:
@@ -446,27 +468,27 @@ def _is_number(word: str, value: object) -> bool:
 
 def _same_values(rows: tuple[Difference, ...]) -> str:
     """Values that are the same in other words, in one line."""
-    words = tuple(f"{d.key} {_word(d)}" for d in rows if d.other_word_only)
-    return f"same values, other words: {_some(words)}" if words else ""
+    words = tuple(f"{d.key} {_register_text(d)}" for d in rows if d.other_word_only)
+    return f"same values, other words: {_list_first(words)}" if words else ""
 
 
-def _some(keys: tuple[str, ...]) -> str:
-    more = len(keys) - FEW
-    return ", ".join(keys[:FEW]) + (f" and {more} more" if more > 0 else "")
+def _list_first(keys: tuple[str, ...]) -> str:
+    more = len(keys) - MOST_KEYS
+    return ", ".join(keys[:MOST_KEYS]) + (f" and {more} more" if more > 0 else "")
 
 
-def _state(state: State) -> str:
+def _state_text(state: State) -> str:
     """What a listing says of a loop, and where."""
     side = f"{state.side}: " if state.side else ""
     return f"{side}{state.text} ({state.address} {state.word})"
 
 
-def _asides(entry: Compared) -> Iterator[str]:
+def _extra_lines(entry: Compared) -> Iterator[str]:
     """What is told of a loop without being a difference."""
     if entry.left_out:
-        yield f"left out, since it runs: {_some(entry.left_out)} (--live)"
+        yield f"left out, since it runs: {_list_first(entry.left_out)} (--live)"
     if entry.missing:
-        yield f"not in the listing: {_some(entry.missing)}"
+        yield f"not in the listing: {_list_first(entry.missing)}"
 
 
 # --- text -------------------------------------------------------------------------------------------------------------
@@ -476,13 +498,15 @@ def differences_text(result: DiffResult) -> str:
     """Loops that differ, the gravest difference first."""
     lines = [f"{result.before} → {result.after}"]
     for entry in result.loops:
-        body = [f"  {state.kind:<8}  {_state(state)}" for state in entry.states]
-        body += [_row(d) for d in entry.differences if not d.other_word_only]
+        body = [f"  {state.kind:<8}  {_state_text(state)}" for state in entry.states]
+        body += [_difference_line(d) for d in entry.differences if not d.other_word_only]
         body += [f"  {line}" for line in (_same_values(entry.differences),) if line]
-        body += [_row(d, "operated") for d in entry.operated] + [f"  {line}" for line in _asides(entry)]
-        heading = _heading(entry)
+        body += [_difference_line(d, "operated") for d in entry.operated] + [
+            f"  {line}" for line in _extra_lines(entry)
+        ]
+        heading = _loop_heading(entry)
         if body or heading:
-            lines += ["", f"{entry.loop or REST}{': ' if heading else ''}{heading}", *body]
+            lines += ["", f"{entry.loop or NO_LOOP_TITLE}{': ' if heading else ''}{heading}", *body]
     same = [entry.loop for entry in result.loops if entry.same and entry.loop and not (entry.missing or entry.operated)]
     if same:
         lines += ["", f"the same: {', '.join(same)}"]
@@ -492,30 +516,33 @@ def differences_text(result: DiffResult) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _row(d: Difference, title: str = "") -> str:
-    word = f" ({text})" if (text := _word(d)) else ""
+def _difference_line(d: Difference, title: str = "") -> str:
+    word = f" ({text})" if (text := _register_text(d)) else ""
     note = f"  {d.note}" if d.note else ""
-    return f"  {title or d.risk:<8}  {d.key or d.field}: {_change(d)}{word}{note}"
+    return f"  {title or d.risk:<8}  {d.key or d.field}: {_values_text(d)}{word}{note}"
 
 
 # --- Markdown ---------------------------------------------------------------------------------------------------------
 
-HEADER = ("", "| risk | key | before → after | register | |", "|---|---|---|---|---|")
+DIFFERENCES_HEADER = ("", "| risk | key | before → after | register | |", "|---|---|---|---|---|")
 
 
 def differences_markdown(result: DiffResult) -> str:
     """Tables for a pull request."""
     lines = [to_one_line(f"### PID loops: `{result.before}` → `{result.after}`")]
     for entry in result.loops:
-        heading = _heading(entry)
+        heading = _loop_heading(entry)
         rows = [_difference_cells(d, d.risk) for d in entry.differences if not d.other_word_only]
         rows += [_difference_cells(d, "operated") for d in entry.operated]
-        asides = [f"{state.kind}: {_state(state)}" for state in entry.states]
-        asides += [text for text in (_same_values(entry.differences), *_asides(entry)) if text]
-        if rows or asides or heading:
-            lines += ["", f"**{cell(entry.loop or REST)}**{' ' if heading else ''}{cell(heading)}"]
-            lines += [*HEADER, *rows] if rows else []
-            lines += [line for text in asides for line in ("", cell(f"{text[:1].upper()}{text[1:]}."))]
+        extra_lines = [f"{state.kind}: {_state_text(state)}" for state in entry.states]
+        extra_lines += [text for text in (_same_values(entry.differences), *_extra_lines(entry)) if text]
+        if rows or extra_lines or heading:
+            lines += [
+                "",
+                f"**{markdown_cell(entry.loop or NO_LOOP_TITLE)}**{' ' if heading else ''}{markdown_cell(heading)}",
+            ]
+            lines += [*DIFFERENCES_HEADER, *rows] if rows else []
+            lines += [line for text in extra_lines for line in ("", markdown_cell(f"{text[:1].upper()}{text[1:]}."))]
     if result.same:
         lines += ["", "No other difference." if any(entry.operated for entry in result.loops) else "No difference."]
     if result.verified is not None:
@@ -524,5 +551,11 @@ def differences_markdown(result: DiffResult) -> str:
 
 
 def _difference_cells(d: Difference, risk: str) -> str:
-    texts = (f"**{risk}**" if risk in {"critical", "high"} else risk, d.key or d.field, _change(d), _word(d), d.note)
-    return "| " + " | ".join(text if text.startswith("**") else cell(text) for text in texts) + " |"
+    texts = (
+        f"**{risk}**" if risk in {"critical", "high"} else risk,
+        d.key or d.field,
+        _values_text(d),
+        _register_text(d),
+        d.note,
+    )
+    return "| " + " | ".join(text if text.startswith("**") else markdown_cell(text) for text in texts) + " |"

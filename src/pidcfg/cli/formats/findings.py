@@ -34,15 +34,15 @@ CHECKOUTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
 VOLATILE = re.compile(r"\bline \d+|\b[A-Z]{1,3}\d+\b|; measured: .*", re.DOTALL)
 """What differs in a message between runs of the same fault: line numbers, registers that move when a loop is inserted
 above, what was measured."""
-CHARACTERS = 32
+FINGERPRINT_DIGITS = 32
 """Of a fingerprint, in hexadecimal: 128 bits."""
-MARKS = re.compile(r"[\\|]|(?<=\])\(")
+MARKDOWN_SIGNS = re.compile(r"[\\|]|(?<=\])\(")
 """What would end a cell of Markdown, and the sign that makes a link of a text in brackets."""
 
 
-def cell(text: str) -> str:
+def markdown_cell(text: str) -> str:
     """Text that stays in its cell of a Markdown table, and is no picture or link there."""
-    return MARKS.sub(r"\\\g<0>", to_one_line(text)).replace("&", "&amp;").replace("<", "&lt;")
+    return MARKDOWN_SIGNS.sub(r"\\\g<0>", to_one_line(text)).replace("&", "&amp;").replace("<", "&lt;")
 
 
 @frozen
@@ -51,7 +51,7 @@ class Findings:
 
     reported: Sequence[Diagnostic]
     documents: Documents
-    fails: Severity = Severity.ERROR
+    fails_from: Severity = Severity.ERROR
     """From which severity on a finding fails the run."""
     suppressed: Sequence[tuple[Diagnostic, str | None]] = ()
     """Findings that are not reported: a comment ignores them for a reason, or (None) a baseline knows them."""
@@ -66,19 +66,19 @@ class Findings:
         return list(dict.fromkeys([*self.documents, *(d.file for d in self.reported)]))
 
 
-def checkout() -> Path:
+def checkout_folder() -> Path:
     """The folder that names are relative to: the CI system's checkout when we run inside it, else where we run."""
-    here = Path.cwd()
+    working_folder = Path.cwd()
     for name in CHECKOUTS:
         folder = os.environ.get(name, "")
-        if Path(folder).is_absolute() and here.is_relative_to(Path(folder).resolve()):
+        if Path(folder).is_absolute() and working_folder.is_relative_to(Path(folder).resolve()):
             return Path(folder).resolve()
-    return here
+    return working_folder
 
 
 def path_in_checkout(file: str) -> str | None:
     """A file's name relative to the checkout, with forward slashes; None for one outside of it."""
-    root = checkout()
+    root = checkout_folder()
     path = Path(os.path.abspath(file))
     if not path.is_relative_to(root):
         try:
@@ -93,7 +93,7 @@ def display_name(file: str) -> str:
     return file if file == STDIN else path_in_checkout(file) or file
 
 
-def uri(file: str) -> tuple[str, bool]:
+def file_uri(file: str) -> tuple[str, bool]:
     """A file as a URI reference, and whether it is relative to the checkout."""
     if file == STDIN:
         return "stdin", False
@@ -114,18 +114,18 @@ def fingerprints(findings: Findings) -> list[str]:
     """
     import hashlib
 
-    seen: Counter[str] = Counter()
-    named = {d.file for d in findings.reported}
-    rows = {file: doc.lines for file, doc in findings.documents.items() if file in named}
+    counts: Counter[str] = Counter()
+    files_named = {d.file for d in findings.reported}
+    rows = {file: doc.lines for file, doc in findings.documents.items() if file in files_named}
     prints = []
     for d in findings.reported:
         steps = [step for step in d.path if isinstance(step, str)]
         value = _source_text(d.span, rows.get(d.file, []))
         message = VOLATILE.sub("", "" if d.with_loops else d.message)
         key = "\0".join((d.code, display_name(d.file), d.loop, ".".join(steps), value, message))
-        seen[key] += 1
-        digest = hashlib.sha256(f"{key}\0{seen[key]}".encode("utf-8", "backslashreplace"))
-        prints.append(digest.hexdigest()[:CHARACTERS])
+        counts[key] += 1
+        digest = hashlib.sha256(f"{key}\0{counts[key]}".encode("utf-8", "backslashreplace"))
+        prints.append(digest.hexdigest()[:FINGERPRINT_DIGITS])
     return prints
 
 
@@ -136,15 +136,15 @@ def _source_text(span: Span, rows: Sequence[str]) -> str:
     return rows[span.line - 1][span.column - 1 : span.end_column - 1]
 
 
-def sentence(d: Diagnostic) -> str:
+def finding_sentence(d: Diagnostic) -> str:
     """The message with the loop that it concerns, unless it names that itself."""
     return f"{d.message} [{d.loop}]" if d.loop and d.loop not in d.message else d.message
 
 
-def details(d: Diagnostic) -> list[str]:
+def finding_lines(d: Diagnostic) -> list[str]:
     """Everything that a finding says, line by line."""
     rows = (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
-    return [sentence(d), *(f"{label}: {text}" for label, text in rows if text)]
+    return [finding_sentence(d), *(f"{label}: {text}" for label, text in rows if text)]
 
 
 # --- Findings as text and as JSON, as many commands print them --------------------------------------------------------
@@ -155,16 +155,16 @@ MOST_PLACES = 24
 """Further places that a line names before it only counts."""
 MOST_NAMES = 8
 """Loops that a line names before it only counts."""
-MORE = "-v has the lines and cures of what several loops share\n"
-MORE_OF_INFOS = "-v has the lines and cures of these\n"
-MORE_OF_LONG = "-v has every line of the file, what the PLC does and the manual's places\n"
-SCREEN = 36
+VERBOSE_HINT = "-v has the lines and cures of what several loops share\n"
+VERBOSE_HINT_OF_INFOS = "-v has the lines and cures of these\n"
+VERBOSE_HINT_OF_LONG = "-v has every line of the file, what the PLC does and the manual's places\n"
+SCREEN_ROWS = 36
 """Rows of a text that is printed whole: a screen with the lines that stand around it."""
-COLUMNS = 80
+SCREEN_COLUMNS = 80
 """Of that screen."""
 
 
-def text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = False) -> str:
+def findings_text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = False) -> str:
     """One block a rule and cure: place, message, the line with a caret, the PLC, the manual, the cure, further places.
 
     In each file errors come first, infos last.
@@ -180,21 +180,21 @@ def text(findings: Sequence[Diagnostic], documents: Documents, *, brief: bool = 
     files = list(dict.fromkeys(d.file for d in findings))
     ordered = sorted(groups.values(), key=lambda group: (files.index(group[0].file), -group[0].severity))
     if not brief:
-        return _blocks(ordered, documents)
-    said = _blocks(ordered, documents, shared=True)
+        return _blocks_text(ordered, documents)
+    blocks_text = _blocks_text(ordered, documents, shared=True)
     for short in (False, True):
-        if _fits(said) or all(d.severity is Severity.ERROR for d in findings):
+        if _fits_screen(blocks_text) or all(d.severity is Severity.ERROR for d in findings):
             break
-        said = _blocks(ordered, documents, shared=True, infos=True, short=short)
-    return said
+        blocks_text = _blocks_text(ordered, documents, shared=True, infos=True, short=short)
+    return blocks_text
 
 
-def _fits(said: str) -> bool:
+def _fits_screen(text: str) -> bool:
     """Whether a text and what stands around it fill no more than a screen."""
-    return sum(-(-max(width_of(line), 1) // COLUMNS) for line in said.splitlines()) <= SCREEN
+    return sum(-(-max(width_of(line), 1) // SCREEN_COLUMNS) for line in text.splitlines()) <= SCREEN_ROWS
 
 
-def _blocks(
+def _blocks_text(
     groups: Sequence[list[Diagnostic]],
     documents: Documents,
     *,
@@ -209,21 +209,21 @@ def _blocks(
         if severity is Severity.INFO and (infos or (shared and len(group) > 1)):
             rows.append(f"{to_one_line(_row_of(group))}\n")
         elif short and severity is Severity.WARNING:
-            blocks.append(f"{_short(group)}\n")
+            blocks.append(f"{_short_block(group)}\n")
         else:
-            blocks.append(f"{_block(group, documents.get(group[0].file))}\n")
-    more = MORE_OF_LONG if short else MORE_OF_INFOS if infos else MORE if rows else ""
-    return "".join([*blocks, *rows, more])
+            blocks.append(f"{_block_text(group, documents.get(group[0].file))}\n")
+    hint = VERBOSE_HINT_OF_LONG if short else VERBOSE_HINT_OF_INFOS if infos else VERBOSE_HINT if rows else ""
+    return "".join([*blocks, *rows, hint])
 
 
-def _head(d: Diagnostic) -> str:
+def _finding_head(d: Diagnostic) -> str:
     return f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code}: {d.message}"
 
 
 def _row_of(group: Sequence[Diagnostic]) -> str:
     """A group in one line: the first finding, and its loops by name."""
     names = names_of([d.loop for d in group if d.loop])
-    return f"{_head(group[0])} [{names}]" if names else _head(group[0])
+    return f"{_finding_head(group[0])} [{names}]" if names else _finding_head(group[0])
 
 
 def names_of(loops: Sequence[str]) -> str:
@@ -233,7 +233,7 @@ def names_of(loops: Sequence[str]) -> str:
     return ", ".join(names[: MOST_NAMES if more else None] + more)
 
 
-def said_once(findings: Sequence[Diagnostic]) -> list[str]:
+def distinct_lines(findings: Sequence[Diagnostic]) -> list[str]:
     """A line for what several findings say in the same words, with their loops and without their places."""
     groups: dict[Hashable, list[Diagnostic]] = {}
     for d in findings:
@@ -245,55 +245,55 @@ def said_once(findings: Sequence[Diagnostic]) -> list[str]:
     ]
 
 
-def _block(group: Sequence[Diagnostic], doc: Document | None) -> str:
+def _block_text(group: Sequence[Diagnostic], doc: Document | None) -> str:
     d = group[0]
     loop = f" [{d.loop}]" if d.loop else ""
-    lines = [f"{_head(d)}{loop}"]
-    lines += _excerpt(d, doc)
+    lines = [f"{_finding_head(d)}{loop}"]
+    lines += _source_excerpt(d, doc)
     lines += [
         f"      = {label}: {value}"
         for label, value in (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
         if value
     ]
-    lines += [f"      = also: {row}" for row in _further(group)]
+    lines += [f"      = also: {row}" for row in _further_lines(group)]
     return "\n".join(map(to_one_line, lines)) + "\n"
 
 
-def _short(group: Sequence[Diagnostic]) -> str:
+def _short_block(group: Sequence[Diagnostic]) -> str:
     """A group without what -v adds: the first finding, the cure, and the places of the others."""
     d, *others = group
-    lines = [f"{_head(d)} [{d.loop}]" if d.loop else _head(d)]
+    lines = [f"{_finding_head(d)} [{d.loop}]" if d.loop else _finding_head(d)]
     lines += [f"      = cure: {d.help}"] if d.help else []
-    lines += [f"      = also: {_places(others, d.file)}"] if others else []
+    lines += [f"      = also: {_places_text(others, d.file)}"] if others else []
     return "\n".join(map(to_one_line, lines)) + "\n"
 
 
-def _further(group: Sequence[Diagnostic]) -> list[str]:
+def _further_lines(group: Sequence[Diagnostic]) -> list[str]:
     """The other findings of a group: those that say the same, and infos, by name; of the rest what each says."""
     kinds: dict[str, list[Diagnostic]] = {}
     for d in group:
         kinds.setdefault("" if d.severity is Severity.INFO else words_of(d), []).append(d)
-    (_, *same), *rest = kinds.values()
-    rows = [_places(same, group[0].file)] if same else []
+    (_, *same), *other_kinds = kinds.values()
+    rows = [_places_text(same, group[0].file)] if same else []
     file = group[0].file
-    for first, *others in rest:
+    for first, *others in other_kinds:
         loop = f" [{first.loop}]" if first.loop else ""
-        also = f", and {_places(others, file)}" if others else ""
-        where = "" if first.file == file else f"{first.file}:"
-        rows.append(f"{where}{first.span.line}:{first.span.column}: {first.message}{loop}{also}")
+        others_text = f", and {_places_text(others, file)}" if others else ""
+        file_prefix = "" if first.file == file else f"{first.file}:"
+        rows.append(f"{file_prefix}{first.span.line}:{first.span.column}: {first.message}{loop}{others_text}")
     return rows
 
 
-def _places(findings: Sequence[Diagnostic], file: str) -> str:
+def _places_text(findings: Sequence[Diagnostic], file: str) -> str:
     """Loops and lines of findings, with the name of another file than this one."""
-    wheres = [f"line {d.span.line}" if d.file == file else f"{d.file}:{d.span.line}" for d in findings]
-    places = [f"{d.loop} ({where})" if d.loop else where for d, where in zip(findings, wheres, strict=True)]
+    lines = [f"line {d.span.line}" if d.file == file else f"{d.file}:{d.span.line}" for d in findings]
+    places = [f"{d.loop} ({where})" if d.loop else where for d, where in zip(findings, lines, strict=True)]
     if len(places) > MOST_PLACES:
         places[MOST_PLACES:] = [f"{len(places) - MOST_PLACES} more (--format concise has a line for each)"]
     return ", ".join(places)
 
 
-def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
+def _source_excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     """The source line with a caret under the value, wherever a tab or a very long line leaves it."""
     rows = doc.lines if doc else []
     if not 0 < d.span.line <= len(rows) or not rows[d.span.line - 1].strip():
@@ -307,10 +307,10 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, width_of(row[start:end]))}"]
 
 
-def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0, left_out: str = "") -> str:
+def summary_line(findings: Sequence[Diagnostic], files: int, skipped: int = 0, left_out: str = "") -> str:
     """One line that says how it went; ``skipped``: YAML files in folders that are not for pidcfg."""
-    n = count_severities(findings)
-    parts = [f"{n[s]} {s.label}{'s' if n[s] != 1 else ''}" for s in n]
+    count_by_severity = count_severities(findings)
+    parts = [f"{count_by_severity[s]} {s.label}{'s' if count_by_severity[s] != 1 else ''}" for s in count_by_severity]
     others = f"; {skipped} without a pidcfg key skipped" if skipped else ""
     others += f"; {to_one_line(left_out)}" if left_out else ""
     return f"{files} file{'s' if files != 1 else ''} checked: {', '.join(parts)}{others}"
@@ -323,7 +323,7 @@ def json_v1(findings: Sequence[Diagnostic], documents: Documents) -> str:
 
 # --- ``validate --statistics``: how often each rule has something to say, in place of what it says --------------------
 
-OPTION = click.option(
+STATISTICS_OPTION = click.option(
     "--statistics",
     "counted",
     is_flag=True,
@@ -331,7 +331,7 @@ OPTION = click.option(
 )
 
 
-def fmt_of(ctx: click.Context, fmt: str) -> str:
+def statistics_format(ctx: click.Context, fmt: str) -> str:
     """The format of the counts: ``text`` or ``json``; another one that was asked for is refused."""
     if fmt in {"text", "json"}:
         return fmt
@@ -340,9 +340,9 @@ def fmt_of(ctx: click.Context, fmt: str) -> str:
     raise click.UsageError(f"--statistics is printed as text or json, not as {fmt}", ctx)
 
 
-def render(fmt: str, findings: Findings) -> str:
+def render_statistics(fmt: str, findings: Findings) -> str:
     """The counts as text or as JSON."""
-    rows = list(_rows(findings))
+    rows = list(_statistics_rows(findings))
     if fmt == "json":
         summary = findings_data(findings.reported, len(findings.documents))["summary"]
         return json_text({"version": 1, "statistics": rows, "summary": summary})
@@ -355,13 +355,13 @@ def render(fmt: str, findings: Findings) -> str:
     )
 
 
-def _rows(findings: Findings) -> Iterator[Data]:
+def _statistics_rows(findings: Findings) -> Iterator[Data]:
     """A row a rule and severity, the most frequent first."""
     from pidcfg.validate.catalog import rule_of
 
-    tally = Counter((d.code, d.severity) for d in findings.reported)
+    counts = Counter((d.code, d.severity) for d in findings.reported)
     fixable = Counter((d.code, d.severity) for d in findings.reported if d.edits)
-    for (code, severity), number in sorted(tally.items(), key=lambda row: (-row[1], -row[0][1], row[0][0])):
+    for (code, severity), number in sorted(counts.items(), key=lambda row: (-row[1], -row[0][1], row[0][0])):
         yield {
             "code": code,
             "severity": severity.label,

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from pidcfg.cli.console import echo_json, echo_xml, note, show, show_ci_commands, show_lines
-from pidcfg.cli.formats import Kind, formats_of, load
-from pidcfg.cli.inputs import identity, one_file, was_read
+from pidcfg.cli.console import echo_json, echo_xml, show_ci_commands, show_lines, show_text, write_note
+from pidcfg.cli.formats import Kind, formats_of, load_format
+from pidcfg.cli.inputs import equal_file_fault, file_identity, was_read
 from pidcfg.text.signs import to_printable
 
 if TYPE_CHECKING:
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
     from pidcfg.cli.options import Decorator
 
-CONFIGURATIONS = {".yaml", ".yml", ".toml"}
+CONFIGURATION_ENDINGS = {".yaml", ".yml", ".toml"}
 """How files end that people write: a report never takes the place of one."""
 PRINTERS = {
-    Kind.PLAIN: show,
+    Kind.PLAIN: show_text,
     Kind.LINES: show_lines,
     Kind.ORDERS: show_ci_commands,
     Kind.JSON: echo_json,
@@ -39,19 +39,19 @@ class Report(NamedTuple):
 def report_format(command: str) -> Decorator:
     """``--format`` of a command; where none is named, the first one, or GitHub's in a job of GitHub Actions."""
     names = formats_of(command)
-    automatic = "github" in names
+    has_github = "github" in names
 
-    def named(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
+    def chosen_format(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
         del ctx, param
-        in_github = automatic and os.environ.get("GITHUB_ACTIONS") == "true"
+        in_github = has_github and os.environ.get("GITHUB_ACTIONS") == "true"
         return value or ("github" if in_github else names[0])
 
-    default = f"{names[0]}; github in GitHub Actions" if automatic else names[0]
+    default = f"{names[0]}; github in GitHub Actions" if has_github else names[0]
     return click.option(
         "--format",
         "fmt",
         type=click.Choice(names),
-        callback=named,
+        callback=chosen_format,
         show_default=default,
         help="How the result is printed.",
     )
@@ -61,9 +61,9 @@ def report_files(command: str, *former: str) -> Decorator:
     """``--report-output FORMAT=PATH`` of a command, as often as wanted; ``former``: what the option was called."""
     names = formats_of(command)
 
-    def parsed(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> tuple[Report, ...]:
+    def parse_all(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> tuple[Report, ...]:
         try:
-            return distinct([parse_report(text, names) for text in values])
+            return refuse_equal_paths([parse_report(text, names) for text in values])
         except ValueError as error:
             raise click.BadParameter(str(error), ctx, param) from None
 
@@ -73,7 +73,7 @@ def report_files(command: str, *former: str) -> Decorator:
         "reports",
         multiple=True,
         metavar="FORMAT=PATH",
-        callback=parsed,
+        callback=parse_all,
         help=f"Also write {', '.join(names)} to a file, anew on every run; repeatable.",
     )
 
@@ -94,38 +94,38 @@ def parse_report(text: str, names: Sequence[str]) -> Report:
         raise ValueError(f"{path} is no regular file; name one, or leave the option out: --format {fmt} prints")
     if not target.parent.is_dir():
         raise ValueError(f"the folder {target.parent} of {path} does not exist; make it first")
-    if target.suffix.lower() in CONFIGURATIONS and target.exists():
+    if target.suffix.lower() in CONFIGURATION_ENDINGS and target.exists():
         raise ValueError(f"{path} exists and may be a configuration; give the report another name")
     return Report(fmt, path)
 
 
-def distinct(reports: Sequence[Report]) -> tuple[Report, ...]:
+def refuse_equal_paths(reports: Sequence[Report]) -> tuple[Report, ...]:
     """The reports, if each goes to a file of its own."""
-    same = one_file([report.path for report in reports])
-    if same is not None:
-        raise ValueError(same)
+    problem = equal_file_fault([report.path for report in reports])
+    if problem is not None:
+        raise ValueError(problem)
     return tuple(reports)
 
 
-def refuse_inputs(reports: Sequence[Report], names: Iterable[str], what: str = "is a file that is read") -> None:
+def refuse_inputs(reports: Sequence[Report], names: Iterable[str], reason: str = "is a file that is read") -> None:
     """Ends the command when a report would take the place of one of these files."""
     if not reports:
         return
-    taken = {identity(name) for name in names}
+    input_files = {file_identity(name) for name in names}
     for report in reports:
-        if identity(report.path) in taken:
-            raise click.UsageError(f"{report.path} {what}; give the report another name")
+        if file_identity(report.path) in input_files:
+            raise click.UsageError(f"{report.path} {reason}; give the report another name")
 
 
 def refuse_outputs(names: Iterable[str | None], inputs: Iterable[str] = ()) -> None:
     """Ends the command before it runs when an output would take the place of another one, or of one of its inputs."""
     outputs = [name for name in names if name is not None and name != "-"]
-    taken = {identity(name) for name in inputs}
-    problem = one_file(outputs)
+    input_files = {file_identity(name) for name in inputs}
+    problem = equal_file_fault(outputs)
     if problem is not None:
         raise click.UsageError(problem)
     for name in outputs:
-        if identity(name) in taken or was_read(name):
+        if file_identity(name) in input_files or was_read(name):
             raise click.UsageError(f"{name} is a file that is read; give the output another name")
 
 
@@ -148,32 +148,32 @@ def write_reports(
         return
     from pidcfg.cli.outputs import write_files
 
-    texts = {path: _text(fmt, render).encode("utf-8", "replace") for fmt, path in reports}
+    texts = {path: _report_text(fmt, render).encode("utf-8", "replace") for fmt, path in reports}
     write_files({**(others or {}), **texts}, force=force, renewed=texts)
 
 
-def _text(fmt: str, render: Callable[[str], str]) -> str:
+def _report_text(fmt: str, render: Callable[[str], str]) -> str:
     """A report without control characters; JSON and XML have their own ways."""
-    return render(fmt) if load(fmt).kind in {Kind.JSON, Kind.XML} else to_printable(render(fmt))
+    return render(fmt) if load_format(fmt).kind in {Kind.JSON, Kind.XML} else to_printable(render(fmt))
 
 
-def put(fmt: str, text: str, *, aside: bool = False) -> None:
-    """Prints a text that is in this format; ``aside``: on standard error, since standard output has something else."""
-    (note if aside else PRINTERS[load(fmt).kind])(text)
+def print_text(fmt: str, text: str, *, on_stderr: bool = False) -> None:
+    """Prints a text that is in this format; ``on_stderr``: standard output has something else."""
+    (write_note if on_stderr else PRINTERS[load_format(fmt).kind])(text)
 
 
-def deliver(
+def deliver_reports(
     fmt: str,
     reports: Sequence[Report],
     render: Callable[[str], str],
     others: Mapping[str, str | bytes] | None = None,
     *,
     force: bool = False,
-    aside: bool = False,
+    on_stderr: bool = False,
 ) -> None:
     """Prints one format and writes the others; what is printed is there even if a file cannot be written.
 
-    ``aside``: as `put` has it.
+    ``on_stderr``: as `print_text` has it.
     """
-    put(fmt, _text(fmt, render), aside=aside)
+    print_text(fmt, _report_text(fmt, render), on_stderr=on_stderr)
     write_reports(reports, render, others, force=force)

@@ -11,13 +11,13 @@ from pidcfg.cli.formats import findings as findings_format
 from pidcfg.cli.formats.findings import (
     STDIN,
     Findings,
-    cell,
-    details,
     display_name,
+    file_uri,
+    finding_lines,
+    finding_sentence,
     fingerprints,
-    sentence,
-    summary,
-    uri,
+    markdown_cell,
+    summary_line,
 )
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.signs import to_printable
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 
 def findings_text(findings: Findings) -> str:
     """For people in front of a terminal."""
-    return findings_format.text(findings.reported, findings.documents, brief=findings.brief)
+    return findings_format.findings_text(findings.reported, findings.documents, brief=findings.brief)
 
 
-def runs_text(outcomes: Sequence[Outcome], fails: Severity) -> str:
+def runs_text(outcomes: Sequence[Outcome], fails_from: Severity) -> str:
     """A line a loop, what failed, and the verdict of each run."""
     from pidcfg.cli.formats.runs import simulations_text
 
-    del fails
+    del fails_from
     return simulations_text(outcomes)
 
 
@@ -56,7 +56,7 @@ TEXT = Format("people; the default", "txt", Kind.PLAIN, findings_text, runs_text
 def findings_concise(findings: Findings) -> str:
     """``file:line:column: severity CODE message [loop]``."""
     rows = (
-        f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code} {' '.join(sentence(d).split())}"
+        f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code} {' '.join(finding_sentence(d).split())}"
         for d in findings.reported
     )
     return "".join(to_printable(row).replace("\n", " ") + "\n" for row in rows)
@@ -72,11 +72,11 @@ def findings_json(findings: Findings) -> str:
     return findings_format.json_v1(findings.reported, findings.documents)
 
 
-def runs_json(outcomes: Sequence[Outcome], fails: Severity) -> str:
+def runs_json(outcomes: Sequence[Outcome], fails_from: Severity) -> str:
     """The layout that `pidcfg schema output-simulate` describes."""
     from pidcfg.cli.formats.runs import json_v1
 
-    del fails
+    del fails_from
     return json_v1(outcomes)
 
 
@@ -94,7 +94,7 @@ def findings_markdown(findings: Findings) -> str:
 
 
 def _markdown_lines(findings: Findings) -> Iterator[str]:
-    yield f"**{summary(findings.reported, len(findings.documents))}**"
+    yield f"**{summary_line(findings.reported, len(findings.documents))}**"
     if not findings.reported:
         return
     yield from ("", "| | place | rule | finding |", "|---|---|---|---|")
@@ -106,9 +106,9 @@ def _markdown_lines(findings: Findings) -> Iterator[str]:
 def _table_row(d: Diagnostic) -> str:
     """A finding: what it is, and below it in the same cell what the PLC would do and the cure."""
     more = ((d.plc_effect, "PLC"), (d.help, "cure"))
-    said = [sentence(d), *(f"{label}: {text}" for text, label in more if text)]
+    lines = [finding_sentence(d), *(f"{label}: {text}" for text, label in more if text)]
     place = f"{d.file}:{d.span.line}:{d.span.column}"
-    cells = (d.severity.label, cell(place), d.code, "<br>".join(map(cell, said)))
+    cells = (d.severity.label, markdown_cell(place), d.code, "<br>".join(map(markdown_cell, lines)))
     return f"| {' | '.join(cells)} |"
 
 
@@ -116,26 +116,27 @@ MARKDOWN = Format("comments of pull requests, summaries of jobs", "md", Kind.LIN
 
 # --- Format ``github``: workflow commands, which GitHub shows as annotations beside the lines of a pull request -------
 
-COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "notice"}
-DATA = {"%": "%25", "\r": "%0D", "\n": "%0A"}
-PROPERTY = {**DATA, ":": "%3A", ",": "%2C"}
+GITHUB_COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "notice"}
+DATA_ESCAPES = {"%": "%25", "\r": "%0D", "\n": "%0A"}
+PROPERTY_ESCAPES = {**DATA_ESCAPES, ":": "%3A", ",": "%2C"}
 
 
 def findings_github(findings: Findings) -> str:
     """One command a finding."""
-    return "".join(f"{_command(d)}\n" for d in findings.reported)
+    return "".join(f"{_workflow_command(d)}\n" for d in findings.reported)
 
 
-def _command(d: Diagnostic) -> str:
+def _workflow_command(d: Diagnostic) -> str:
     loop = f" [{d.loop}]" if d.loop else ""
-    values = {} if d.file == STDIN else _place(d)
+    values = {} if d.file == STDIN else _github_place(d)
     values["title"] = f"pidcfg {d.code}{loop}"
-    properties = ",".join(f"{key}={escape_data(value, PROPERTY)}" for key, value in values.items())
+    properties = ",".join(f"{key}={escape_data(value, PROPERTY_ESCAPES)}" for key, value in values.items())
     place = f"{d.file}:{d.span.line}:{d.span.column}: " if d.file == STDIN else ""
-    return f"::{COMMANDS[d.severity]} {properties}::{escape_data(place + chr(10).join(details(d)), DATA)}"
+    text = escape_data(place + "\n".join(finding_lines(d)), DATA_ESCAPES)
+    return f"::{GITHUB_COMMANDS[d.severity]} {properties}::{text}"
 
 
-def _place(d: Diagnostic) -> dict[str, str]:
+def _github_place(d: Diagnostic) -> dict[str, str]:
     """GitHub takes a column only together with a single line."""
     values = {"file": display_name(d.file), "line": str(d.span.line), "endLine": str(d.span.end_line)}
     return values | ({"col": str(d.span.column)} if d.span.line == d.span.end_line else {})
@@ -150,17 +151,17 @@ GITHUB = Format("annotations in GitHub Actions; the default there", "github", Ki
 
 # --- Format ``gitlab``: the Code Quality report that GitLab shows in merge requests -----------------------------------
 
-SEVERITIES = {Severity.ERROR: "major", Severity.WARNING: "minor", Severity.INFO: "info"}
+GITLAB_SEVERITIES = {Severity.ERROR: "major", Severity.WARNING: "minor", Severity.INFO: "info"}
 
 
 def findings_gitlab(findings: Findings) -> str:
     """A list of issues."""
     rows = [
         {
-            "description": sentence(d),
+            "description": finding_sentence(d),
             "check_name": d.code,
             "fingerprint": fingerprint,
-            "severity": SEVERITIES[d.severity],
+            "severity": GITLAB_SEVERITIES[d.severity],
             "location": {
                 "path": "stdin" if d.file == STDIN else display_name(d.file),
                 "lines": {"begin": d.span.line, "end": d.span.end_line},
@@ -179,18 +180,18 @@ GITLAB = Format("GitLab's Code Quality report", "json", Kind.JSON, findings_gitl
 def findings_rdjson(findings: Findings) -> str:
     """One result with a diagnostic a finding; columns count the bytes of UTF-8, as the format wants it."""
     rows = {file: doc.lines for file, doc in findings.documents.items()}
-    listed = [_diagnostic(d, rows.get(d.file, [])) for d in findings.reported]
-    return json_text({"source": {"name": "pidcfg"}, "diagnostics": listed})
+    diagnostics = [_rdjson_diagnostic(d, rows.get(d.file, [])) for d in findings.reported]
+    return json_text({"source": {"name": "pidcfg"}, "diagnostics": diagnostics})
 
 
-def _diagnostic(d: Diagnostic, rows: Sequence[str]) -> Data:
+def _rdjson_diagnostic(d: Diagnostic, rows: Sequence[str]) -> Data:
     """A finding; a correction of several places is left out, since each suggestion is applied by itself."""
     path = "stdin" if d.file == STDIN else display_name(d.file)
     page_of_rule = url_of(d.code, absolute=True)
-    suggestions = [{"range": _bytes(edit.span, rows), "text": edit.text} for edit in d.edits if len(d.edits) == 1]
-    place = {"start": {"line": 1}} if d.span == START else _bytes(d.span, rows)
+    suggestions = [{"range": _byte_range(edit.span, rows), "text": edit.text} for edit in d.edits if len(d.edits) == 1]
+    place = {"start": {"line": 1}} if d.span == START else _byte_range(d.span, rows)
     return {
-        "message": "\n".join(details(d)),
+        "message": "\n".join(finding_lines(d)),
         "location": {"path": path, "range": place},
         "severity": d.severity.name,
         "code": {"value": d.code} | ({"url": page_of_rule} if page_of_rule else {}),
@@ -198,12 +199,12 @@ def _diagnostic(d: Diagnostic, rows: Sequence[str]) -> Data:
     }
 
 
-def _bytes(span: Span, rows: Sequence[str]) -> dict[str, dict[str, int]]:
+def _byte_range(span: Span, rows: Sequence[str]) -> dict[str, dict[str, int]]:
     """A place with its columns in bytes; the end exclusive."""
 
     def position(line: int, column: int) -> dict[str, int]:
-        before = rows[line - 1][: column - 1] if 0 < line <= len(rows) else ""
-        return {"line": line, "column": column + len(before.encode("utf-8", "replace")) - len(before)}
+        text_before = rows[line - 1][: column - 1] if 0 < line <= len(rows) else ""
+        return {"line": line, "column": column + len(text_before.encode("utf-8", "replace")) - len(text_before)}
 
     return {"start": position(span.line, span.column), "end": position(span.end_line, span.end_column)}
 
@@ -217,34 +218,36 @@ RDJSON = Format(
 
 # --- Format ``sarif``: SARIF 2.1.0, which GitHub code scanning, Azure DevOps and editors read -------------------------
 
-SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
-LEVELS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
-BASE = "%SRCROOT%"
-FINGERPRINT = "pidcfgFinding/v1"
+SARIF_SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+SARIF_LEVELS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
+URI_BASE = "%SRCROOT%"
+FINGERPRINT_NAME = "pidcfgFinding/v1"
 
 
 def findings_sarif(findings: Findings) -> str:
     """One run, with the rules that are broken."""
-    hidden = [d for d, _ in findings.suppressed]
-    every = replace(findings, reported=[*findings.reported, *hidden])
-    used = sorted({d.code for d in every.reported}, key=number_of)
-    numbers = {code: i for i, code in enumerate(used)}
-    prints = fingerprints(every)
-    why = [None] * len(findings.reported) + [_suppression(reason) for _, reason in findings.suppressed]
+    suppressed = [d for d, _ in findings.suppressed]
+    all_findings = replace(findings, reported=[*findings.reported, *suppressed])
+    codes = sorted({d.code for d in all_findings.reported}, key=number_of)
+    numbers = {code: i for i, code in enumerate(codes)}
+    keys = fingerprints(all_findings)
+    reasons = [None] * len(findings.reported) + [_sarif_suppression(reason) for _, reason in findings.suppressed]
     run = {
-        "tool": {"driver": {"name": "pidcfg", "version": VERSION, "rules": [_rule(rule_of(code)) for code in used]}},
-        "originalUriBaseIds": {BASE: {"description": {"text": "The checkout, or the folder that pidcfg ran in."}}},
+        "tool": {
+            "driver": {"name": "pidcfg", "version": VERSION, "rules": [_sarif_rule(rule_of(code)) for code in codes]}
+        },
+        "originalUriBaseIds": {URI_BASE: {"description": {"text": "The checkout, or the folder that pidcfg ran in."}}},
         "columnKind": "unicodeCodePoints",
         "results": [
-            _result(d, numbers[d.code], key) | ({"suppressions": [reason]} if reason else {})
-            for d, key, reason in zip(every.reported, prints, why, strict=True)
+            _sarif_result(d, numbers[d.code], key) | ({"suppressions": [reason]} if reason else {})
+            for d, key, reason in zip(all_findings.reported, keys, reasons, strict=True)
         ],
     }
-    document = {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
+    document = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}
     return json_text(document)
 
 
-def _rule(rule: Rule) -> Data:
+def _sarif_rule(rule: Rule) -> Data:
     why, fix = (part[:1].upper() + part[1:] for part in (rule.doc_part("Why"), rule.doc_part("Fix")))
     return {
         "id": rule.code,
@@ -252,40 +255,42 @@ def _rule(rule: Rule) -> Data:
         "shortDescription": {"text": rule.title},
         "fullDescription": {"text": f"{rule.title} {why}"},
         "help": {"text": f"Why: {why}\n\nCure: {fix}\n\nBasis: {rule.basis}.", "markdown": rule_page(text_of(rule))},
-        "defaultConfiguration": {"level": LEVELS[rule.severity]},
+        "defaultConfiguration": {"level": SARIF_LEVELS[rule.severity]},
     }
 
 
-def _result(d: Diagnostic, number: int, fingerprint: str) -> Data:
-    location: Data = {"physicalLocation": {"artifactLocation": _artifact(d.file), "region": _region(d.span)}}
+def _sarif_result(d: Diagnostic, number: int, fingerprint: str) -> Data:
+    location: Data = {
+        "physicalLocation": {"artifactLocation": _sarif_artifact(d.file), "region": _sarif_region(d.span)}
+    }
     if d.path:
-        location["logicalLocations"] = _logical(d)
+        location["logicalLocations"] = _logical_locations(d)
     return {
         "ruleId": d.code,
         "ruleIndex": number,
-        "level": LEVELS[d.severity],
-        "message": {"text": "\n".join(details(d))},
+        "level": SARIF_LEVELS[d.severity],
+        "message": {"text": "\n".join(finding_lines(d))},
         "locations": [location],
-        "partialFingerprints": {FINGERPRINT: fingerprint},
-        **({"fixes": [_fix(d, d.edits)]} if d.edits else {}),
+        "partialFingerprints": {FINGERPRINT_NAME: fingerprint},
+        **({"fixes": [_sarif_fix(d, d.edits)]} if d.edits else {}),
     }
 
 
-def _suppression(reason: str | None) -> dict[str, str]:
+def _sarif_suppression(reason: str | None) -> dict[str, str]:
     """Why a result is not reported: a comment, or a baseline."""
     if reason is None:
         return {"kind": "external"}
     return {"kind": "inSource", **({"justification": reason} if reason else {})}
 
 
-def _artifact(file: str) -> Data:
-    reference, relative = uri(file)
+def _sarif_artifact(file: str) -> Data:
+    reference, relative = file_uri(file)
     if file == STDIN:
         return {"uri": reference, "description": {"text": "standard input"}}
-    return {"uri": reference, "uriBaseId": BASE} if relative else {"uri": reference}
+    return {"uri": reference, "uriBaseId": URI_BASE} if relative else {"uri": reference}
 
 
-def _region(span: Span) -> dict[str, int]:
+def _sarif_region(span: Span) -> dict[str, int]:
     """The place in a file; what concerns all of a file is shown at its first line."""
     if span == START:
         return {"startLine": 1}
@@ -297,20 +302,20 @@ def _region(span: Span) -> dict[str, int]:
     }
 
 
-def _logical(d: Diagnostic) -> list[dict[str, str]]:
+def _logical_locations(d: Diagnostic) -> list[dict[str, str]]:
     """The key of a finding, and the loop that it belongs to."""
     last = next((step for step in reversed(d.path) if isinstance(step, str)), "")
     key = {"name": last, "fullyQualifiedName": d.where, "kind": "property"}
     return [key, {"name": d.loop, "kind": "object"}] if d.loop else [key]
 
 
-def _fix(d: Diagnostic, edits: Sequence[Edit]) -> Data:
-    replacements = [{"deletedRegion": _replaced(e.span), "insertedContent": {"text": e.text}} for e in edits]
-    change = {"artifactLocation": _artifact(d.file), "replacements": replacements}
+def _sarif_fix(d: Diagnostic, edits: Sequence[Edit]) -> Data:
+    replacements = [{"deletedRegion": _edit_region(e.span), "insertedContent": {"text": e.text}} for e in edits]
+    change = {"artifactLocation": _sarif_artifact(d.file), "replacements": replacements}
     return {"description": {"text": d.help or d.message}, "artifactChanges": [change]}
 
 
-def _replaced(span: Span) -> dict[str, int]:
+def _edit_region(span: Span) -> dict[str, int]:
     """An edit's place, which may be the very beginning of a file."""
     place = (span.line, span.column, span.end_line, span.end_column)
     return dict(zip(("startLine", "startColumn", "endLine", "endColumn"), place, strict=True))

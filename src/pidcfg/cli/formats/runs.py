@@ -8,9 +8,8 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
-from pidcfg.cli.formats import Format, Kind, load, render
-from pidcfg.cli.formats.findings import Findings, details, display_name
-from pidcfg.cli.formats.findings import text as findings_text
+from pidcfg.cli.formats import Format, Kind, load_format, render_findings
+from pidcfg.cli.formats.findings import Findings, display_name, finding_lines, findings_text
 from pidcfg.output.runs import runs_data, signal_rows
 from pidcfg.sim.judgement.meters import METRICS, SWING_METRICS
 from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, summarise_verdicts
@@ -35,9 +34,9 @@ MAX_EVENTS = 60
 MAX_NOTES = 5
 """Of them in the short form."""
 FAILED, NOT_PROVEN, ERROR = "FAILED", "NOT PROVEN", "ERROR"
-PLAIN = (1e-9, 1e15)
+PLAIN_RANGE = (1e-9, 1e15)
 """Sizes of numbers that are written without an exponent."""
-WORDS = {"proven": "proven", "failed": FAILED, "not-proven": NOT_PROVEN, "not-judged": "not judged"}
+VERDICT_WORDS = {"proven": "proven", "failed": FAILED, "not-proven": NOT_PROVEN, "not-judged": "not judged"}
 """How a loop's verdict is written."""
 METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
 
@@ -52,13 +51,13 @@ def _run_section(outcome: Outcome, *, tables: bool) -> str:
     findings = findings_text(outcome.findings, outcome.documents, brief=not tables).rstrip("\n")
     if report is None:
         return f"{to_one_line(outcome.file)}: cannot run\n\n{findings}\n"
-    parts = [_head(outcome, report, tables=tables), findings and f"{findings}\n", _verdicts(outcome, report)]
+    parts = [_run_head(outcome, report, tables=tables), findings and f"{findings}\n", _verdicts_text(outcome, report)]
     if tables:
-        parts += [_judged(report), _happenings(report), _tables(report, outcome), _flags(report)]
+        parts += [_expectations_text(report), _events_text(report), _tables_text(report, outcome), _flags_text(report)]
     return "\n".join(part for part in parts if part)
 
 
-def _head(outcome: Outcome, report: Report, *, tables: bool) -> str:
+def _run_head(outcome: Outcome, report: Report, *, tables: bool) -> str:
     steady = "" if report.settled is None else f", after {report.settled:g} s to the steady state"
     engine = f"; engine: {report.engine}" if tables else ""
     words = [f"{name} = {word}" for name, word in report.plc_flags.items() if tables or int(word, 0)]
@@ -71,21 +70,21 @@ def _head(outcome: Outcome, report: Report, *, tables: bool) -> str:
         *([f"  {', '.join(words)}"] if words else []),
     ]
     if report.scan_time is not None and tables:
-        typical, least, most = (
+        typical, shortest, longest = (
             f"{time * 1e3:.3f}"
             for time in (report.scan_time.typical, report.scan_time.minimum, report.scan_time.maximum)
         )
-        lines.append(f"  scan time with these loops: {typical} ms ({least} to {most} ms)")
+        lines.append(f"  scan time with these loops: {typical} ms ({shortest} to {longest} ms)")
     return "\n".join(lines) + "\n"
 
 
 def number_text(value: float, digits: int = 6) -> str:
     """A number, without an exponent where people write none."""
     text = f"{value:.{digits}g}"
-    return f"{Decimal(text):f}" if PLAIN[0] <= abs(value) < PLAIN[1] else text
+    return f"{Decimal(text):f}" if PLAIN_RANGE[0] <= abs(value) < PLAIN_RANGE[1] else text
 
 
-def figure_text(value: float | None) -> str:
+def four_digits(value: float | None) -> str:
     """A number in four digits."""
     return number_text(value or 0.0, 4)
 
@@ -97,46 +96,50 @@ def loops_text(report: Report) -> str:
         if v.allowed is not None:
             reasons.setdefault(v.loop, {})[f"allowed: {v.allowed}"] = None
     rows = [
-        (name, WORDS[loop.verdict], "; ".join(_answer(loop, "; ".join(reasons.get(name, ())) or loop.missing)))
+        (
+            name,
+            VERDICT_WORDS[loop.verdict],
+            "; ".join(_loop_answers(loop, "; ".join(reasons.get(name, ())) or loop.missing)),
+        )
         for name, loop in report.loops.items()
         if report.standing
     ]
-    return table(rows) if rows else ""
+    return align_columns(rows) if rows else ""
 
 
-def _answer(loop: LoopReport, reason: str) -> Iterator[str]:
+def _loop_answers(loop: LoopReport, reason: str) -> Iterator[str]:
     """What a loop did, as far as it was measured; ``reason``: why it is not judged."""
     if loop.verdict == "not-judged":
         yield reason
     metrics, unit = loop.metrics, f" {loop.unit}" if loop.unit else ""
     if metrics.get("overshoot") is not None:
-        yield f"overshoot {figure_text(metrics['overshoot'])} %"
+        yield f"overshoot {four_digits(metrics['overshoot'])} %"
     if metrics.get("settling_time") is not None:
-        yield f"settles in {figure_text(metrics['settling_time'])} s"
+        yield f"settles in {four_digits(metrics['settling_time'])} s"
     elif loop.until is not None:
-        yield f"has not settled at {figure_text(loop.until)} s, when an event moves it"
+        yield f"has not settled at {four_digits(loop.until)} s, when an event moves it"
     if metrics.get("oscillation_amplitude") is not None:
-        yield f"swings by {figure_text(metrics['oscillation_amplitude'])}{unit}"
+        yield f"swings by {four_digits(metrics['oscillation_amplitude'])}{unit}"
     if metrics.get("final_error") is not None:
-        off = abs(metrics["final_error"] or 0)
-        yield f"ends {figure_text(off)}{unit} from its set point" if off else "ends at its set point"
+        distance = abs(metrics["final_error"] or 0)
+        yield f"ends {four_digits(distance)}{unit} from its set point" if distance else "ends at its set point"
     elif loop.verdict != "not-judged":
         yield f"ends in {loop.modes[-1].mode if loop.modes else loop.first_mode}"
-    on = [alarm.alarm for alarm in loop.alarms if alarm.cleared is None]
-    if on:
-        yield f"{' and '.join(dict.fromkeys(on))} on at the end"
+    alarms_on = [alarm.alarm for alarm in loop.alarms if alarm.cleared is None]
+    if alarms_on:
+        yield f"{' and '.join(dict.fromkeys(alarms_on))} on at the end"
     if loop.autotune is not None:
         yield autotune_text(loop.autotune)
 
 
-def autotune_text(found: TuneReport) -> str:
+def autotune_text(autotune: TuneReport) -> str:
     """How an auto-tune ended, and with what."""
-    results = ", ".join(f"{key} {number_text(value)}" for key, value in found["results"].items())
-    rule = f"; {found['rule']}" if "rule" in found else ""
-    return f"autotune {found['status']}{': ' if results else ''}{results}{rule}"
+    results = ", ".join(f"{key} {number_text(value)}" for key, value in autotune["results"].items())
+    rule = f"; {autotune['rule']}" if "rule" in autotune else ""
+    return f"autotune {autotune['status']}{': ' if results else ''}{results}{rule}"
 
 
-def _happenings(report: Report) -> str:
+def _events_text(report: Report) -> str:
     rows = [(event.at, event.loop or "", f"event: {event.text}") for event in report.events]
     for name, loop in report.loops.items():
         for change in loop.modes:
@@ -150,72 +153,74 @@ def _happenings(report: Report) -> str:
             rows.append((report.duration, name, f"and {loop.unlisted} more changes that are not listed"))
     rows += [(note.at, note.loop or "", ("error: " if note.error else "note: ") + note.text) for note in report.notes]
     rows.sort(key=lambda row: row[0])
-    lines = [(f"{at:g} s", name, what) for at, name, what in rows[:MAX_EVENTS]]
+    lines = [(f"{seconds:g} s", name, event_text) for seconds, name, event_text in rows[:MAX_EVENTS]]
     more = f"  … and {len(rows) - MAX_EVENTS} more; --format json lists all\n" if len(rows) > MAX_EVENTS else ""
-    return "What happened\n" + table(lines, right=1) + more if rows else ""
+    return "What happened\n" + align_columns(lines, right=1) + more if rows else ""
 
 
-def _tables(report: Report, outcome: Outcome) -> str:
+def _tables_text(report: Report, outcome: Outcome) -> str:
     metrics: list[tuple[str, ...]] = [("", *METRICS)]
     for name, loop in report.loops.items():
         values = [loop.metrics.get(metric) for metric in METRICS]
         units = [METRIC_UNITS.get(metric, "") for metric in METRICS]
-        metrics.append((name, *(_number(v, unit) for v, unit in zip(values, units, strict=True))))
-    metrics = [tuple(row) for row in zip(*_measured(zip(*metrics, strict=True)), strict=True)]
+        metrics.append((name, *(_metric_text(v, unit) for v, unit in zip(values, units, strict=True))))
+    metrics = [tuple(row) for row in zip(*_measured_columns(zip(*metrics, strict=True)), strict=True)]
     parts = [
         f"  {name}: integrals and errors over the {loop.time_in_control:g} s in Auto or Cascade\n"
         for name, loop in report.loops.items()
         if 0 < loop.time_in_control < report.duration
     ]
     signals = [("", "min", "max", "final"), *signal_rows(outcome, number_text)]
-    return "Metrics\n" + table(metrics, left=1) + "".join(parts) + "\nSignals\n" + table(signals, left=1)
+    return (
+        "Metrics\n" + align_columns(metrics, left=1) + "".join(parts) + "\nSignals\n" + align_columns(signals, left=1)
+    )
 
 
-def _measured(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+def _measured_columns(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
     """The columns of metrics, without those of swings where no loop swings."""
     return [column for column in columns if column[0] not in SWING_METRICS or set(column[1:]) != {"-"}]
 
 
-def _number(value: float | None, unit: str) -> str:
+def _metric_text(value: float | None, unit: str) -> str:
     return "-" if value is None else f"{number_text(value)}{unit}"
 
 
-def _flags(report: Report) -> str:
+def _flags_text(report: Report) -> str:
     rows = []
     for name, loop in report.loops.items():
-        on = [flag for flag, was_set in loop.flags.items() if was_set]
-        if on:
-            rows.append((name, ", ".join(on)))
+        flags_on = [flag for flag, was_set in loop.flags.items() if was_set]
+        if flags_on:
+            rows.append((name, ", ".join(flags_on)))
         if loop.autotune is not None:
             rows.append((name, autotune_text(loop.autotune)))
-    return "Flags\n" + table(rows) if rows else ""
+    return "Flags\n" + align_columns(rows) if rows else ""
 
 
-def failures(report: Report) -> str:
+def failures_text(report: Report) -> str:
     """The expectations that failed, as the text of a run has them; nothing where all hold."""
-    rows = [row for row in _expected(report) if row[0] == FAILED]
+    rows = [row for row in _expectation_rows(report) if row[0] == FAILED]
     standing = [row for row in summarise_verdicts(report.standing) if row[0] in {FAILED, NOT_PROVEN}]
-    return (table(rows) if rows else "") + (table(standing) if standing else "")
+    return (align_columns(rows) if rows else "") + (align_columns(standing) if standing else "")
 
 
-def _expected(report: Report) -> list[tuple[str, str]]:
+def _expectation_rows(report: Report) -> list[tuple[str, str]]:
     """What was written to be expected: how it was judged, and what was measured."""
     return [("passed" if v.passed else FAILED, f"{v.text}: {value_text(v.value)}") for v in report.expectations]
 
 
-def _verdicts(outcome: Outcome, report: Report) -> str:
+def _verdicts_text(outcome: Outcome, report: Report) -> str:
     """A line a loop, what needs saying, what failed, and the verdict of the run."""
-    parts = loops_text(report), _assumed(report), _notes(report), failures(report)
+    parts = loops_text(report), _assumed_line(report), _notes_text(report), failures_text(report)
     return f"{''.join(parts)}{run_verdict_line(outcome, report)}\n"
 
 
-def _assumed(report: Report) -> str:
+def _assumed_line(report: Report) -> str:
     """The loops whose action is not judged, in one line."""
     names = ", ".join(v.loop for v in report.standing if v.kind == ASSUMED_KIND)
-    return table([(names, "not judged", f"whether the action is right: {ASSUMED}")]) if names else ""
+    return align_columns([(names, "not judged", f"whether the action is right: {ASSUMED}")]) if names else ""
 
 
-def _notes(report: Report) -> str:
+def _notes_text(report: Report) -> str:
     """What happened and needs saying, errors first, as far as a screen has room for it."""
     notes = sorted(report.notes, key=lambda note: not note.error)
     rows = [
@@ -223,26 +228,28 @@ def _notes(report: Report) -> str:
         for note in notes[:MAX_NOTES]
     ]
     more = f"  … and {len(notes) - MAX_NOTES} more; -v lists them\n" if len(notes) > MAX_NOTES else ""
-    return table(rows) + more if rows else ""
+    return align_columns(rows) + more if rows else ""
 
 
-def _judged(report: Report) -> str:
+def _expectations_text(report: Report) -> str:
     """Every expectation, and the standing ones that are not simply met."""
-    rows, standing = _expected(report), summarise_verdicts(report.standing)
-    return ("Expectations\n" + table(rows) if rows else "") + ("Always checked\n" + table(standing) if standing else "")
+    rows, standing = _expectation_rows(report), summarise_verdicts(report.standing)
+    return ("Expectations\n" + align_columns(rows) if rows else "") + (
+        "Always checked\n" + align_columns(standing) if standing else ""
+    )
 
 
-def remarks(outcomes: Sequence[Outcome], fmt: str, trend: str | None) -> Iterator[str]:
+def run_remarks(outcomes: Sequence[Outcome], fmt: str, trend: str | None) -> Iterator[str]:
     """What people are told beside the results: what a trend's signals are, and in a job of GitHub how each run went."""
     from pidcfg.study.outcome import signals_before_root
 
     if trend is not None:
         yield from (f"{trend}: {loop}: {text}" for loop, text in signals_before_root(outcomes[0]).items())
     if fmt == "github":
-        yield from map(in_a_line, outcomes)
+        yield from map(outcome_line, outcomes)
 
 
-def in_a_line(outcome: Outcome) -> str:
+def outcome_line(outcome: Outcome) -> str:
     """A scenario's file, and how its run went."""
     line = "cannot run" if outcome.report is None else run_verdict_line(outcome, outcome.report)
     return f"{to_one_line(outcome.file)}: {line}"
@@ -284,7 +291,7 @@ def value_text(value: object) -> str:
     return "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
+def align_columns(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
     """Aligned columns; the first ``right`` ones and all after ``left`` to the right."""
     rows = [[to_one_line(cell) for cell in row] for row in rows]
     widths = [max(map(width_of, column)) for column in zip(*rows, strict=True)]
@@ -303,7 +310,7 @@ def json_v1(outcomes: Sequence[Outcome]) -> str:
     return json_text(runs_data(outcomes), allow_nan=False)
 
 
-def worst(outcomes: Sequence[Outcome]) -> Severity:
+def worst_severity(outcomes: Sequence[Outcome]) -> Severity:
     """The most severe finding of all scenarios."""
     return max((d.severity for outcome in outcomes for d in outcome.findings), default=Severity.INFO)
 
@@ -312,20 +319,20 @@ def worst(outcomes: Sequence[Outcome]) -> Severity:
 
 
 def render_runs(
-    name: str, outcomes: Sequence[Outcome], fails: Severity = Severity.ERROR, *, tables: bool = False
+    name: str, outcomes: Sequence[Outcome], fails_from: Severity = Severity.ERROR, *, tables: bool = False
 ) -> str:
-    """The runs in one of the formats; findings from ``fails`` on fail a run. ``tables``: text has all that happened."""
+    """The runs in one of the formats; from ``fails_from`` on a finding fails one. ``tables``: all that happened."""
     if tables and name == "text":
         return simulations_text(outcomes, tables=True)
-    write = load(name).runs
+    write = load_format(name).runs
     if write is not None:
-        return write(outcomes, fails)
-    reported = [d for outcome in outcomes for d in (*outcome.findings, *_failures(outcome))]
+        return write(outcomes, fails_from)
+    reported = [d for outcome in outcomes for d in (*outcome.findings, *_failure_findings(outcome))]
     documents = {file: doc for outcome in outcomes for file, doc in outcome.documents.items()}
-    return render(name, Findings(list(dict.fromkeys(reported)), documents, fails))
+    return render_findings(name, Findings(list(dict.fromkeys(reported)), documents, fails_from))
 
 
-def _failures(outcome: Outcome) -> Iterator[Diagnostic]:
+def _failure_findings(outcome: Outcome) -> Iterator[Diagnostic]:
     """Expectations that do not hold, and errors of the run."""
     for i, verdict in enumerate(() if outcome.report is None else outcome.report.expectations):
         if not verdict.passed:
@@ -339,8 +346,8 @@ def _failures(outcome: Outcome) -> Iterator[Diagnostic]:
 def failed_expectation(outcome: Outcome, i: int, verdict: Verdict) -> Diagnostic:
     """A failed expectation where the scenario states it; verdicts stand in the order of the scenario."""
     doc, path = outcome.documents[outcome.file], ("expect", i)
-    stated = doc.data["expect"][i] if doc.data else {}
-    names = (stated.get("loop"), str(stated.get("signal", "")).rpartition(".")[0])
+    expectation = doc.data["expect"][i] if doc.data else {}
+    names = (expectation.get("loop"), str(expectation.get("signal", "")).rpartition(".")[0])
     loops = () if outcome.report is None else outcome.report.loops
     loop = next((str(name) for name in names if name in loops), "")
     message = f"expected: {verdict.text}; measured: {value_text(verdict.value)}"
@@ -381,14 +388,14 @@ def run_errors(outcome: Outcome) -> Iterator[Diagnostic]:
 
 # --- Format ``junit``: test cases in JUnit's XML, which nearly every CI system shows ----------------------------------
 
-RUN = "the run is sound"
+RUN_CASE = "the run is sound"
 """The test case of what is no expectation: findings, and errors on the way."""
-NO_XML = re.compile(f"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|[{CONTROL}]")
+NO_XML_CHARACTERS = re.compile(f"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|[{CONTROL}]")
 """Characters that XML 1.0 cannot hold, not even escaped, and those that it should not."""
 
 
 @frozen
-class Case:
+class TestCase:
     """One test case: what failed it, what kept it from being judged, and what else there is to say."""
 
     name: str
@@ -405,90 +412,97 @@ def findings_junit(findings: Findings) -> str:
     suites = {}
     for file in findings.files:
         reported = [d for d in findings.reported if d.file == file]
-        suites[display_name(file)] = list(_rule_cases(reported, findings.fails)) or [Case("no findings")]
-    return document(f"pidcfg {findings.command}", suites)
+        suites[display_name(file)] = list(_rule_cases(reported, findings.fails_from)) or [TestCase("no findings")]
+    return junit_document(f"pidcfg {findings.command}", suites)
 
 
-def _rule_cases(reported: Sequence[Diagnostic], fails: Severity) -> Iterator[Case]:
+def _rule_cases(reported: Sequence[Diagnostic], fails_from: Severity) -> Iterator[TestCase]:
     """A case a rule: findings that fail the run fail it, the others stand in its output."""
     for code in dict.fromkeys(d.code for d in reported):
-        of_rule = [d for d in reported if d.code == code]
+        rule_findings = [d for d in reported if d.code == code]
         rule = rule_of(code)
-        yield _case(f"{code} {rule.name}", of_rule, lambda d: d.severity >= fails, unusable=rule.is_unusable)
+        yield _findings_case(
+            f"{code} {rule.name}", rule_findings, lambda d: d.severity >= fails_from, unusable=rule.is_unusable
+        )
 
 
-def runs_junit(outcomes: Sequence[Outcome], fails: Severity) -> str:
+def runs_junit(outcomes: Sequence[Outcome], fails_from: Severity) -> str:
     """A suite a scenario: whether the run is sound, then each expectation, the standing ones last."""
     suites = {
-        display_name(o.file): [_soundness(o, fails), *_expectation_cases(o), *_standing_cases(o)] for o in outcomes
+        display_name(o.file): [_soundness_case(o, fails_from), *_expectation_cases(o), *_standing_cases(o)]
+        for o in outcomes
     }
-    return document("pidcfg simulate", suites)
+    return junit_document("pidcfg simulate", suites)
 
 
-def _soundness(outcome: Outcome, fails: Severity) -> Case:
+def _soundness_case(outcome: Outcome, fails_from: Severity) -> TestCase:
     """Fails as the run does: on errors of the scenario, and on those of its configuration when nothing is expected."""
 
     def fails_run(d: Diagnostic) -> bool:
-        judged = d.file == outcome.file or outcome.unjudged or fails < Severity.ERROR
-        return judged and d.severity >= fails
+        judged = d.file == outcome.file or outcome.unjudged or fails_from < Severity.ERROR
+        return judged and d.severity >= fails_from
 
     diagnostics = [*outcome.findings, *run_errors(outcome)]
-    return _case(RUN, diagnostics, fails_run, unusable=outcome.report is None)
+    return _findings_case(RUN_CASE, diagnostics, fails_run, unusable=outcome.report is None)
 
 
-def _expectation_cases(outcome: Outcome) -> Iterator[Case]:
+def _expectation_cases(outcome: Outcome) -> Iterator[TestCase]:
     """A case an expectation; the same one twice is numbered."""
-    seen: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for i, verdict in enumerate(() if outcome.report is None else outcome.report.expectations):
-        seen[verdict.text] += 1
-        name = verdict.text if seen[verdict.text] == 1 else f"{verdict.text} ({seen[verdict.text]})"
+        counts[verdict.text] += 1
+        name = verdict.text if counts[verdict.text] == 1 else f"{verdict.text} ({counts[verdict.text]})"
         if verdict.passed:
-            yield Case(name, output=f"measured: {value_text(verdict.value)}")
+            yield TestCase(name, output=f"measured: {value_text(verdict.value)}")
         else:
-            yield Case(name, (entry(failed_expectation(outcome, i, verdict)),))
+            yield TestCase(name, (failure_entry(failed_expectation(outcome, i, verdict)),))
 
 
-def _standing_cases(outcome: Outcome) -> Iterator[Case]:
+def _standing_cases(outcome: Outcome) -> Iterator[TestCase]:
     """A case a standing expectation; one that is allowed to fail, or not judged, is skipped."""
     for v in () if outcome.report is None else outcome.report.standing:
         name = f"{v.loop} {v.kind}".strip()
         if v.fails:
-            _, message, text = entry(failed_standing(outcome, v))
-            yield Case(name, ((v.verdict, message, text),))
+            _, message, text = failure_entry(failed_standing(outcome, v))
+            yield TestCase(name, ((v.verdict, message, text),))
         elif v.allowed is not None:
-            yield Case(name, skipped=f"{v.verdict.replace('-', ' ')}, and allowed: {v.allowed}", output=v.text)
+            yield TestCase(name, skipped=f"{v.verdict.replace('-', ' ')}, and allowed: {v.allowed}", output=v.text)
         elif not v.judged:
-            yield Case(name, skipped=f"not judged: {v.text}")
+            yield TestCase(name, skipped=f"not judged: {v.text}")
         else:
-            yield Case(name, output=v.text)
+            yield TestCase(name, output=v.text)
 
 
-def _case(name: str, diagnostics: Sequence[Diagnostic], fails: Callable[[Diagnostic], bool], *, unusable: bool) -> Case:
+def _findings_case(
+    name: str, diagnostics: Sequence[Diagnostic], is_failure: Callable[[Diagnostic], bool], *, unusable: bool
+) -> TestCase:
     """What fails a case is its failure, or its error where nothing could be judged; the rest is its output."""
-    entries = tuple(entry(d) for d in diagnostics if fails(d))
-    output = "\n\n".join(_block(d) for d in diagnostics if not fails(d))
-    return Case(name, errors=entries, output=output) if unusable else Case(name, entries, output=output)
+    entries = tuple(failure_entry(d) for d in diagnostics if is_failure(d))
+    output = "\n\n".join(_finding_block(d) for d in diagnostics if not is_failure(d))
+    return TestCase(name, errors=entries, output=output) if unusable else TestCase(name, entries, output=output)
 
 
-def entry(d: Diagnostic) -> tuple[str, str, str]:
+def failure_entry(d: Diagnostic) -> tuple[str, str, str]:
     """A finding as kind, message and text of a failure."""
-    return (f"{d.severity.label} {d.code}", f"{d.span.line}:{d.span.column}: {d.message}", _block(d))
+    return (f"{d.severity.label} {d.code}", f"{d.span.line}:{d.span.column}: {d.message}", _finding_block(d))
 
 
-def _block(d: Diagnostic) -> str:
+def _finding_block(d: Diagnostic) -> str:
     """A finding with its place, in lines."""
-    first, *rest = map(_one_line, details(d))
+    first, *rest = map(_one_line, finding_lines(d))
     place = f"{_one_line(display_name(d.file))}:{d.span.line}:{d.span.column}"
     return "\n".join([f"{place}: {d.severity.label} {d.code}: {first}", *(f"  {line}" for line in rest)])
 
 
-def document(name: str, suites: Mapping[str, Sequence[Case]]) -> str:
+def junit_document(name: str, suites: Mapping[str, Sequence[TestCase]]) -> str:
     """The whole file; suites by name, whose name is also the class of their cases."""
-    root = ET.Element("testsuites", {"name": name, **_totals([case for cases in suites.values() for case in cases])})
+    root = ET.Element(
+        "testsuites", {"name": name, **_case_counts([case for cases in suites.values() for case in cases])}
+    )
     for title, cases in suites.items():
-        suite = ET.SubElement(root, "testsuite", {"name": title, **_totals(cases)})
+        suite = ET.SubElement(root, "testsuite", {"name": title, **_case_counts(cases)})
         for case in cases:
-            _add(suite, title, case)
+            _add_case(suite, title, case)
     return xml_text(root)
 
 
@@ -496,14 +510,14 @@ def xml_text(root: ET.Element) -> str:
     """A document of XML, without the characters of users' texts that XML cannot hold or should not."""
     for node in root.iter():
         for name, value in node.items():
-            node.set(name, _legal(value))
+            node.set(name, _legal_xml(value))
         if node.text:
-            node.text = _legal(node.text).replace("\r", "")  # nothing would escape one here, as in a value
+            node.text = _legal_xml(node.text).replace("\r", "")  # nothing would escape one here, as in a value
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _add(suite: ET.Element, title: str, case: Case) -> None:
+def _add_case(suite: ET.Element, title: str, case: TestCase) -> None:
     node = ET.SubElement(suite, "testcase", {"classname": title, "name": case.name})
     for tag, entries in (("error", case.errors), ("failure", case.failures)):
         for kind, message, text in entries:
@@ -514,7 +528,7 @@ def _add(suite: ET.Element, title: str, case: Case) -> None:
         ET.SubElement(node, "system-out").text = case.output
 
 
-def _totals(cases: Sequence[Case]) -> dict[str, str]:
+def _case_counts(cases: Sequence[TestCase]) -> dict[str, str]:
     failed = sum(bool(case.failures) and not case.errors for case in cases)
     totals = {"tests": len(cases), "failures": failed, "errors": sum(bool(case.errors) for case in cases)}
     if skipped := sum(bool(case.skipped) for case in cases):
@@ -522,13 +536,13 @@ def _totals(cases: Sequence[Case]) -> dict[str, str]:
     return {name: str(total) for name, total in totals.items()}
 
 
-def _legal(text: str) -> str:
-    return NO_XML.sub("", text)
+def _legal_xml(text: str) -> str:
+    return NO_XML_CHARACTERS.sub("", text)
 
 
 def _one_line(text: str) -> str:
     """Text that has a line to itself."""
-    return " ".join(_legal(text).splitlines())
+    return " ".join(_legal_xml(text).splitlines())
 
 
 JUNIT = Format("test reports of nearly every CI system", "xml", Kind.XML, findings_junit, runs_junit)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.output.gains import TuneResult
-    from pidcfg.output.retune import Around, Forecast, Written
+    from pidcfg.output.retune import Forecast, LoopConditions, RetunedFile
     from pidcfg.output.robust import Confirmation, RobustGains
     from pidcfg.text.paths import Data
     from pidcfg.tuning.identify import Identification
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # --- ``tune --plot``: the margins of a loop in the complex plane, and what it does after steps ------------------------
 
-LOUDEST = 12.0
+FARTHEST_POINT = 12.0
 """Points of the curve that are farther out are in no picture."""
 
 
@@ -39,20 +39,20 @@ def margin_chart(result: TuneResult) -> Chart:
         raise click.ClickException("--plot needs the process: add its --gain")
     if margins is None:
         raise click.ClickException("--plot: with these gains the loop is unstable, there is nothing to be drawn")
-    trace, moves = trace_curve(gains, plant), step_curves(gains, plant)
-    points = tuple(point for point in trace.points if abs(point) < LOUDEST)
+    trace, step_answers = trace_curve(gains, plant), step_curves(gains, plant)
+    points = tuple(point for point in trace.points if abs(point) < FARTHEST_POINT)
     locus = Locus(
         points, margins.ms, trace.nearest, margins.gain_margin, trace.turn, margins.phase_margin, trace.crossover
     )
-    step = Line("SP", "setpoint", (0.0, moves.times[-1]), (1.0, 1.0))
+    step = Line("SP", "setpoint", (0.0, step_answers.times[-1]), (1.0, 1.0))
     panels = (
-        Panel("PV, set point +1", "", (Line("PV", "pv", moves.times, moves.setpoint), step), (0.0, 1.0)),
-        Panel("PV, output +1", "", (Line("PV", "pv", moves.times, moves.disturbance),), (0.0, 0.0)),
+        Panel("PV, set point +1", "", (Line("PV", "pv", step_answers.times, step_answers.setpoint), step), (0.0, 1.0)),
+        Panel("PV, output +1", "", (Line("PV", "pv", step_answers.times, step_answers.disturbance),), (0.0, 0.0)),
     )
-    return Chart(_title(gains), "", panels, locus=locus, notes=tuple(_notes(result, locus)))
+    return Chart(_controller_title(gains), "", panels, locus=locus, notes=tuple(_chart_notes(result, locus)))
 
 
-def _title(gains: Gains) -> str:
+def _controller_title(gains: Gains) -> str:
     """The controller."""
     parts = [f"Kp {gains.gain:.4g}"]
     parts += [] if isinf(gains.integral_time) else [f"Ti {gains.integral_time:.4g} s"]
@@ -60,7 +60,7 @@ def _title(gains: Gains) -> str:
     return ", ".join(parts)
 
 
-def _notes(result: TuneResult, locus: Locus) -> list[str]:
+def _chart_notes(result: TuneResult, locus: Locus) -> list[str]:
     """What stands below the picture."""
     answer = result.judgement.answer
     figures = "" if answer is None else f"; overshoot {answer.overshoot:.3g} %"
@@ -69,93 +69,101 @@ def _notes(result: TuneResult, locus: Locus) -> list[str]:
 
 # --- What holds on which plants, of robust gains, as lines for people -------------------------------------------------
 
-SECONDS = ("time_constant", "time_constant_2", "dead_time")
+TIME_KEYS = ("time_constant", "time_constant_2", "dead_time")
 
 
 def robust_lines(gains: RobustGains, reason: str) -> Iterator[str]:
     """The loop, the plants, and what holds on them."""
-    data, found = gains.to_json(), gains.found
-    filtered = "no PV filter" if data["pv_share"] == 1 else f"PV filter {data['pv_share']:.4g} per sample"
+    data, robust = gains.to_json(), gains.found
+    filter_text = "no PV filter" if data["pv_share"] == 1 else f"PV filter {data['pv_share']:.4g} per sample"
     yield f"  rule         holds: {reason}"
-    yield f"  loop         samples every {data['sample_time']:g} s, {filtered}"
-    yield f"  plants       {_plants(gains, data['plants'])}"
-    lowest = _where(data["worst_ms_plant"], gains)
+    yield f"  loop         samples every {data['sample_time']:g} s, {filter_text}"
+    yield f"  plants       {_plants_text(gains, data['plants'])}"
+    lowest = _plant_text(data["worst_ms_plant"], gains)
     yield f"  worst Ms     {data['worst_ms']:.4f} of at most {data['ms_limit']:g}{lowest}"
     margin, angle = data["gain_margin"], data["phase_margin"]
-    shown = "unlimited" if margin is None else f"{margin:.3g}"
-    yield f"  there        gain margin {shown}  phase margin {'unlimited' if angle is None else f'{angle:.3g}°'}"
-    slowest = _where(data["worst_iae_plant"], gains)
+    margin_text = "unlimited" if margin is None else f"{margin:.3g}"
+    yield f"  there        gain margin {margin_text}  phase margin {'unlimited' if angle is None else f'{angle:.3g}°'}"
+    slowest = _plant_text(data["worst_iae_plant"], gains)
     yield f"  worst IAE    {data['worst_iae']:.4g} after a step of 1 at the output{slowest}"
-    if found.words:
-        yield from _words(data)
+    if robust.words:
+        yield from _grid_lines(data)
     if gains.confirmed is not None:
-        yield f"  certified    {_certified(gains.confirmed)}"
+        yield f"  certified    {_confirmation_text(gains.confirmed)}"
     for text in gains.assumed:
         yield f"  assumed      {text}"
 
 
-def _plants(gains: RobustGains, count: int) -> str:
+def _plants_text(gains: RobustGains, count: int) -> str:
     """How many there are, and what they differ by."""
     spreads = gains.found.spreads
     if not spreads:
         return "the process alone; --vary says what is uncertain"
     corners = 2 ** len(spreads)
-    ends = ", ".join(_ends(spread.name, spread.low, spread.high, negative=gains.negative) for spread in spreads)
+    ends = ", ".join(
+        _spread_text(spread.name, spread.low, spread.high, negative=gains.is_negative) for spread in spreads
+    )
     return f"{count}: the process, {corners} combinations of ends, {count - corners - 1} samples between; {ends}"
 
 
-def _words(data: Data) -> Iterator[str]:
+def _grid_lines(data: Data) -> Iterator[str]:
     """What the grid of the PLC costs."""
     real = data["real"]
-    tried = "the best of all words" if data["every_word"] else "the best words around the best real numbers"
+    tries = "the best of all words" if data["every_word"] else "the best words around the best real numbers"
     rate = f", Td {real['derivative_time']:.5g} s" if real["derivative_time"] else ""
-    yield f"  words        {tried}; they cost {_cost(data['cost_percent'])} against real numbers"
+    yield f"  words        {tries}; they cost {_cost_text(data['cost_percent'])} against real numbers"
     yield f"               (Kp {real['gain']:.5g}, Ti {real['integral_time']:.5g} s{rate}: IAE {real['worst_iae']:.4g})"
 
 
-def _certified(done: Confirmation) -> str:
+def _confirmation_text(confirmation: Confirmation) -> str:
     """What the samples show."""
-    from pidcfg.cli.formats.batches import figure
+    from pidcfg.cli.formats.batches import share_figure
 
-    kept = f"{done.held} of {done.samples} samples on a virtual {done.plc} keep the IAE"
-    sure = f"so at least {figure(done.bound)} % of the plants between these ends, at 95 % confidence"
-    return f"{'' if done.passed else 'NOT CONFIRMED: '}{kept}, {sure}"
+    samples_text = (
+        f"{confirmation.held_count} of {confirmation.samples} samples on a virtual {confirmation.plc} keep the IAE"
+    )
+    bound_text = (
+        f"so at least {share_figure(confirmation.bound)} % of the plants between these ends, at 95 % confidence"
+    )
+    return f"{'' if confirmation.passed else 'NOT CONFIRMED: '}{samples_text}, {bound_text}"
 
 
-def _cost(percent: float) -> str:
+def _cost_text(percent: float) -> str:
     """A share of the IAE; what is below the search's own steps counts as nothing."""
     return "nothing" if percent < 0.005 else f"{percent:.2f} % IAE"
 
 
-def _ends(name: str, low: float, high: float, *, negative: bool) -> str:
+def _spread_text(name: str, low: float, high: float, *, negative: bool) -> str:
     unit = " s" if name != "gain" else ""
     if name == "gain" and negative:
         low, high = -high, -low
     return f"{name.replace('_', ' ')} {low:.5g} to {high:.5g}{unit}"
 
 
-def _where(plant: dict[str, float], gains: RobustGains) -> str:
+def _plant_text(plant: dict[str, float], gains: RobustGains) -> str:
     """The numbers of a plant that vary."""
     names = {spread.name.replace("second_time_constant", "time_constant_2") for spread in gains.found.spreads}
-    signed = {**plant, "gain": -plant["gain"]} if gains.negative else plant
-    shown = [f"{k.replace('_', ' ')} {v:.5g}{' s' if k in SECONDS else ''}" for k, v in signed.items() if k in names]
-    return f" ({', '.join(shown)})" if shown else ""
+    signed = {**plant, "gain": -plant["gain"]} if gains.is_negative else plant
+    numbers = [
+        f"{k.replace('_', ' ')} {v:.5g}{' s' if k in TIME_KEYS else ''}" for k, v in signed.items() if k in names
+    ]
+    return f" ({', '.join(numbers)})" if numbers else ""
 
 
 # --- The result of a tuning rule for people, with a picture of what was fitted to a record ----------------------------
 
-UNITS = {"gain": "", "ultimate_gain": ""}
-PER_S = {"gain": " per s"}
+NUMBER_UNITS = {"gain": "", "ultimate_gain": ""}
+INTEGRATING_UNITS = {"gain": " per s"}
 """Of an integrating process."""
 
 
-def as_text(tuned: TuneResult) -> str:
+def tuning_text(tuned: TuneResult) -> str:
     """Everything as lines."""
     result, lines = tuned.to_json(), []
     if tuned.identified is not None and tuned.record is not None:
         chart = chart_of(tuned.identified, tuned.record)
-        lines += [_identified(tuned.identified), "", chart_text(chart, sys.stdout), ""]
-    units = {**UNITS, **PER_S} if tuned.model == "integrating" else UNITS
+        lines += [_identified_text(tuned.identified), "", chart_text(chart, sys.stdout), ""]
+    units = {**NUMBER_UNITS, **INTEGRATING_UNITS} if tuned.model == "integrating" else NUMBER_UNITS
     process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{units.get(k, ' s')}" for k, v in tuned.numbers.items())
     kind = "" if tuned.model in {None, "first-order"} else f"{tuned.model}: "
     lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {kind}{process}", ""]
@@ -166,20 +174,20 @@ def as_text(tuned: TuneResult) -> str:
         f"  dependent    Kp {result['gain']:.6g}  {times}  Td {result['derivative_time']:.6g} s",
         f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
-    judged = _robustness(tuned.judgement)
+    robustness = _robustness_lines(tuned.judgement)
     if tuned.forecast is not None and tuned.around is not None:
-        judged[-1:] = [judged[-1], *_forecast(tuned.around, tuned.forecast)]
+        robustness[-1:] = [robustness[-1], *_forecast_lines(tuned.around, tuned.forecast)]
     if tuned.robust is not None:  # the margins are those of the sampled loop, on the worst plant
-        judged[:2] = robust_lines(tuned.robust, tuned.judgement.reason)
-    lines += ["", *judged]
+        robustness[:2] = robust_lines(tuned.robust, tuned.judgement.reason)
+    lines += ["", *robustness]
     if "for" in result:
-        lines += ["", *_for_vendor(result["for"])]
+        lines += ["", *_vendor_lines(result["for"])]
     lines += [f"warning: {text}" for text in result["warnings"]]
     text = "\n".join(lines) + "\n"
-    return text if tuned.written is None else text + "\n" + _written(tuned.written)
+    return text if tuned.written is None else text + "\n" + _retuned_text(tuned.written)
 
 
-def _written(written: Written) -> str:
+def _retuned_text(written: RetunedFile) -> str:
     """What changed in a file, and the findings of the loop."""
     from pidcfg.cli.formats import findings as findings_format
 
@@ -187,25 +195,25 @@ def _written(written: Written) -> str:
     state = "written" if written.ok else "NOT WRITTEN, for its errors"
     lines = [f"{written.file}, {written.loop}: {state if is_new else 'has these gains already'}"]
     for value in written.values:
-        if value.changes:
+        if value.is_changed:
             lines.append(f"  {value.key}: {value.old or 'not given'} → {value.new}")
         else:
             lines.append(f"  {value.key}: {value.old or 'not given'}, as before")
     if written.action is None:
         lines.append("  action not compared: the sign of the process's gain is not known; add --gain")
-    found = findings_format.text(written.findings, {written.file: written.document})
-    title = f"findings of {written.loop} with these gains:" if found else f"no findings of {written.loop}"
-    return "\n".join(lines) + f"\n\n{title}\n" + found.rstrip("\n")
+    findings = findings_format.findings_text(written.findings, {written.file: written.document})
+    title = f"findings of {written.loop} with these gains:" if findings else f"no findings of {written.loop}"
+    return "\n".join(lines) + f"\n\n{title}\n" + findings.rstrip("\n")
 
 
-def _robustness(judgement: Judgement) -> list[str]:
+def _robustness_lines(judgement: Judgement) -> list[str]:
     """Range, margins and figures of the closed loop."""
-    held = "holds" if judgement.valid else "DOES NOT HOLD"
-    lines = [f"  rule         {held}: {judgement.reason}"]
+    validity = "holds" if judgement.valid else "DOES NOT HOLD"
+    lines = [f"  rule         {validity}: {judgement.reason}"]
     margins, answer = judgement.margins, judgement.answer
     if margins is None:
         return [*lines, "  closed loop  UNSTABLE"] if judgement.known else lines
-    gain, phase = _limit(margins.gain_margin, ""), _limit(margins.phase_margin, "°")
+    gain, phase = _limit_text(margins.gain_margin, ""), _limit_text(margins.phase_margin, "°")
     lines.append(f"  robustness   Ms {margins.ms:.2f}  gain margin {gain}  phase margin {phase}")
     if answer is not None:
         figures = [f"overshoot {answer.overshoot:.3g} %"]
@@ -215,7 +223,7 @@ def _robustness(judgement: Judgement) -> list[str]:
     return lines
 
 
-def _forecast(around: Around, forecast: Forecast) -> Iterator[str]:
+def _forecast_lines(around: LoopConditions, forecast: Forecast) -> Iterator[str]:
     """For which loop the gains are, and what its words do."""
     if forecast.why:
         yield f"               of a continuous loop: {forecast.why}"
@@ -223,9 +231,10 @@ def _forecast(around: Around, forecast: Forecast) -> Iterator[str]:
         (low, high), (least, most) = forecast.pv_range, forecast.limits
         before, after = forecast.step
         yield f"               run with these words: set point {before:.6g} to {after:.6g}"
-        yield f"               up to steps of {forecast.largest:.3g} the output stays within its limits"
+        yield f"               up to steps of {forecast.largest_step:.3g} the output stays within its limits"
         if forecast.hunts:
-            yield f"               the PV stays {forecast.rest:.3g} from its set point: a longer run has a larger IAE"
+            error = forecast.final_error
+            yield f"               the PV stays {error:.3g} from its set point: a longer run has a larger IAE"
     facts = [] if around.sample_time is None else [f"samples every {around.sample_time:g} s"]
     facts.append(f"PV filter {around.filter_time:.3g} s" if around.filter_time else "no PV filter")
     facts += [] if around.action is None else [f"action {around.action}"]
@@ -234,24 +243,24 @@ def _forecast(around: Around, forecast: Forecast) -> Iterator[str]:
     yield f"  loop         {', '.join(facts)}"
 
 
-def _limit(value: float, unit: str) -> str:
+def _limit_text(value: float, unit: str) -> str:
     return "unlimited" if isinf(value) else f"{value:.3g}{unit}"
 
 
-def _for_vendor(gains: Data) -> list[str]:
+def _vendor_lines(gains: Data) -> list[str]:
     action = gains["action"] or "that of the process, which is not known without --gain"
     lines = [f"for {gains['vendor']}: action {action}"]
     for value in gains["values"]:
         if value["stored"] is None:
             lines.append(f"  {value['key']}: {value['problem']}")
             continue
-        off = f"  ({value['error_percent']:+.3g} % of {value['value']:.6g})" if value["error_percent"] else ""
+        error = f"  ({value['error_percent']:+.3g} % of {value['value']:.6g})" if value["error_percent"] else ""
         unit = f" {value['unit']}" if value["unit"] else ""
-        lines.append(f"  {value['key']}: {value['stored']:.9g}{unit}{off}")
+        lines.append(f"  {value['key']}: {value['stored']:.9g}{unit}{error}")
     return lines
 
 
-def _identified(fit: Identification) -> str:
+def _identified_text(fit: Identification) -> str:
     process, (gain, constant, dead) = fit.process, fit.confidence
     numbers = [
         f"gain {process.gain:.5g} ± {gain:.2g}" + (" per s (integrating)" if fit.integrating else ""),
@@ -260,8 +269,12 @@ def _identified(fit: Identification) -> str:
         f"dead time {process.dead_time:.5g} ± {dead:.2g} s",
     ]
     change = f"change of {fit.step:.5g} at {fit.step_time:g} s; noise {fit.noise:.3g}"
-    left = f"what is left is {fit.misfit * 100:.2g} % of the answer; ± is 95 % confidence"
-    lines = [f"identified: {', '.join(numbers)}", f"  {change}; {left}", *(f"  {remark}" for remark in fit.remarks)]
+    misfit_text = f"what is left is {fit.misfit * 100:.2g} % of the answer; ± is 95 % confidence"
+    lines = [
+        f"identified: {', '.join(numbers)}",
+        f"  {change}; {misfit_text}",
+        *(f"  {remark}" for remark in fit.remarks),
+    ]
     return "\n".join(lines)
 
 

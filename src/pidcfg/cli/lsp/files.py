@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 EDITOR_BREAK = re.compile(r"\r\n|\n|\r")
 """What ends a line to an editor; to YAML some more signs do."""
-BOM = "\ufeff"
-UNITS = {"utf-8": 1, "utf-16": 2, "utf-32": 4}
+BYTE_ORDER_MARK = "\ufeff"
+UNIT_BYTES = {"utf-8": 1, "utf-16": 2, "utf-32": 4}
 """Bytes of a unit in which the editor counts characters."""
 
 
@@ -49,9 +49,9 @@ class Buffer:
         return [0, *(match.end() for match in EDITOR_BREAK.finditer(self.text))]
 
     @cached_property
-    def _own_starts(self) -> list[int]:
+    def _finding_starts(self) -> list[int]:
         """Where the lines begin that findings count; a byte order mark is no part of the first one."""
-        first = len(BOM) if self.text.startswith(BOM) else 0
+        first = len(BYTE_ORDER_MARK) if self.text.startswith(BYTE_ORDER_MARK) else 0
         return [first, *(match.end() for match in LINE_BREAK.finditer(self.text))]
 
     def offset(self, position: types.Position) -> int:
@@ -59,14 +59,14 @@ class Buffer:
         if position.line >= len(self._starts):
             return len(self.text)
         start = self._starts[position.line]
-        row = EDITOR_BREAK.split(self.text[start : self._end(position.line)], maxsplit=1)[0]
+        row = EDITOR_BREAK.split(self.text[start : self._end_of_line(position.line)], maxsplit=1)[0]
         if row.isascii():
             return start + min(position.character, len(row))
-        left = position.character
-        for at, sign in enumerate(row):
-            if left <= 0:
-                return start + at
-            left -= self._size(sign)
+        remaining = position.character
+        for index, sign in enumerate(row):
+            if remaining <= 0:
+                return start + index
+            remaining -= self._size(sign)
         return start + len(row)
 
     def position(self, offset: int) -> types.Position:
@@ -77,31 +77,31 @@ class Buffer:
     def place(self, position: types.Position) -> tuple[int, int]:
         """Line and column of a position as findings count them, from 1."""
         offset = self.offset(position)
-        line = max(bisect_right(self._own_starts, offset) - 1, 0)
-        return line + 1, offset - self._own_starts[line] + 1
+        line = max(bisect_right(self._finding_starts, offset) - 1, 0)
+        return line + 1, offset - self._finding_starts[line] + 1
 
     def offset_of(self, line: int, column: int) -> int:
         """The character at a place that findings count."""
-        if line > len(self._own_starts):
+        if line > len(self._finding_starts):
             return len(self.text)
-        return min(self._own_starts[line - 1] + column - 1, len(self.text))
+        return min(self._finding_starts[line - 1] + column - 1, len(self.text))
 
     def range(self, span: Span) -> types.Range:
         """A place as the editor has it."""
         first, last = self.offset_of(span.line, span.column), self.offset_of(span.end_line, span.end_column)
         return types.Range(self.position(first), self.position(max(first, last)))
 
-    def _end(self, line: int) -> int:
+    def _end_of_line(self, line: int) -> int:
         return self._starts[line + 1] if line + 1 < len(self._starts) else len(self.text)
 
     def _size(self, text: str) -> int:
         if text.isascii():
             return len(text)
-        width = UNITS[self.unit]
+        width = UNIT_BYTES[self.unit]
         return len(text.encode(f"{self.unit}-le" if width > 1 else self.unit, "surrogatepass")) // width
 
 
-def difference(before: str, after: str) -> tuple[int, int, str]:
+def difference_range(before: str, after: str) -> tuple[int, int, str]:
     """The one stretch in which two texts differ: its begin and end in the first, and the text in its place."""
     begin, most = 0, min(len(before), len(after))
     while begin < most and before[begin] == after[begin]:
@@ -162,7 +162,7 @@ class Analysis:
 
 
 @dataclass(slots=True)
-class _Open:
+class _OpenBuffer:
     """A buffer of the editor."""
 
     version: int
@@ -177,15 +177,15 @@ class Files:
     unit: str = "utf-16"
     folders: list[str] = field(default_factory=list)
     """Of the workspace."""
-    buffers: dict[str, _Open] = field(default_factory=dict)
+    buffers: dict[str, _OpenBuffer] = field(default_factory=dict)
     """By URI."""
 
-    def put(self, uri: str, version: int, text: str) -> None:
+    def put_buffer(self, uri: str, version: int, text: str) -> None:
         """A buffer as it is now."""
         good = self.buffers[uri].good if uri in self.buffers else None
-        self.buffers[uri] = _Open(version, Buffer(text, self.unit), good)
+        self.buffers[uri] = _OpenBuffer(version, Buffer(text, self.unit), good)
 
-    def drop(self, uri: str) -> None:
+    def drop_buffer(self, uri: str) -> None:
         """A buffer that the editor has closed: the disk's file counts again."""
         self.buffers.pop(uri, None)
 
@@ -194,7 +194,7 @@ class Files:
         """What reads files: buffers first."""
         return Overlay({path_of(uri): one.buffer.text for uri, one in list(self.buffers.items())})
 
-    def read(self, path: str) -> Document | None:
+    def read_document(self, path: str) -> Document | None:
         """A file as a document, a buffer or the disk's; None where it cannot be read."""
         try:
             data = self.reader.read(path, DEFAULT.listing_bytes + 1)
@@ -204,41 +204,41 @@ class Files:
 
     def buffer_of(self, path: str, text: str) -> Buffer:
         """The buffer of a file, else its text from the disk."""
-        found = self.buffers.get(uri_of(path))
-        return Buffer(text, self.unit) if found is None else found.buffer
+        opened = self.buffers.get(uri_of(path))
+        return Buffer(text, self.unit) if opened is None else opened.buffer
 
     def analyse(self, uri: str) -> Analysis:
         """Everything that is found in a buffer as it is now."""
         from pidcfg.cli.inputs import is_for_pidcfg
-        from pidcfg.cli.policy import as_validated
+        from pidcfg.cli.policy import validated_findings
         from pidcfg.output.findings import check_with_words
 
-        one = self.buffers.get(uri) or _Open(0, Buffer(""))  # closed meanwhile
-        path, data = path_of(uri), data_of(one.buffer.text)
+        opened = self.buffers.get(uri) or _OpenBuffer(0, Buffer(""))  # closed meanwhile
+        path, data = path_of(uri), data_of(opened.buffer.text)
         doc = read_document(data, path)
-        base = Analysis(uri, one.version, one.buffer, doc)
+        base = Analysis(uri, opened.version, opened.buffer, doc)
         if not is_for_pidcfg(path, data, DEFAULT.listing_bytes):
             return replace(base, document=doc.without_data())
-        one.good = one.good if doc.data is None else doc
-        found, checked = check_with_words(doc, self.reader)
-        findings, remark = as_validated(found, doc)
-        return replace(base, findings=findings, checked=checked, good=one.good, remark=remark)
+        opened.good = opened.good if doc.data is None else doc
+        all_findings, checked = check_with_words(doc, self.reader)
+        findings, remark = validated_findings(all_findings, doc)
+        return replace(base, findings=findings, checked=checked, good=opened.good, remark=remark)
 
     def scenarios(self, config: str) -> Iterator[Document]:
         """The scenarios of the workspace that run a configuration, buffers among them."""
-        from pidcfg.cli.inputs import document, gather
+        from pidcfg.cli.inputs import document_of_input, gather_inputs
 
         roots = self.folders or [str(Path(config).parent)]
         reader = self.reader
-        names = {entry.name: entry for root in roots if Path(root).is_dir() for entry in gather([root], DEFAULT)}
+        names = {entry.name: entry for root in roots if Path(root).is_dir() for entry in gather_inputs([root], DEFAULT)}
         opened = [path_of(uri) for uri in self.buffers]
-        for name in dict.fromkeys([*opened, *(name for name, entry in names.items() if not entry.foreign)]):
-            doc = self.read(name) if name in opened or name not in names else document(names[name])
-            if doc is not None and runs(doc, config, reader):
+        for name in dict.fromkeys([*opened, *(name for name, entry in names.items() if not entry.is_foreign)]):
+            doc = self.read_document(name) if name in opened or name not in names else document_of_input(names[name])
+            if doc is not None and runs_configuration(doc, config, reader):
                 yield doc
 
 
-def runs(doc: Document, config: str, reader: Reader) -> bool:
+def runs_configuration(doc: Document, config: str, reader: Reader) -> bool:
     """Whether a file is a scenario that runs a configuration."""
-    named = (doc.data or {}).get("config")
-    return isinstance(named, str) and Path(reader.resolve(doc.file, named)).resolve() == Path(config).resolve()
+    name = (doc.data or {}).get("config")
+    return isinstance(name, str) and Path(reader.resolve(doc.file, name)).resolve() == Path(config).resolve()

@@ -21,11 +21,11 @@ from pygls.exceptions import JsonRpcInvalidRequest
 from pygls.lsp.server import LanguageServer
 
 from pidcfg.about import VERSION
-from pidcfg.cli.lsp import RUN, WORDS
-from pidcfg.cli.lsp.files import Analysis, Files, path_of, runs
+from pidcfg.cli.lsp import RUN_COMMAND, WORDS_COMMAND
+from pidcfg.cli.lsp.files import Analysis, Files, path_of, runs_configuration
 
-NAME = "pidcfg"
-INLAY_HINTS = "inlayHints"
+SERVER_NAME = "pidcfg"
+INLAY_HINTS_OPTION = "inlayHints"
 """The one setting, among the options of initialisation: whether words stand beside values."""
 COLLECT_AFTER = 50_000
 """Objects after which the garbage collector looks again: a file of 300 loops has as many."""
@@ -35,15 +35,15 @@ class Server(LanguageServer):
     """A server for one editor."""
 
     def __init__(self) -> None:
-        super().__init__(NAME, VERSION, types.TextDocumentSyncKind.Full)
+        super().__init__(SERVER_NAME, VERSION, types.TextDocumentSyncKind.Full)
         self.files = Files()
-        self.lazy = False
+        self.resolves_edits = False
         """Whether the editor asks for the edit of an action when somebody wants it."""
-        self.hints = True
+        self.has_hints = True
         self.pool = ThreadPoolExecutor(1)
-        self.kept: dict[str, Analysis] = {}
+        self.analyses: dict[str, Analysis] = {}
         self.running: dict[str, asyncio.Future[Analysis]] = {}
-        self.told: dict[str, int] = {}
+        self.published: dict[str, int] = {}
         """Of each file the version whose findings the editor has."""
         self.remarks: dict[str, str] = {}
         """What was said last of the settings of a file."""
@@ -53,22 +53,22 @@ class Server(LanguageServer):
     async def analysis(self, uri: str) -> Analysis:
         """What is found in a buffer as it is now; while that is worked out a newer version may come, which counts."""
         while True:
-            kept, opened = self.kept.get(uri), self.files.buffers.get(uri)
+            known, opened = self.analyses.get(uri), self.files.buffers.get(uri)
             if opened is None:
                 raise JsonRpcInvalidRequest(f"{uri} is not open")
-            if kept is not None and kept.version == opened.version and kept.buffer is opened.buffer:
-                return kept
+            if known is not None and known.version == opened.version and known.buffer is opened.buffer:
+                return known
             if uri not in self.running:
                 loop = asyncio.get_running_loop()
                 self.running[uri] = loop.run_in_executor(self.pool, self.files.analyse, uri)
             task = self.running[uri]
             try:
-                self.kept[uri] = await asyncio.shield(task)
+                self.analyses[uri] = await asyncio.shield(task)
             finally:
                 if task.done() and self.running.get(uri) is task:
                     del self.running[uri]
 
-    async def work(self, call: Callable[..., object], *args: object, **named: object) -> Any:
+    async def run_in_worker(self, call: Callable[..., object], *args: object, **named: object) -> Any:
         """The result of something that takes a while, from the worker."""
         return await asyncio.get_running_loop().run_in_executor(self.pool, lambda: call(*args, **named))
 
@@ -80,11 +80,11 @@ class Server(LanguageServer):
             analysis = await self.analysis(uri)
         except JsonRpcInvalidRequest:
             return  # closed meanwhile
-        if self.told.get(uri) == analysis.version:
+        if self.published.get(uri) == analysis.version:
             return
-        self.told[uri] = analysis.version
-        found = answers.diagnostics(analysis)
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, found, analysis.version))
+        self.published[uri] = analysis.version
+        diagnostics = answers.diagnostics(analysis)
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, diagnostics, analysis.version))
         if analysis.remark != self.remarks.get(uri, ""):
             self.remarks[uri] = analysis.remark
             if analysis.remark:
@@ -93,8 +93,8 @@ class Server(LanguageServer):
     async def refresh(self, uri: str) -> None:
         """After a change: the findings of the file, and then those of the scenarios that may run it."""
         await self.publish(uri)
-        for other, analysis in list(self.kept.items()):
-            if other != uri and runs(analysis.document, path_of(uri), self.files.reader):
+        for other, analysis in list(self.analyses.items()):
+            if other != uri and runs_configuration(analysis.document, path_of(uri), self.files.reader):
                 self.forget(other)
                 await self.publish(other)
 
@@ -106,11 +106,11 @@ class Server(LanguageServer):
 
     def forget(self, uri: str) -> None:
         """What was found in a buffer no longer counts, since another file has changed."""
-        self.kept.pop(uri, None)
-        self.told.pop(uri, None)
+        self.analyses.pop(uri, None)
+        self.published.pop(uri, None)
 
 
-def create() -> Server:
+def create_server() -> Server:
     """The server with all its answers."""
     server = Server()
     _take_files(server)
@@ -125,15 +125,15 @@ def set_collector() -> None:
     gc.set_threshold(COLLECT_AFTER, 20, 50)
 
 
-def start() -> None:
+def start_server() -> None:
     """Serves an editor over standard input and output, until it says that this is the end.
 
     The server has standard output for itself, and closes it; what is printed meanwhile goes to standard error.
     """
     set_collector()
-    own = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    stdout = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     with redirect_stdout(sys.stderr):
-        create().start_io(stdout=own)
+        create_server().start_io(stdout=stdout)
 
 
 # --- Files come, change and go ----------------------------------------------------------------------------------------
@@ -147,27 +147,27 @@ def _take_files(server: Server) -> None:
         encoding = ls.workspace.position_encoding or types.PositionEncodingKind.Utf16
         ls.files.unit = types.PositionEncodingKind(encoding).value
         options = params.initialization_options
-        ls.hints = not isinstance(options, dict) or options.get(INLAY_HINTS) is not False
+        ls.has_hints = not isinstance(options, dict) or options.get(INLAY_HINTS_OPTION) is not False
         able = params.capabilities.text_document
         support = able.code_action.resolve_support if able and able.code_action else None
-        ls.lazy = support is not None and "edit" in support.properties
+        ls.resolves_edits = support is not None and "edit" in support.properties
 
     @server.feature(types.INITIALIZED)
     async def ready(ls: Server, params: types.InitializedParams) -> None:
         del params
-        await ls.work(import_module, "pidcfg.cli.lsp.answers")
+        await ls.run_in_worker(import_module, "pidcfg.cli.lsp.answers")
 
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
     async def opened(ls: Server, params: types.DidOpenTextDocumentParams) -> None:
         one = params.text_document
         ls.forget(one.uri)
-        ls.files.put(one.uri, one.version, one.text)
+        ls.files.put_buffer(one.uri, one.version, one.text)
         await ls.refresh(one.uri)
 
     @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
     async def changed(ls: Server, params: types.DidChangeTextDocumentParams) -> None:
         one = params.text_document
-        ls.files.put(one.uri, one.version, params.content_changes[-1].text)
+        ls.files.put_buffer(one.uri, one.version, params.content_changes[-1].text)
         await ls.refresh(one.uri)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
@@ -178,7 +178,7 @@ def _take_files(server: Server) -> None:
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     def closed(ls: Server, params: types.DidCloseTextDocumentParams) -> None:
         uri = params.text_document.uri
-        ls.files.drop(uri)
+        ls.files.drop_buffer(uri)
         ls.forget(uri)
         ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
 
@@ -196,32 +196,34 @@ def _answer_places(server: Server) -> None:
     async def hover(ls: Server, params: types.HoverParams) -> types.Hover | None:
         from pidcfg.cli.lsp import answers
 
-        return answers.hover(await ls.analysis(params.text_document.uri), params.position)
+        return answers.hover_text(await ls.analysis(params.text_document.uri), params.position)
 
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
     async def hints(ls: Server, params: types.InlayHintParams) -> list[types.InlayHint]:
         from pidcfg.cli.lsp import answers
 
-        return answers.hints(await ls.analysis(params.text_document.uri), params.range) if ls.hints else []
+        return answers.inlay_hints(await ls.analysis(params.text_document.uri), params.range) if ls.has_hints else []
 
     @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     async def symbols(ls: Server, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
         from pidcfg.cli.lsp import answers
 
-        return answers.symbols(await ls.analysis(params.text_document.uri))
+        return answers.outline_symbols(await ls.analysis(params.text_document.uri))
 
     @server.feature(types.TEXT_DOCUMENT_DEFINITION)
     async def definition(ls: Server, params: types.DefinitionParams) -> types.Location | None:
         from pidcfg.cli.lsp import answers
 
-        return answers.definition(await ls.analysis(params.text_document.uri), ls.files, params.position)
+        return answers.find_definition(await ls.analysis(params.text_document.uri), ls.files, params.position)
 
     @server.feature(types.TEXT_DOCUMENT_REFERENCES)
     async def references(ls: Server, params: types.ReferenceParams) -> list[types.Location]:
         from pidcfg.cli.lsp import answers
 
         analysis = await ls.analysis(params.text_document.uri)
-        found: list[types.Location] = await ls.work(answers.all_references, analysis, ls.files, params.position)
+        found: list[types.Location] = await ls.run_in_worker(
+            answers.all_references, analysis, ls.files, params.position
+        )
         return found
 
     @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[" ", "{", ","]))
@@ -235,7 +237,7 @@ def _answer_places(server: Server) -> None:
     async def lenses(ls: Server, params: types.CodeLensParams) -> list[types.CodeLens]:
         from pidcfg.cli.lsp import answers
 
-        return answers.lenses(await ls.analysis(params.text_document.uri))
+        return answers.code_lenses(await ls.analysis(params.text_document.uri))
 
 
 # --- What changes files -----------------------------------------------------------------------------------------------
@@ -251,9 +253,11 @@ def _answer_changes(server: Server) -> None:
         from pidcfg.cli.lsp import answers
 
         analysis = await ls.analysis(params.text_document.uri)
-        found: list[types.CodeAction] = await ls.work(answers.actions, analysis, ls.files, params.range, lazy=ls.lazy)
+        found: list[types.CodeAction] = await ls.run_in_worker(
+            answers.code_actions, analysis, ls.files, params.range, lazy=ls.resolves_edits
+        )
         only = params.context.only
-        return [one for one in found if only is None or any(_is_of(one.kind, kind) for kind in only)]
+        return [one for one in found if only is None or any(_is_kind_of(one.kind, kind) for kind in only)]
 
     @server.feature(types.CODE_ACTION_RESOLVE)
     async def resolved(ls: Server, action: types.CodeAction) -> types.CodeAction:
@@ -261,14 +265,14 @@ def _answer_changes(server: Server) -> None:
 
         data: Any = action.data
         analysis = await ls.analysis(data["uri"])
-        done: types.CodeAction = await ls.work(answers.with_edit, action, analysis, ls.files)
-        return done
+        action_with_edit: types.CodeAction = await ls.run_in_worker(answers.with_edit, action, analysis, ls.files)
+        return action_with_edit
 
     @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
     async def renameable(ls: Server, params: types.PrepareRenameParams) -> types.Range | None:
         from pidcfg.cli.lsp import answers
 
-        return answers.renameable(await ls.analysis(params.text_document.uri), ls.files, params.position)
+        return answers.renameable_range(await ls.analysis(params.text_document.uri), ls.files, params.position)
 
     @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
     async def rename(ls: Server, params: types.RenameParams) -> types.WorkspaceEdit | None:
@@ -277,8 +281,8 @@ def _answer_changes(server: Server) -> None:
 
         analysis = await ls.analysis(params.text_document.uri)
         try:
-            edit: types.WorkspaceEdit | None = await ls.work(
-                answers.rename, analysis, ls.files, params.position, params.new_name
+            edit: types.WorkspaceEdit | None = await ls.run_in_worker(
+                answers.rename_loop, analysis, ls.files, params.position, params.new_name
             )
         except RenamingError as error:
             raise JsonRpcInvalidRequest(str(error)) from None
@@ -289,14 +293,14 @@ def _answer_changes(server: Server) -> None:
 
 
 def _take_commands(server: Server) -> None:
-    @server.command(RUN)
+    @server.command(RUN_COMMAND)
     async def run(ls: Server, uri: str) -> str:
-        text, passed = await asyncio.to_thread(_run, path_of(uri), ls.files)
+        text, passed = await asyncio.to_thread(_run_scenario, path_of(uri), ls.files)
         kind = types.MessageType.Info if passed else types.MessageType.Warning
         ls.window_show_message(types.ShowMessageParams(kind, text))
         return text
 
-    @server.command(WORDS)
+    @server.command(WORDS_COMMAND)
     async def words(ls: Server, uri: str, loop: str) -> str:
         from pidcfg.cli.lsp import answers
 
@@ -305,12 +309,12 @@ def _take_commands(server: Server) -> None:
         return text
 
 
-def _is_of(kind: str | None, wanted: str) -> bool:
+def _is_kind_of(kind: str | None, other: str) -> bool:
     """Whether a kind of action is another one or one below it."""
-    return kind == wanted or (kind or "").startswith(f"{wanted}.")
+    return kind == other or (kind or "").startswith(f"{other}.")
 
 
-def _run(path: str, files: Files) -> tuple[str, bool]:
+def _run_scenario(path: str, files: Files) -> tuple[str, bool]:
     """A scenario's run as ``simulate`` tells it, and whether it passed."""
     from pidcfg.api import simulate
     from pidcfg.cli.formats.runs import render_runs

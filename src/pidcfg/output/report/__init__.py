@@ -28,7 +28,7 @@ Value = str | int | float | Decimal | bool | None
 """What a cell holds: numbers stay numbers until they are written."""
 Owner = Literal["setting", "request", "status", "reserved"]
 """Who owns a word or bit: the engineer, a momentary request, the controller, nobody."""
-COMPARED = {"setting", "request"}
+COMPARED_OWNERS = {"setting", "request"}
 """Whose contents are those of the configuration as long as nobody changes them."""
 
 
@@ -106,9 +106,9 @@ class Register:
     meaning: str
     owner: Owner
     bits: tuple[Bit, ...] = ()
-    by: str = ""
+    writer: str = ""
     """Who writes it, where it is no setting."""
-    counted: bool = True
+    has_number: bool = True
     """Whether its decimal number says something: not of BCD digits, bits and addresses."""
 
 
@@ -123,8 +123,8 @@ class RegisterBlock:
 def contents_of(blocks: Sequence[RegisterBlock]) -> dict[str, str]:
     """What an engineer compares with the PLC, by address: four digits where words are BCD, numbers elsewhere."""
     rows = [register for block in blocks for register in block.registers]
-    digits = not all(row.counted for row in rows)
-    return {row.address: row.hex if digits else f"{row.decimal:g}" for row in rows if row.owner in COMPARED}
+    digits = not all(row.has_number for row in rows)
+    return {row.address: row.hex if digits else f"{row.decimal:g}" for row in rows if row.owner in COMPARED_OWNERS}
 
 
 @frozen
@@ -220,7 +220,7 @@ class Content:
         errors = sum(d.severity is Severity.ERROR for d in self.findings)
         bad, count = sum(not run.passed for run in self.runs), len(self.runs)
         of_runs = f"{bad} of {count} run{'' if count == 1 else 's'}"
-        if bad and not errors and all(run.word != "FAILED" for run in self.runs):
+        if bad and not errors and all(run.verdict_word != "FAILED" for run in self.runs):
             return "NOT PROVEN", f"{of_runs} not proven"
         faults = [f"{errors} error{'' if errors == 1 else 's'}"] if errors else []
         faults += [f"{of_runs} not passed"] if bad else []
@@ -240,7 +240,7 @@ class Content:
 
 
 @frozen
-class Happening:
+class RunEvent:
     """Something of a run: an event, an alarm, a mode, a remark."""
 
     at: float
@@ -309,13 +309,13 @@ class RunSheet:
     file: str
     config: str
     title: str
-    ran: bool
+    has_run: bool
     passed: bool
     verdict: str
     anchor: str = ""
     """What links lead to: known once its place in the report is."""
     facts: tuple[tuple[str, str], ...] = ()
-    happenings: tuple[Happening, ...] = ()
+    events: tuple[RunEvent, ...] = ()
     unlisted: int = 0
     """Changes of modes and alarms that the run has counted only."""
     metrics: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
@@ -348,7 +348,7 @@ class RunSheet:
         return {name: unit for units in self.units.values() for name, unit in units.signals.items()}
 
     @property
-    def word(self) -> str:
+    def verdict_word(self) -> str:
         """``passed``, ``FAILED``, or ``NOT PROVEN`` where nothing has failed."""
         if self.passed:
             return "passed"
@@ -365,7 +365,7 @@ class RunSheet:
         return len(self.standing) - self.count("not judged")
 
     @property
-    def remarkable(self) -> tuple[tuple[str, str, tuple[str, ...], float | None, str], ...]:
+    def open_rows(self) -> tuple[tuple[str, str, tuple[str, ...], float | None, str], ...]:
         """What does not simply hold: verdict, loop, kinds for the same reason, since when, why."""
         rows: dict[tuple[str, str, float | None, str], list[str]] = {}
         for row in self.standing:
@@ -376,7 +376,7 @@ class RunSheet:
         )
 
     @property
-    def left_out(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    def unjudged_rows(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
         """Loops with standing expectations that are not judged, and which."""
         rows: dict[str, list[str]] = {}
         for row in self.standing:
@@ -391,13 +391,13 @@ class RunSheet:
 
 # --- Values as people read them, and units in the words of the loop ---------------------------------------------------
 
-SIDES = {"pv": "PV unit", "output": "output unit"}
+UNITS_OF_SIDES = {"pv": "PV unit", "output": "output unit"}
 """What stands for the unit of a side that has none."""
 TINY, THOUSANDTH, THOUSAND, HUNDRED_THOUSAND, MILLION, HUGE = 1e-15, 1e-3, 1e3, 1e5, 1e6, 1e15
-RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
-def cell(value: object) -> Value:
+def cell_value(value: object) -> Value:
     """A value of a model as a cell: numbers, truths and texts stay what they are."""
     if value is None or isinstance(value, bool | int | float | Decimal):
         return value
@@ -407,25 +407,25 @@ def cell(value: object) -> Value:
         return f":= {value.text}"
     if isinstance(value, tuple) and type(value) is tuple:
         raw = all(isinstance(part, Quantity) and part.counts for part in value)
-        return " to ".join(text(part.value if raw else part) for part in value)
+        return " to ".join(cell_text(part.value if raw else part) for part in value)
     return str(value)
 
 
-def text(value: object) -> str:
+def cell_text(value: object) -> str:
     """A cell, or a value that becomes one, as text."""
     if isinstance(value, Quantity) and value.counts:
         return str(value)
-    value = cell(value)
+    value = cell_value(value)
     if value is None:
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, Decimal):
         return decimal_text(value)
-    return number(value) if isinstance(value, float) else str(value)
+    return number_text(value) if isinstance(value, float) else str(value)
 
 
-def number(value: float) -> str:
+def number_text(value: float) -> str:
     """The shortest decimal that means this number, all digits in sight unless there would be more than fifteen."""
     if value and not TINY <= abs(value) < HUGE:
         return repr(value)
@@ -442,13 +442,13 @@ def measurement_text(value: float) -> str:
         mantissa = float(f"{Decimal(value).scaleb(-exponent):.5g}")
         if abs(mantissa) >= THOUSAND:
             exponent, mantissa = exponent + 3, mantissa / THOUSAND
-        return f"{mantissa:g}×10{str(exponent).translate(RAISED)}"
-    return number(float(f"{value:.5g}" if abs(value) < HUNDRED_THOUSAND else f"{value:.0f}"))
+        return f"{mantissa:g}×10{str(exponent).translate(SUPERSCRIPTS)}"
+    return number_text(float(f"{value:.5g}" if abs(value) < HUNDRED_THOUSAND else f"{value:.0f}"))
 
 
 # --- Words about a PV of which the loop takes the root: they are compared with the signal before it -------------------
 
-SIGNAL = "% of the signal before the root"
+SIGNAL_SHARE = "% of the signal before the root"
 
 
 @frozen
@@ -457,15 +457,15 @@ class BeforeRoot:
 
     percent: Decimal
     value: Decimal | None
-    per: str = ""
+    time_unit: str = ""
     """What a change is counted in: ``sample``."""
 
     @property
     def unit(self) -> str:
         """The unit of the share."""
-        return f"{SIGNAL} per {self.per}" if self.per else SIGNAL
+        return f"{SIGNAL_SHARE} per {self.time_unit}" if self.time_unit else SIGNAL_SHARE
 
-    def reached(self, unit: str) -> str:
+    def pv_clause(self, unit: str) -> str:
         """Where the PV is then, as a clause; empty for a difference."""
         return "" if self.value is None else f"reached at {self.value:.4g} {unit}".rstrip()
 
@@ -503,9 +503,9 @@ def with_shares(groups: tuple[Group, ...], shares: Mapping[str, BeforeRoot], uni
 def _with_share(setting: Setting, before: BeforeRoot | None, unit: str) -> Setting:
     if before is None:
         return setting
-    reached = before.reached(unit)
+    reached = before.pv_clause(unit)
     linear = f"{setting.unit} of a linear PV" if setting.unit == unit else setting.unit
-    per = f" per {before.per}" if before.per else ""
+    per = f" per {before.time_unit}" if before.time_unit else ""
     meaning = f"{setting.meaning} Compared with the signal before the root: {before.percent} % of it{per}"
     return replace(setting, unit=linear, meaning=f"{meaning}{f', {reached}' if reached else ''}.")
 
@@ -534,7 +534,7 @@ METRIC_UNITS = {
     "total_variation": "{output}",
 }
 """Units of metrics whose title has none, by those of the loop."""
-GRAVE = ("not-judged", "proven", "not-proven", "failed")
+GRAVITY_ORDER = ("not-judged", "proven", "not-proven", "failed")
 """Verdicts of a loop, the gravest last."""
 
 
@@ -560,24 +560,24 @@ def run_sheet(run: Run) -> RunSheet:
     report = run.report
     if report is None:
         verdict = "The scenario could not run; the findings say why."
-        return RunSheet(run.file, run.config, run.title or run.file, ran=False, passed=False, verdict=verdict)
+        return RunSheet(run.file, run.config, run.title or run.file, has_run=False, passed=False, verdict=verdict)
     return RunSheet(
         file=run.file,
         config=run.config,
         title=report.scenario,
-        ran=True,
+        has_run=True,
         passed=run.passed,
         verdict=verdict_of(run, report),
-        facts=tuple(facts(report)),
-        happenings=tuple(happenings(report)),
+        facts=tuple(run_facts(report)),
+        events=tuple(run_events(report)),
         units=run.units,
         open_alarms=tuple(open_alarms(report)),
         unlisted=sum(loop.unlisted for loop in report.loops.values()),
         metrics={name: loop.metrics for name, loop in report.loops.items()},
-        metric_titles=titles(report),
+        metric_titles=metric_titles(report),
         signals=tuple((name, seen.low, seen.high, seen.final) for name, seen in report.signals.items()),
         flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
-        autotunes=tuple(autotunes(report)),
+        autotunes=tuple(autotune_rows(report)),
         expectations=tuple(Expectation(v.text, v.passed, found_text(v, run.units)) for v in report.expectations),
         standing=tuple(StandingRow(v.loop, v.kind, v.word, v.at, v.why) for v in report.standing),
         in_control={name: loop.time_in_control for name, loop in report.loops.items()},
@@ -593,7 +593,7 @@ def worst_trend(run: Run, report: Report) -> Trend | None:
 
     def grade(chart: Chart) -> tuple[int, float]:
         loop = report.loops.get(chart.loop)
-        return (0, 0.0) if loop is None else (GRAVE.index(loop.verdict), loop.metrics.get("overshoot") or 0.0)
+        return (0, 0.0) if loop is None else (GRAVITY_ORDER.index(loop.verdict), loop.metrics.get("overshoot") or 0.0)
 
     worst = max(run.charts, key=grade, default=None)
     return None if worst is None else Trend(grade(worst), render_figures([worst]))
@@ -605,10 +605,10 @@ def verdict_of(run: Run, report: Report) -> str:
     failed = sum(not verdict.passed for verdict in report.expectations)
     tally = Tally.of(report.standing)
     if failed or tally.failed:
-        written = f"{failed} of {total} expectations" if failed else ""
-        standing = f"{tally.failed} of {tally.judged} always checked" if tally.failed else ""
-        unproven = f"; {tally.unproven} not proven" if tally.unproven else ""
-        return f"{', '.join(part for part in (written, standing) if part)} failed{unproven}."
+        expected_text = f"{failed} of {total} expectations" if failed else ""
+        standing_text = f"{tally.failed} of {tally.judged} always checked" if tally.failed else ""
+        unproven_text = f"; {tally.unproven} not proven" if tally.unproven else ""
+        return f"{', '.join(part for part in (expected_text, standing_text) if part)} failed{unproven_text}."
     if run.unjudged:
         return "The configuration has errors, and nothing is expected of the run."
     if tally.unproven:
@@ -618,18 +618,18 @@ def verdict_of(run: Run, report: Report) -> str:
     return f"{total} of {total} expectations, {tally.in_words()}."
 
 
-def titles(report: Report) -> dict[str, str]:
+def metric_titles(report: Report) -> dict[str, str]:
     """The metrics that are worth a column."""
     swings = any(loop.metrics.get(key) is not None for loop in report.loops.values() for key in SWING_METRICS)
     return {key: title for key, title in METRIC_TITLES.items() if swings or key not in SWING_METRICS}
 
 
-def facts(report: Report) -> Iterator[tuple[str, str]]:
+def run_facts(report: Report) -> Iterator[tuple[str, str]]:
     """How the run was made."""
-    yield "Duration", f"{number(report.duration)} s"
-    yield "Step", f"{number(report.step)} s"
+    yield "Duration", f"{number_text(report.duration)} s"
+    yield "Step", f"{number_text(report.step)} s"
     if report.settled is not None:
-        yield "Before it", f"{number(report.settled)} s to the steady state"
+        yield "Before it", f"{number_text(report.settled)} s to the steady state"
     yield from report.plc_flags.items()
     if not report.running:
         yield "Loop task", "off: no loop is calculated"
@@ -638,17 +638,17 @@ def facts(report: Report) -> Iterator[tuple[str, str]]:
         yield "Scan time", f"{typical} ms ({low} to {high} ms)"
 
 
-def happenings(report: Report) -> list[Happening]:
+def run_events(report: Report) -> list[RunEvent]:
     """Events, alarms, modes and remarks in the order of time."""
-    rows = [Happening(event.at, event.loop or "", "event", event.text) for event in report.events]
+    rows = [RunEvent(event.at, event.loop or "", "event", event.text) for event in report.events]
     for name, loop in report.loops.items():
         for change in loop.modes:
-            asked = "" if change.requested in {None, change.mode} else f" (requested {change.requested})"
+            requested = "" if change.requested in {None, change.mode} else f" (requested {change.requested})"
             reason = f": {change.reason}" if change.reason else ""
-            rows.append(Happening(change.at, name, "mode", f"{change.mode}{asked}{reason}"))
-        rows += [Happening(alarm.at, name, "alarm", flag_words(alarm.alarm), alarm.cleared) for alarm in loop.alarms]
+            rows.append(RunEvent(change.at, name, "mode", f"{change.mode}{requested}{reason}"))
+        rows += [RunEvent(alarm.at, name, "alarm", flag_words(alarm.alarm), alarm.cleared) for alarm in loop.alarms]
     rows += [
-        Happening(note.at, note.loop or "", "error" if note.error else "note", note.text, error=note.error)
+        RunEvent(note.at, note.loop or "", "error" if note.error else "note", note.text, error=note.error)
         for note in report.notes
     ]
     return sorted(rows, key=lambda row: row.at)
@@ -665,7 +665,7 @@ def flags_on(loop: LoopReport) -> str:
     return ", ".join(flag_words(flag) for flag, seen in loop.flags.items() if seen)
 
 
-def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float], ...]]]:
+def autotune_rows(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float], ...]]]:
     """What the auto-tunes found."""
     for name, loop in report.loops.items():
         if loop.autotune is not None:
@@ -675,11 +675,11 @@ def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float
 
 def found_text(verdict: Verdict, units: Mapping[str, Units]) -> str:
     """What was measured for an expectation, with the unit of the metric or of the signal that it is about."""
-    of_loop = units.get(verdict.loop or "")
-    about = verdict.text.removeprefix(f"{verdict.loop} ").partition(" ")[0]
-    unit = EXPECTATION_UNITS.get(about, "").strip() or metric_unit(about, of_loop)
-    if of_loop is not None and not unit:
-        unit = next((unit for name, unit in of_loop.signals.items() if verdict.text.startswith(f"{name} ")), "")
+    loop_units = units.get(verdict.loop or "")
+    metric = verdict.text.removeprefix(f"{verdict.loop} ").partition(" ")[0]
+    unit = EXPECTATION_UNITS.get(metric, "").strip() or metric_unit(metric, loop_units)
+    if loop_units is not None and not unit:
+        unit = next((unit for name, unit in loop_units.signals.items() if verdict.text.startswith(f"{name} ")), "")
     number = isinstance(verdict.value, int | float | list | tuple) and not isinstance(verdict.value, bool)
     return f"{measured_text(verdict.value)} {unit if number else ''}".rstrip()
 
@@ -697,4 +697,4 @@ def measured_text(value: object) -> str:
         return " to ".join(measured_text(part) for part in value)
     if isinstance(value, float):
         return measurement_text(value)
-    return "none" if value is None else text(value)
+    return "none" if value is None else cell_text(value)

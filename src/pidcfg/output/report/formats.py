@@ -19,8 +19,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.listing import csv_lines
-from pidcfg.output.report import METRIC_TITLES, contents_of, measurement_text, metric_unit, text
-from pidcfg.output.report.sheets import FIRST
+from pidcfg.output.report import METRIC_TITLES, cell_text, contents_of, measurement_text, metric_unit
+from pidcfg.output.report.sheets import FIRST_FACTS
 from pidcfg.text.diagnostics import Severity, words_of
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import FORMULA_STARTS, to_printable
@@ -39,24 +39,24 @@ if TYPE_CHECKING:
 # --- The report as one HTML page that needs nothing else: its script stands in it, nothing comes from elsewhere -------
 
 TEMPLATES = Path(__file__).parent / "templates"
-CODE = re.compile("`([^`]+)`")
-PARTS = re.compile("[^._]*[._]|[^._]+")
-CLAUSE = re.compile(r"[.;:,](?= |$)| or `")
+CODE_TEXT = re.compile("`([^`]+)`")
+NAME_PARTS = re.compile("[^._]*[._]|[^._]+")
+CLAUSE_END = re.compile(r"[.;:,](?= |$)| or `")
 """Where the first clause of a meaning ends."""
-OFFSETS = re.compile(r" \([^)]*n\+\d[^)]*\)")
+OFFSET_TEXT = re.compile(r" \([^)]*n\+\d[^)]*\)")
 """A register by its offset, whose address stands beside the meaning."""
 SIGN_OFF = ("Prepared", "Checked", "Commissioned", "Accepted")
-GENERAL = {*(title for title, *_ in FIRST), "Direction", "Form", "Pulses", "Duty cycle"}
+GENERAL_FACTS = {*(title for title, *_ in FIRST_FACTS), "Direction", "Form", "Pulses", "Duty cycle"}
 """Facts that are not the terms of the equation."""
-MANY = 4
+LEAST_ZEROS = 4
 """Words of zeros that stand as one."""
 
 
-def page(content: Content, *, full: bool = False) -> str:
+def report_page(content: Content, *, full: bool = False) -> str:
     """The page, with the charts of its runs; ``full``: with what is at its default, and all words and signals."""
     from pidcfg.pictures.page import CONTENT_POLICY, SCRIPT, STYLE
 
-    return _rendered(
+    return _render_template(
         "page.html",
         content,
         full=full,
@@ -73,19 +73,19 @@ def page(content: Content, *, full: bool = False) -> str:
 def door_sheet(content: Content) -> str:
     """All loops with their main values and words on one sheet, for the door of the cabinet."""
     policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-    return _rendered(
+    return _render_template(
         "sheet.html",
         content,
         policy=policy,
         places=main_places,
-        tuning=tuning,
-        alarms=alarms,
+        tuning=tuning_facts,
+        alarms=alarm_settings,
         alarm_names=alarm_names(content),
         files=content.files,
     )
 
 
-def _rendered(template: str, content: Content, **more: object) -> str:
+def _render_template(template: str, content: Content, **more: object) -> str:
     title = content.title
     return to_printable(
         _environment()
@@ -93,7 +93,7 @@ def _rendered(template: str, content: Content, **more: object) -> str:
         .render(
             content=content,
             title=title,
-            counts=counts(content),
+            counts=severity_counts(content),
             running=css_string(" · ".join(part for part in (title.project, title.title) if part)),
             marking=css_string(" · ".join(part for part in (title.document, _revision(title)) if part)),
             tool=css_string(f"pidcfg {title.version}"),
@@ -119,13 +119,13 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     env.filters |= {
-        "prose": prose,
-        "soft": soft,
-        "cell": text,
-        "number": number,
-        "clause": clause,
+        "prose": sentence_html,
+        "soft": breakable_name,
+        "cell": cell_text,
+        "number": measured_number,
+        "clause": first_clause,
         "fact_pair": fact_pair,
-        "rising": rising,
+        "rising": first_words,
     }
     env.globals |= {"metric_unit": metric_unit, "main_settings": main_settings, "compared": compared_words}
     return env
@@ -169,8 +169,12 @@ def compared_words(blocks: Iterable[RegisterBlock]) -> list[tuple[str, str]]:
     rows: list[tuple[str, str]] = []
     for content, run in groupby(contents_of(tuple(blocks)).items(), key=itemgetter(1)):
         addresses = [address for address, _ in run]
-        many = not content.strip("0") and len(addresses) >= MANY
-        rows += [(f"{addresses[0]} to {addresses[-1]}", content)] if many else [(one, content) for one in addresses]
+        is_run_of_zeros = not content.strip("0") and len(addresses) >= LEAST_ZEROS
+        rows += (
+            [(f"{addresses[0]} to {addresses[-1]}", content)]
+            if is_run_of_zeros
+            else [(address, content) for address in addresses]
+        )
     return rows
 
 
@@ -179,12 +183,12 @@ def main_places(sheet: LoopSheet) -> dict[str, tuple[str, str]]:
     return {fact.title: (fact.text, fact.place) for fact in sheet.facts}
 
 
-def tuning(sheet: LoopSheet) -> list[Fact]:
+def tuning_facts(sheet: LoopSheet) -> list[Fact]:
     """The three terms of a loop."""
-    return [fact for fact in sheet.facts if fact.title not in GENERAL]
+    return [fact for fact in sheet.facts if fact.title not in GENERAL_FACTS]
 
 
-def alarms(sheet: LoopSheet) -> dict[str, Setting]:
+def alarm_settings(sheet: LoopSheet) -> dict[str, Setting]:
     """The limits of a loop's alarms, as far as the file says them, by what they are called."""
     rows = [row for row in main_settings(sheet) if row.path.startswith("alarms.") and not isinstance(row.value, bool)]
     return {
@@ -194,10 +198,10 @@ def alarms(sheet: LoopSheet) -> dict[str, Setting]:
 
 def alarm_names(content: Content) -> list[str]:
     """The alarms that any loop has."""
-    return list(dict.fromkeys(name for _, sheet in content.loops for name in alarms(sheet)))
+    return list(dict.fromkeys(name for _, sheet in content.loops for name in alarm_settings(sheet)))
 
 
-def rising(direction: str) -> str:
+def first_words(direction: str) -> str:
     """The first words of a direction."""
     return direction.partition(" when ")[0]
 
@@ -210,34 +214,36 @@ def fact_pair(fact: Fact) -> tuple[str, str]:
 # --- how it is shown -------------------------------------------------------------------------------------------------
 
 
-def prose(sentence: str) -> Markup:
+def sentence_html(sentence: str) -> Markup:
     """A text of ours as HTML: what stands between backticks is code."""
     from markupsafe import Markup, escape
 
-    parts = CODE.split(sentence)
+    parts = CODE_TEXT.split(sentence)
     return Markup("").join(
         Markup("<code>{}</code>").format(part) if i % 2 else escape(part) for i, part in enumerate(parts)
     )
 
 
-def clause(sentence: str) -> str:
+def first_clause(sentence: str) -> str:
     """The first clause of a meaning, for a line of its own."""
-    return CLAUSE.split(OFFSETS.sub("", sentence), maxsplit=1)[0]
+    return CLAUSE_END.split(OFFSET_TEXT.sub("", sentence), maxsplit=1)[0]
 
 
-def soft(name: str) -> Markup:
+def breakable_name(name: str) -> Markup:
     """A name that may be broken after a dot or an underscore."""
     from markupsafe import Markup, escape
 
-    return Markup("").join(escape(part) + Markup("<wbr>") * part.endswith((".", "_")) for part in PARTS.findall(name))
+    return Markup("").join(
+        escape(part) + Markup("<wbr>") * part.endswith((".", "_")) for part in NAME_PARTS.findall(name)
+    )
 
 
-def number(value: float | None) -> str:
+def measured_number(value: float | None) -> str:
     """A measured number; a dash where there is none."""
     return "–" if value is None else measurement_text(value)
 
 
-def counts(content: Content) -> dict[str, int]:
+def severity_counts(content: Content) -> dict[str, int]:
     """How many findings there are of each severity, the gravest first."""
     return {s.label: sum(d.severity is s for d in content.findings) for s in sorted(Severity, reverse=True)}
 
@@ -278,7 +284,7 @@ BROWSERS = (
     "microsoft-edge-stable",
 )
 """Names on the path."""
-PLACES = (
+BROWSER_PATHS = (
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
     "/Applications/Chromium.app/Contents/MacOS/Chromium",
     "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
@@ -287,9 +293,9 @@ PLACES = (
     r"C:\Program Files\Microsoft\Edge\Application\msedge.exe",
 )
 """Where they are installed on systems that do not put them there."""
-VARIABLE = "PIDCFG_BROWSER"
+BROWSER_VARIABLE = "PIDCFG_BROWSER"
 """Of the environment: the browser to take."""
-FLAGS = (
+BROWSER_FLAGS = (
     "--headless",
     "--disable-gpu",
     "--disable-extensions",
@@ -298,10 +304,10 @@ FLAGS = (
     "--no-first-run",
     "--no-pdf-header-footer",
 )
-PATIENCE = 300
+PDF_TIMEOUT = 300
 """Seconds that a page may take."""
-TIMES = re.compile(rb"(/(?:CreationDate|ModDate) \(D:)\d{14}")
-EPOCH = b"20000101000000"
+PDF_TIMES = re.compile(rb"(/(?:CreationDate|ModDate) \(D:)\d{14}")
+PDF_EPOCH = b"20000101000000"
 """What stands for the times in every file, so that the same report gives the same bytes."""
 
 
@@ -309,40 +315,43 @@ class PdfError(Exception):
     """Why there is no PDF, and what to do."""
 
 
-def browser() -> str:
+def find_browser() -> str:
     """The path of the browser that prints; raises `PdfError` where there is none."""
-    wanted = os.environ.get(VARIABLE)
-    names = (wanted,) if wanted else (*BROWSERS, *PLACES)
+    named = os.environ.get(BROWSER_VARIABLE)
+    names = (named,) if named else (*BROWSERS, *BROWSER_PATHS)
     path = next((path for path in map(shutil.which, names) if path), None)
     if path is not None:
         return path
-    if wanted:
-        raise PdfError(f"{VARIABLE} names {wanted!r}, which is no program here")
+    if named:
+        raise PdfError(f"{BROWSER_VARIABLE} names {named!r}, which is no program here")
     raise PdfError(
         "a PDF is printed by Chromium, Chrome or Edge, and none of them is here; install one, name it in the variable "
-        f"{VARIABLE}, or write report.html and print that from a browser"
+        f"{BROWSER_VARIABLE}, or write report.html and print that from a browser"
     )
 
 
-def pdf(html: str, path: str) -> bytes:
+def print_pdf(html: str, path: str) -> bytes:
     """The page, printed by the browser at a path; raises `PdfError` with what the browser says where it fails."""
     with TemporaryDirectory(prefix="pidcfg-", ignore_cleanup_errors=True) as folder:
         page, target = Path(folder) / "report.html", Path(folder) / "report.pdf"
         page.write_text(html, "utf-8")
         root = ["--no-sandbox"] if sys.platform == "linux" and os.geteuid() == 0 else []
-        own = [f"--user-data-dir={folder}/profile", f"--print-to-pdf={target}"]
+        options = [f"--user-data-dir={folder}/profile", f"--print-to-pdf={target}"]
         try:
             result = subprocess.run(  # noqa: S603 - a browser that the user has installed or named, and no shell
-                [path, *FLAGS, *root, *own, page.as_uri()], capture_output=True, timeout=PATIENCE, check=False
+                [path, *BROWSER_FLAGS, *root, *options, page.as_uri()],
+                capture_output=True,
+                timeout=PDF_TIMEOUT,
+                check=False,
             )
         except OSError as error:
             raise PdfError(f"{path} cannot be started: {error.strerror}") from None
         except subprocess.TimeoutExpired:
-            raise PdfError(f"{path} has not printed the page within {PATIENCE} s") from None
+            raise PdfError(f"{path} has not printed the page within {PDF_TIMEOUT} s") from None
         if not target.is_file():
             words = result.stderr.decode("utf-8", "replace").strip().splitlines()
             raise PdfError(f"{path} has printed nothing: {words[-1] if words else f'exit code {result.returncode}'}")
-        return TIMES.sub(rb"\g<1>" + EPOCH, target.read_bytes())
+        return PDF_TIMES.sub(rb"\g<1>" + PDF_EPOCH, target.read_bytes())
 
 
 # --- The tables, flat, as CSV files and as an Excel workbook ----------------------------------------------------------
@@ -367,7 +376,7 @@ def tables_of(content: Content) -> tuple[Table, ...]:
     return tuple(Table(key, title, columns, tuple(make(content))) for key, title, columns, make in TABLES)
 
 
-def _title(content: Content) -> Iterator[Row]:
+def _title_rows(content: Content) -> Iterator[Row]:
     title = content.title
     rows: Sequence[tuple[str, str | None]] = (
         ("Title", title.title),
@@ -384,11 +393,11 @@ def _title(content: Content) -> Iterator[Row]:
     yield from ((name, value) for name, value in rows if value)
 
 
-def _files(content: Content) -> Iterator[Row]:
+def _file_rows(content: Content) -> Iterator[Row]:
     yield from ((f.name, f.kind, f.size, f.sha256) for f in content.files)
 
 
-def _findings(content: Content) -> Iterator[Row]:
+def _finding_rows(content: Content) -> Iterator[Row]:
     for d in content.findings:
         place = (d.file, d.span.line, d.span.column, d.loop, d.where)
         yield d.severity.label, d.code, *place, d.message, d.plc_effect, d.reference, d.help
@@ -401,13 +410,13 @@ def _sheets(content: Content) -> Iterator[tuple[str, str, Sheet]]:
         yield from ((plc.file, loop.name, loop) for loop in plc.loops)
 
 
-def _settings(content: Content) -> Iterator[Row]:
+def _setting_rows(content: Content) -> Iterator[Row]:
     for *place, sheet in _sheets(content):
         for s in (setting for group in sheet.groups for setting in group.settings):
             yield *place, s.path, s.value, s.unit, "file" if s.given else "default", s.meaning, None
 
 
-def _words(content: Content) -> Iterator[Row]:
+def _word_rows(content: Content) -> Iterator[Row]:
     for *place, sheet in _sheets(content):
         for title, r in ((block.title, register) for block in sheet.blocks for register in block.registers):
             register = (*place, title, r.address, r.name)
@@ -417,51 +426,51 @@ def _words(content: Content) -> Iterator[Row]:
                 yield *register, bit.bits, None, bit.state, bit.value, None, bit.meaning, bit.owner
 
 
-def _parameters(content: Content) -> Iterator[Row]:
+def _parameter_rows(content: Content) -> Iterator[Row]:
     for *place, sheet in _sheets(content):
         yield from ((*place, p.name, p.type, p.content, p.unit, p.device, p.meaning) for p in sheet.parameters)
 
 
-def _outside(content: Content) -> Iterator[Row]:
+def _outside_rows(content: Content) -> Iterator[Row]:
     yield from ((*place, *row) for *place, sheet in _sheets(content) for row in sheet.outside)
 
 
-def _checks(content: Content) -> Iterator[Row]:
+def _check_rows(content: Content) -> Iterator[Row]:
     yield from ((plc.file, item, None) for plc in content.plcs for item in plc.checklist)
 
 
-def _expectations(content: Content) -> Iterator[Row]:
+def _expectation_rows(content: Content) -> Iterator[Row]:
     for run in content.runs:
         yield from (
             (run.file, run.title, e.text, "passed" if e.passed else "FAILED", e.value) for e in run.expectations
         )
 
 
-def _standing(content: Content) -> Iterator[Row]:
+def _standing_rows(content: Content) -> Iterator[Row]:
     for run in content.runs:
         yield from ((run.file, run.title, s.loop, s.kind, s.verdict, s.at, s.text) for s in run.standing)
 
 
-def _metrics(content: Content) -> Iterator[Row]:
+def _metric_rows(content: Content) -> Iterator[Row]:
     for run in content.runs:
         for loop, metrics in run.metrics.items():
             yield run.file, loop, run.in_control[loop], *(metrics.get(metric) for metric in METRIC_TITLES)
 
 
-def _signals(content: Content) -> Iterator[Row]:
+def _signal_rows(content: Content) -> Iterator[Row]:
     for run in content.runs:
         roots = dict(run.before_root)
         for name, *numbers in run.signals:
-            loop, _, what = name.rpartition(".")
-            yield run.file, name, *numbers, roots.get(loop) if what in {"PV", "SP"} else None
+            loop, _, kind = name.rpartition(".")
+            yield run.file, name, *numbers, roots.get(loop) if kind in {"PV", "SP"} else None
 
 
-def _happenings(content: Content) -> Iterator[Row]:
+def _event_rows(content: Content) -> Iterator[Row]:
     for run in content.runs:
-        yield from ((run.file, h.at, h.until, h.loop, h.kind, h.text) for h in run.happenings)
+        yield from ((run.file, h.at, h.until, h.loop, h.kind, h.text) for h in run.events)
 
 
-def _autotunes(content: Content) -> Iterator[Row]:
+def _autotune_rows(content: Content) -> Iterator[Row]:
     for run in content.runs:
         for loop, status, results in run.autotunes:
             yield from ((run.file, loop, status, name, value) for name, value in results or (("", None),))
@@ -469,32 +478,32 @@ def _autotunes(content: Content) -> Iterator[Row]:
 
 # fmt: off
 TABLES = (
-    ("title",        "Title",            ("Field", "Value"), _title),
+    ("title",        "Title",            ("Field", "Value"), _title_rows),
     ("findings",     "Findings",         ("Severity", "Rule", "File", "Line", "Column", "Loop", "Place", "Message",
-                                          "What the PLC does", "Reference", "Cure"), _findings),
+                                          "What the PLC does", "Reference", "Cure"), _finding_rows),
     ("settings",     "Settings",         ("File", "Loop", "Setting", "Value", "Unit", "From", "Meaning", "As left"),
-                                         _settings),
+                                         _setting_rows),
     ("words",        "Words",            ("File", "Loop", "Block", "Address", "Register", "Bits", "Hex", "Decimal",
-                                          "Value", "Unit", "Meaning", "Kind"), _words),
+                                          "Value", "Unit", "Meaning", "Kind"), _word_rows),
     ("parameters",   "Parameters",       ("File", "Loop", "Parameter", "Type", "Content", "Unit", "Device", "Meaning"),
-                                         _parameters),
-    ("outside",      "In no register",   ("File", "Loop", "Setting", "Value"), _outside),
-    ("checks",       "Checks",           ("File", "After the download", "Done"), _checks),
-    ("expectations", "Expectations",     ("Scenario", "Title", "Expectation", "Verdict", "Found"), _expectations),
+                                         _parameter_rows),
+    ("outside",      "In no register",   ("File", "Loop", "Setting", "Value"), _outside_rows),
+    ("checks",       "Checks",           ("File", "After the download", "Done"), _check_rows),
+    ("expectations", "Expectations",     ("Scenario", "Title", "Expectation", "Verdict", "Found"), _expectation_rows),
     ("standing",     "Standing",         ("Scenario", "Title", "Loop", "Expectation", "Verdict", "Since, s", "Found"),
-                                         _standing),
-    ("metrics",      "Metrics",          ("Scenario", "Loop", "In control, s", *METRIC_TITLES.values()), _metrics),
-    ("signals",      "Signals",          ("Scenario", "Signal", "Lowest", "Highest", "Final", "Remark"), _signals),
-    ("happenings",   "What happened",    ("Scenario", "From, s", "Until, s", "Loop", "Kind", "What"), _happenings),
-    ("autotune",     "Auto-tune",        ("Scenario", "Loop", "Status", "Parameter", "Value"), _autotunes),
-    ("files",        "Input files",      ("File", "Kind", "Bytes", "SHA-256"), _files),
+                                         _standing_rows),
+    ("metrics",      "Metrics",          ("Scenario", "Loop", "In control, s", *METRIC_TITLES.values()), _metric_rows),
+    ("signals",      "Signals",          ("Scenario", "Signal", "Lowest", "Highest", "Final", "Remark"), _signal_rows),
+    ("happenings",   "What happened",    ("Scenario", "From, s", "Until, s", "Loop", "Kind", "What"), _event_rows),
+    ("autotune",     "Auto-tune",        ("Scenario", "Loop", "Status", "Parameter", "Value"), _autotune_rows),
+    ("files",        "Input files",      ("File", "Kind", "Bytes", "SHA-256"), _file_rows),
 )
 """Each table: its file's name, its sheet's name, its columns, and what makes its rows."""
 # fmt: on
 
 # --- The tables as CSV files; no cell can become a formula in a spreadsheet -------------------------------------------
 
-MARK = "\ufeff"
+BYTE_ORDER_MARK = "\ufeff"
 
 
 def csv_files(tables: Iterable[Table]) -> dict[str, str]:
@@ -504,13 +513,13 @@ def csv_files(tables: Iterable[Table]) -> dict[str, str]:
 
 def csv_text(table: Table) -> str:
     """One table: UTF-8 with the mark by which spreadsheets know it, commas, lines that end in LF."""
-    return to_printable(MARK + csv_lines([table.columns, *(map(safe, row) for row in table.rows)]))
+    return to_printable(BYTE_ORDER_MARK + csv_lines([table.columns, *(map(safe_text, row) for row in table.rows)]))
 
 
-def safe(value: Value) -> str:
+def safe_text(value: Value) -> str:
     """A cell as text; a text that a spreadsheet would calculate gets an apostrophe, a number never."""
-    shown = text(value)
-    return f"'{shown}" if isinstance(value, str) and shown.startswith(FORMULA_STARTS) else shown
+    shown_text = cell_text(value)
+    return f"'{shown_text}" if isinstance(value, str) and shown_text.startswith(FORMULA_STARTS) else shown_text
 
 
 # --- The tables as an Excel workbook: a sheet each, numbers as numbers, texts as nothing but texts --------------------
@@ -518,14 +527,14 @@ def safe(value: Value) -> str:
 CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
 """Written into every workbook, so that the same input gives the same bytes."""
 NARROWEST, WIDEST = 6, 60
-LINE = 15
+LINE_HEIGHT = 15
 """Height of a line in points."""
 MOST_CHARACTERS = 32_767
 """A cell holds no more."""
-WRAPPED = {"text_wrap": True, "valign": "top"}
+WRAPPED_FORMAT = {"text_wrap": True, "valign": "top"}
 
 
-def workbook(tables: Sequence[Table], title: Title) -> bytes:
+def write_workbook(tables: Sequence[Table], title: Title) -> bytes:
     """The bytes of the workbook."""
     import xlsxwriter
 
@@ -542,26 +551,26 @@ def workbook(tables: Sequence[Table], title: Title) -> bytes:
             }
         )
         formats = {
-            "head": book.add_format({"bold": True, "bg_color": "#E4E9EE", "bottom": 1, **WRAPPED}),
-            "text": book.add_format(WRAPPED),
+            "head": book.add_format({"bold": True, "bg_color": "#E4E9EE", "bottom": 1, **WRAPPED_FORMAT}),
+            "text": book.add_format(WRAPPED_FORMAT),
             "number": book.add_format({"valign": "top"}),
         }
         for table in tables:
-            _sheet(book.add_worksheet(table.title), table, formats, title)
+            _write_table(book.add_worksheet(table.title), table, formats, title)
     return stream.getvalue()
 
 
-def _sheet(sheet: Any, table: Table, formats: Data, title: Title) -> None:
+def _write_table(sheet: Any, table: Table, formats: Data, title: Title) -> None:
     for column, name in enumerate(table.columns):
         sheet.write_string(0, column, name, formats["head"])
     for number, row in enumerate(table.rows, start=1):
         for column, value in enumerate(row):
-            _write(sheet, (number, column), value, formats)
-    columns = widths(table)
+            _write_cell(sheet, (number, column), value, formats)
+    columns = column_widths(table)
     for column, width in enumerate(columns):
         sheet.set_column(column, column, width)
     for number, row in enumerate(table.rows, start=1):
-        sheet.set_row(number, LINE * lines(row, columns))
+        sheet.set_row(number, LINE_HEIGHT * line_count(row, columns))
     sheet.freeze_panes(1, 0)
     sheet.repeat_rows(0)
     if table.rows:
@@ -570,11 +579,11 @@ def _sheet(sheet: Any, table: Table, formats: Data, title: Title) -> None:
     sheet.set_paper(9)
     sheet.fit_to_pages(1, 0)
     name = " ".join(part for part in (title.project, title.document, title.revision) if part) or title.title
-    sheet.set_header(f"&L{_plain(name)}&R&A")
+    sheet.set_header(f"&L{_header_text(name)}&R&A")
     sheet.set_footer("&RPage &P of &N")
 
 
-def _plain(name: str) -> str:
+def _header_text(name: str) -> str:
     """A text in a header, where & begins a command; a header holds 255 characters."""
     return _encodable(name)[:80].replace("&", "&&")
 
@@ -584,21 +593,21 @@ def _encodable(words: str) -> str:
     return to_printable(words).encode("utf-8", "replace").decode()
 
 
-def _write(sheet: Any, place: tuple[int, int], value: Value, formats: Data) -> None:
+def _write_cell(sheet: Any, place: tuple[int, int], value: Value, formats: Data) -> None:
     if value is None or value == "":
         return
     if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
         sheet.write_number(*place, float(value) if isinstance(value, Decimal) else value, formats["number"])
     else:
-        sheet.write_string(*place, _encodable(text(value))[:MOST_CHARACTERS], formats["text"])
+        sheet.write_string(*place, _encodable(cell_text(value))[:MOST_CHARACTERS], formats["text"])
 
 
-def lines(row: Sequence[Value], columns: Sequence[int]) -> int:
+def line_count(row: Sequence[Value], columns: Sequence[int]) -> int:
     """How many lines the longest cell of a row takes: not every spreadsheet works it out by itself."""
-    return max(1, *(ceil(len(text(cell)) / (width - 2)) for cell, width in zip(row, columns, strict=True)))
+    return max(1, *(ceil(len(cell_text(cell)) / (width - 2)) for cell, width in zip(row, columns, strict=True)))
 
 
-def widths(table: Table) -> list[int]:
+def column_widths(table: Table) -> list[int]:
     """A width for each column that holds its longest cell, within reason."""
-    columns = [[*map(text, column)] for column in zip(table.columns, *table.rows, strict=True)]
+    columns = [[*map(cell_text, column)] for column in zip(table.columns, *table.rows, strict=True)]
     return [min(WIDEST, max(NARROWEST, *(len(cell) for cell in column)) + 2) for column in columns]

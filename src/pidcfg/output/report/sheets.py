@@ -20,22 +20,21 @@ from pidcfg.output import report
 from pidcfg.output.explanation.lookup import PV_RISES
 from pidcfg.output.explanation.page import texts_of
 from pidcfg.output.report import (
-    SIDES,
+    UNITS_OF_SIDES,
     Content,
     Fact,
     Group,
     LoopSheet,
     PlcSheet,
     Setting,
-    cell,
+    cell_text,
+    cell_value,
     loop_words,
-    number,
+    number_text,
     settings_before_root,
-    text,
     with_shares,
     word_before_root,
 )
-from pidcfg.output.report import cell as cell_of
 from pidcfg.schemas.base import Quantity, Rate, unit_text, units_of
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.diagnostics import path_text, sort_findings
@@ -59,7 +58,7 @@ if TYPE_CHECKING:
 
 # --- What a reader of a loop sheet looks for first --------------------------------------------------------------------
 
-FIRST = (
+FIRST_FACTS = (
     ("Mode", "mode", "", ("mode",)),
     ("PV range", "pv.range", "pv", ("pv.range",)),
     ("Set point", "setpoint.value", "pv", ("setpoint.value", "SP", "SV")),
@@ -67,79 +66,81 @@ FIRST = (
     ("Sample time", "sample_time", "s", ("sample_time", "sample_rate", "CYCLE")),
 )
 """Each with the field of the neutral loop that says it, its unit, and the vendors' own keys, for a loop without one."""
-PERIODS = ("output.pulse.cycle_time", "output.pulse.period", "output.pwm.period", "call.GPWM.cycle")
-PULSED = ("output.pulse.tag", "output.pwm.bit", "call.GPWM.output")
+PULSE_PERIOD_KEYS = ("output.pulse.cycle_time", "output.pulse.period", "output.pwm.period", "call.GPWM.cycle")
+PULSED_KEYS = ("output.pulse.tag", "output.pwm.bit", "call.GPWM.output")
 """The period of an output's pulses, and what is pulsed, by the vendors' own keys."""
-PAIR = 2
-FORMS = {True: "dependent: Ti and Td are times", False: "independent: Ki and Kd are gains"}
-WIRED = "the program chooses it: "
+PAIR_LENGTH = 2
+FORM_TEXTS = {True: "dependent: Ti and Td are times", False: "independent: Ki and Kd are gains"}
+WIRED_TEXT = "the program chooses it: "
 
 
-def facts(
+def loop_facts(
     vendor: Vendor, loop: object, neutral: Mapping[str, object], groups: Sequence[Group], stored: Mapping[str, str]
 ) -> Iterator[Fact]:
     """The facts of a loop; ``neutral``: its neutral form or nothing, ``stored``: what registers hold, as text."""
-    units = {side: value_at(neutral, (side, "unit")) or "" for side in SIDES}
+    units = {side: value_at(neutral, (side, "unit")) or "" for side in UNITS_OF_SIDES}
     settings = {setting.path: setting for group in groups for setting in group.settings}
-    for title, path, unit, keys in FIRST:
+    for title, path, unit, keys in FIRST_FACTS:
         value = value_at(neutral, parse_path(path))
         setting = next((settings[key] for key in keys if key in settings), None)
         place = setting.place if setting is not None else ""
         if path in stored and setting is not None and setting.unit == "counts":
             yield Fact(title, stored[path], place)
         elif isinstance(value, str | int | float | list | tuple | Decimal):
-            shown = " to ".join(map(brief, value)) if isinstance(value, list | tuple) else brief(value)
+            shown = " to ".join(map(short_text, value)) if isinstance(value, list | tuple) else short_text(value)
             yield Fact(title, f"{shown} {unit_text(unit, units)}".rstrip(), place)
         elif setting is not None:
-            yield Fact(title, quantity(setting), place)
-    if rises := direction(vendor, loop):
+            yield Fact(title, quantity_text(setting), place)
+    if rises := direction_text(vendor, loop):
         key = vendor.load("explainer").direction.key
         yield Fact("Direction", rises, settings[key].place if key in settings else "")
-    yield from tuning(vendor, loop, settings)
-    yield from pulses(neutral, settings)
+    yield from tuning_facts(vendor, loop, settings)
+    yield from pulse_facts(neutral, settings)
 
 
-def direction(vendor: Vendor, loop: object) -> str:
+def direction_text(vendor: Vendor, loop: object) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
     key, heating = vendor.load("explainer").direction.key, tables_of(vendor).TUNED.heating.rpartition(" ")[2]
     value = value_at(loop, parse_path(key))
     if isinstance(value, Wire):
-        return f"{WIRED}{key} := {value.text}"
+        return f"{WIRED_TEXT}{key} := {value.text}"
     if isinstance(value, bool | str):
         return PV_RISES[str(value).lower() == heating.lower()]
     return ""
 
 
-def tuning(vendor: Vendor, loop: object, settings: Mapping[str, Setting]) -> Iterator[Fact]:
+def tuning_facts(vendor: Vendor, loop: object, settings: Mapping[str, Setting]) -> Iterator[Fact]:
     """The form of the equation, where a vendor has two, and the three terms."""
     tuned = tables_of(vendor).TUNED
     form, dependent = getattr(tuned, "dependent", None), None
     value = None if form is None else value_at(loop, parse_path(form[0]))
     if form is not None and value is not None:
         dependent = value is form[1] if isinstance(value, bool) else None
-        words = FORMS[dependent] if dependent is not None else f"{WIRED}{form[0]} := {text(value)[3:]}"
+        words = FORM_TEXTS[dependent] if dependent is not None else f"{WIRED_TEXT}{form[0]} := {cell_text(value)[3:]}"
         yield Fact("Form", words, settings[form[0]].place if form[0] in settings else "")
     for path in map(tuned.key, tuned.names):
         if path in settings:
             names = path.split("_") if form is not None else [path]
             name = path if dependent is None else names[0 if dependent else -1]
-            yield Fact(label(name), quantity(settings[path]), settings[path].place)
+            yield Fact(key_label(name), quantity_text(settings[path]), settings[path].place)
 
 
-def pulses(neutral: Mapping[str, object], settings: Mapping[str, Setting]) -> Iterator[Fact]:
+def pulse_facts(neutral: Mapping[str, object], settings: Mapping[str, Setting]) -> Iterator[Fact]:
     """The pulses of an output that a relay switches: period, shortest times, and duty cycle at the output's limits."""
-    key = next((key for key in PERIODS if key in settings and not isinstance(settings[key].value, str | None)), None)
+    key = next(
+        (key for key in PULSE_PERIOD_KEYS if key in settings and not isinstance(settings[key].value, str | None)), None
+    )
     if key is None:
         return
     period = settings[key]
     shortest = [(word, value_at(neutral, ("output", "pulse", f"min_{word}"))) for word in ("on", "off")]
-    words = [f"{word} at least {brief(value)} s" for word, value in shortest if value]
-    bit = next((settings[one].value for one in PULSED if one in settings), None)
-    target = [f"on {text(bit)}"] if bit else []
-    yield Fact("Pulses", ", ".join([f"every {quantity(period)}", *target, *words]), period.place)
+    words = [f"{word} at least {short_text(value)} s" for word, value in shortest if value]
+    bit = next((settings[one].value for one in PULSED_KEYS if one in settings), None)
+    target = [f"on {cell_text(bit)}"] if bit else []
+    yield Fact("Pulses", ", ".join([f"every {quantity_text(period)}", *target, *words]), period.place)
     ends = [*map(float, value_at(neutral, parse_path("output.range")) or ())]
     limits = [*map(float, value_at(neutral, parse_path("output.limits")) or ends)]
-    if len(ends) == len(limits) == PAIR and ends[0] != ends[1]:
+    if len(ends) == len(limits) == PAIR_LENGTH and ends[0] != ends[1]:
         shares = [f"{100 * (limit - ends[0]) / (ends[1] - ends[0]):.3g}" for limit in limits]
         yield Fact("Duty cycle", f"{' to '.join(shares)} %", "")
 
@@ -154,21 +155,21 @@ def stored_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
                 value = block.table.decode_word(word, raw, block.scales)
             except DecodeError:
                 return {}
-            return {path: f"{text(value)} {'' if value.counts else unit}".rstrip()}
+            return {path: f"{cell_text(value)} {'' if value.counts else unit}".rstrip()}
     return {}
 
 
-def brief(value: object) -> str:
+def short_text(value: object) -> str:
     """A value with at most ten digits, never with an exponent: what a sheet shows first must be what the PLC holds."""
-    return number(float(f"{float(value):.10g}")) if isinstance(value, float | Decimal) else text(value)
+    return number_text(float(f"{float(value):.10g}")) if isinstance(value, float | Decimal) else cell_text(value)
 
 
-def quantity(setting: Setting) -> str:
+def quantity_text(setting: Setting) -> str:
     """A value with its unit."""
-    return f"{text(setting.value)} {setting.unit}".rstrip()
+    return f"{cell_text(setting.value)} {setting.unit}".rstrip()
 
 
-def label(path: str) -> str:
+def key_label(path: str) -> str:
     """A key as a label: the manual's names stay, others become words."""
     last = path.removesuffix(".value").rpartition(".")[2]
     words = last.replace("_", " ")
@@ -177,30 +178,32 @@ def label(path: str) -> str:
 
 # --- The settings of a configuration in engineering units, from the vendor's model: key, value, unit and meaning ------
 
-HEADING = ("pidcfg", "vendor", "name", "description", "loops")
+HEADING_KEYS = ("pidcfg", "vendor", "name", "description", "loops")
 """Keys that have a place of their own in a report."""
-NOWHERE = "no register"
-GENERAL = "General"
-CHOICE = re.compile(" or |, ")
+NO_REGISTER = "no register"
+GENERAL_TITLE = "General"
+CHOICE_OF_UNITS = re.compile(" or |, ")
 """Stands in a unit that depends on another setting."""
 
 
 def table_units(vendor: Vendor, units: Mapping[str, str]) -> dict[str, str]:
     """The units of the vendor's registers and parameters in the words of a loop, as far as they leave no choice."""
-    return {path: unit_text(unit, units) for path, unit in units_by_path(vendor).items() if not CHOICE.search(unit)}
+    return {
+        path: unit_text(unit, units) for path, unit in units_by_path(vendor).items() if not CHOICE_OF_UNITS.search(unit)
+    }
 
 
-def sides(loop: object) -> dict[str, str]:
+def side_units(loop: object) -> dict[str, str]:
     """The units of PV and output; words for those that the loop does not say."""
-    return {**SIDES, **units_of(loop)}
+    return {**UNITS_OF_SIDES, **units_of(loop)}
 
 
-def setting(leaf: Leaf, loop: object, vendor: Vendor, written: Any, place: str) -> Setting:
+def setting_of(leaf: Leaf, loop: object, vendor: Vendor, written: Any, place: str) -> Setting:
     """A value with everything that a reader wants to know; an address stands as the file writes it."""
-    spelled = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
-    address = spelled and not _is_number(written.strip("-"))
-    value = str(written) if address else cell_value(leaf)
-    unit = "" if address else unit_of(leaf, loop, vendor, sides(loop))
+    is_address_like = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
+    address = is_address_like and not _is_number(written.strip("-"))
+    value = str(written) if address else leaf_value(leaf)
+    unit = "" if address else unit_of(leaf, loop, vendor, side_units(loop))
     return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.is_given, place)
 
 
@@ -208,14 +211,14 @@ def _is_number(text: str) -> bool:
     return text[:1].isdigit()
 
 
-def cell_value(leaf: Leaf) -> Any:
+def leaf_value(leaf: Leaf) -> Any:
     """The value as a cell."""
     duration = getattr(leaf.value, "duration", leaf.value)
     if duration is None:
         return str(leaf.value)
     if isinstance(leaf.value, Rate):
         return leaf.value.value
-    return cell(duration)
+    return cell_value(duration)
 
 
 def place_of(path: str, places: Mapping[str, str]) -> str:
@@ -229,14 +232,14 @@ def groups_of(model: BaseModel, vendor: Vendor, data: object, places: Mapping[st
     """The settings of a model by its sections; ``data``: the same as it stands in the file."""
     sections: dict[str, list[Setting]] = {}
     for leaf in leaves(model):
-        if leaf.path[0] not in HEADING:
+        if leaf.path[0] not in HEADING_KEYS:
             section, dot, _ = leaf.text.partition(".")
             written = value_at(data, leaf.path)
-            row = setting(leaf, model, vendor, written, place_of(leaf.text, places))
+            row = setting_of(leaf, model, vendor, written, place_of(leaf.text, places))
             sections.setdefault(section if dot else "", []).append(row)
     texts = texts_of(type(model))
     return tuple(
-        Group(key, texts.get(key.partition("[")[0], key).rstrip(".") if key else GENERAL, tuple(settings))
+        Group(key, texts.get(key.partition("[")[0], key).rstrip(".") if key else GENERAL_TITLE, tuple(settings))
         for key, settings in sorted(sections.items(), key=lambda item: bool(item[0]))
     )
 
@@ -244,9 +247,9 @@ def groups_of(model: BaseModel, vendor: Vendor, data: object, places: Mapping[st
 # --- The words of a configuration with their addresses: content, engineering value, and the bits of bit words ---------
 
 THE_PLC = "the PLC"
-BCD = "BCD"
+BCD_NOTATION = "BCD"
 """How the notation of a codec of decimal digits begins."""
-AS_PV = "as the PV"
+AS_PV_CHOICE = "as the PV"
 """A choice that stands for none of its own: the output takes the PV's format."""
 
 
@@ -257,7 +260,7 @@ def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
     """
     places: dict[str, list[str]] = {}
     for block in encoding.blocks:
-        for row in block.table.points if _belongs(block, loop) else ():
+        for row in block.table.points if _is_of_loop(block, loop) else ():
             if row.path is not None:
                 path = path_text((*block.place[2:], row.path)).removesuffix(".0").removesuffix(".1")
                 name = encoding.space.name(block.start + row.offset)
@@ -268,13 +271,13 @@ def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
     return {path: ", ".join(names) for path, names in places.items()}
 
 
-def _belongs(block: Block, loop: int | None) -> bool:
+def _is_of_loop(block: Block, loop: int | None) -> bool:
     """Whether a block is of a loop by its number (two may have one name), or of none."""
     return block.loop is None if loop is None else block.place[:2] == ("loops", loop)
 
 
 @frozen
-class Words:
+class RegisterSheet:
     """The registers of a configuration, as one loop or the PLC sees them."""
 
     encoding: Encoding
@@ -288,11 +291,11 @@ class Words:
         """The blocks of one loop, by its number (None: of the PLC)."""
         blocks: dict[str, list[report.Register]] = {}
         for block in self.encoding.blocks:
-            if _belongs(block, loop):
-                blocks.setdefault(block.table.title, []).extend(self._registers(block))
+            if _is_of_loop(block, loop):
+                blocks.setdefault(block.table.title, []).extend(self._block_rows(block))
         return tuple(report.RegisterBlock(title, tuple(rows)) for title, rows in blocks.items() if rows)
 
-    def _registers(self, block: Block) -> Iterator[report.Register]:
+    def _block_rows(self, block: Block) -> Iterator[report.Register]:
         """The registers of a block; reserved ones that hold nothing stand together."""
         cells = {cell.number - block.start: cell for cell in block.make_cells(self.encoding.space)}
         memory = self.encoding.image.words
@@ -305,17 +308,17 @@ class Words:
                 title = words[0].title
                 yield report.Register(address, "", first.kind.hex(0), 0, None, "", title, "reserved")
             else:
-                yield from (self._register(word, block, cells[word.offset], raw) for word, raw in run)
+                yield from (self._register_row(word, block, cells[word.offset], raw) for word, raw in run)
 
-    def _register(self, word: Word, block: Block, cell: Cell, raw: int) -> report.Register:
-        every = tuple(_bits(row, raw) for row in block.table.bits if row.offset == word.offset)
-        value, unit = (None, "") if every or word.access == "status" else self._value(word, block, raw)
+    def _register_row(self, word: Word, block: Block, cell: Cell, raw: int) -> report.Register:
+        bits = tuple(_bit_choice(row, raw) for row in block.table.bits if row.offset == word.offset)
+        value, unit = (None, "") if bits or word.access == "status" else self._register_value(word, block, raw)
         if value is not None and not unit and not isinstance(value, str):
-            open_ = not word.unit or CHOICE.search(word.unit)
-            unit = self.setting_units.get(str(word.path), "") if open_ else unit_text(word.unit, self.units)
-        meaning, before = word.title, word_before_root(word, block, raw)
-        if before is not None and word.access == "setting":
-            value, unit, reached = before.percent, before.unit, before.reached(self.units["pv"])
+            is_open = not word.unit or CHOICE_OF_UNITS.search(word.unit)
+            unit = self.setting_units.get(str(word.path), "") if is_open else unit_text(word.unit, self.units)
+        meaning, share = word.title, word_before_root(word, block, raw)
+        if share is not None and word.access == "setting":
+            value, unit, reached = share.percent, share.unit, share.pv_clause(self.units["pv"])
             meaning += f", {reached}" if reached else ""
         return report.Register(
             address=cell.address,
@@ -326,12 +329,12 @@ class Words:
             unit=unit,
             meaning=meaning,
             owner=word.access,
-            bits=tuple(bit for bit in every if bit.owner == "setting" or set(bit.state) != {"0"}),
-            by=self.writers.get(word.name, THE_PLC) if word.access == "status" else "",
-            counted=not every and is_counted(word),
+            bits=tuple(bit for bit in bits if bit.owner == "setting" or set(bit.state) != {"0"}),
+            writer=self.writers.get(word.name, THE_PLC) if word.access == "status" else "",
+            has_number=not bits and is_counted(word),
         )
 
-    def _value(self, word: Word, block: Block, raw: int) -> tuple[report.Value, str]:
+    def _register_value(self, word: Word, block: Block, raw: int) -> tuple[report.Value, str]:
         """What the PLC reads in a register, in engineering units; counts where there is no range."""
         spelled = getattr(word.codec, "spelled", None)
         if spelled is not None:
@@ -348,36 +351,36 @@ class Words:
             return value.value, "counts"
         if isinstance(value, bool):
             return "on" if value else "off", ""
-        return (None if word.access == "reserved" else cell_of(value)), ""
+        return (None if word.access == "reserved" else cell_value(value)), ""
 
 
 def is_counted(word: Word) -> bool:
     """Whether the decimal number of a register says something."""
     notation = str(getattr(word.codec, "notation", ""))
-    return not notation.startswith(BCD) and not hasattr(word.codec, "spelled")
+    return not notation.startswith(BCD_NOTATION) and not hasattr(word.codec, "spelled")
 
 
 def with_words(facts: Iterable[report.Fact], blocks: Sequence[report.RegisterBlock]) -> Iterator[report.Fact]:
     """The facts with what stands in their registers, beside the addresses."""
-    shown = report.contents_of(blocks)
+    contents = report.contents_of(blocks)
     for fact in facts:
-        places = [f"{place} {shown[place]}" if place in shown else place for place in fact.place.split(", ")]
-        yield replace(fact, place="" if fact.place == NOWHERE else ", ".join(places))
+        places = [f"{place} {contents[place]}" if place in contents else place for place in fact.place.split(", ")]
+        yield replace(fact, place="" if fact.place == NO_REGISTER else ", ".join(places))
 
 
-def _bits(row: Bits, raw: int) -> report.Bit:
+def _bit_choice(row: Bits, raw: int) -> report.Bit:
     """A choice with its state, most significant bit first."""
     state = "".join(str(raw >> bit & 1) for bit in reversed(row.bits))
     try:
         value = row.decode(raw)
     except DecodeError:
         value = "no value"
-    spelled = (
-        {None: AS_PV if row.access == "setting" else "", False: "off", True: "on"}.get(value)
+    choice = (
+        {None: AS_PV_CHOICE if row.access == "setting" else "", False: "off", True: "on"}.get(value)
         if isinstance(value, bool | None)
         else str(value)
     )
-    return report.Bit(bit_numbers(row), state, spelled or "", row.title, row.access)
+    return report.Bit(bit_numbers(row), state, choice or "", row.title, row.access)
 
 
 def bit_numbers(row: Point) -> str:
@@ -392,10 +395,10 @@ def parameters_of(
     program = encoding.image
     if not isinstance(program, Program):
         return ()
-    return tuple(_parameter(entry, program, book, units) for entry in encoding.entries if entry.loop == loop)
+    return tuple(_parameter_row(entry, program, book, units) for entry in encoding.entries if entry.loop == loop)
 
 
-def _parameter(
+def _parameter_row(
     entry: Entry, program: Program, book: ParameterBook, units: Mapping[str, str] | None
 ) -> report.Parameter:
     place = book.row_of(entry.address, program.settings)
@@ -404,16 +407,16 @@ def _parameter(
         text, unit = f":= {entry.raw.text}", ""
     else:
         text = shown_content(entry.type, entry.raw)
-        unit = unit_text(unit, SIDES) if units is None else units.get(entry.field, "")
+        unit = unit_text(unit, UNITS_OF_SIDES) if units is None else units.get(entry.field, "")
         unit = "" if isinstance(entry.raw, bool) else unit
     return report.Parameter(entry.address, entry.type.name, text, unit, meaning, entry.device or "")
 
 
 # --- A checked configuration as loop sheets ---------------------------------------------------------------------------
 
-ELSEWHERE = ("loop", "block", "description", "name")
+KEYS_ELSEWHERE = ("loop", "block", "description", "name")
 """Of what no register holds: keys that a report prints elsewhere."""
-DEVICES = "devices."
+DEVICES_PREFIX = "devices."
 
 
 def plc_sheet(checked: Checked) -> PlcSheet:
@@ -423,16 +426,16 @@ def plc_sheet(checked: Checked) -> PlcSheet:
     if config is None or vendor is None or encoding is None or not has_image(encoding):
         return PlcSheet(file=doc.file, name="", description="", vendor=vendor.title if vendor else "")
     image = encoding.image
-    loops, findings = neutral(checked), gravest_first(checked.findings)
+    loops, findings = neutral_loops(checked), gravest_first(checked.findings)
     return PlcSheet(
         file=doc.file,
         name=config.name or "",
         description=config.description or "",
         vendor=vendor.title,
         groups=groups_of(config, vendor, doc.data, {}),
-        blocks=Words(encoding).blocks(None),
+        blocks=RegisterSheet(encoding).blocks(None),
         parameters=parameters_of(encoding, None, vendor.load("explainer")),
-        outside=tuple(flat({key: value for key, value in image.plc.items() if key not in ELSEWHERE})),
+        outside=tuple(flat_rows({key: value for key, value in image.plc.items() if key not in KEYS_ELSEWHERE})),
         checklist=checked.checklist,
         loops=tuple(_loop_sheet(checked, i, findings, loops[i]) for i in range(len(config.loops))),
     )
@@ -460,56 +463,58 @@ def _loop_sheet(
         raise ValueError(f"{checked.document.file} has no image")
     image, data = encoding.image, (checked.document.data or {}).get("loops")
     settings: Mapping[str, object] = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
-    outside = {key: value for key, value in settings.items() if key not in ELSEWHERE}
-    places = _places(encoding, i, loop.name)
+    outside = {key: value for key, value in settings.items() if key not in KEYS_ELSEWHERE}
+    places = _places_of_loop(encoding, i, loop.name)
     if encoding.blocks:
-        places = {key: NOWHERE for key, _ in flat(outside) if key not in PLACE_KEYS} | places
+        places = {key: NO_REGISTER for key, _ in flat_rows(outside) if key not in PLACE_KEYS} | places
     groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
     setting_units = {setting.path: setting.unit for group in groups for setting in group.settings}
-    units = table_units(vendor, sides(loop)) | {path: unit for path, unit in setting_units.items() if unit}
-    pv_unit = sides(loop)["pv"]
+    units = table_units(vendor, side_units(loop)) | {path: unit for path, unit in setting_units.items() if unit}
+    pv_unit = side_units(loop)["pv"]
     stored = stored_setpoint(encoding, i, pv_unit)
     shares = settings_before_root(encoding, i)
-    blocks = Words(encoding, sides(loop), setting_units, vendor.load("explainer").writers).blocks(i)
+    blocks = RegisterSheet(encoding, side_units(loop), setting_units, vendor.load("explainer").writers).blocks(i)
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
-        facts=tuple(with_words(facts(vendor, loop, neutral_loop, groups, stored), blocks)),
+        facts=tuple(with_words(loop_facts(vendor, loop, neutral_loop, groups, stored), blocks)),
         groups=with_shares(groups, shares, pv_unit),
         blocks=blocks,
         parameters=parameters_of(encoding, loop.name, vendor.load("explainer"), units),
-        outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACE_KEYS))),
+        outside=tuple(
+            (key, value) for key, value in flat_rows(outside) if not key.startswith((DEVICES_PREFIX, *PLACE_KEYS))
+        ),
         findings=tuple(d for d in findings if loop.name == d.loop),
     )
 
 
-def _places(encoding: Any, number: int, loop: str) -> dict[str, str]:
+def _places_of_loop(encoding: Any, number: int, loop: str) -> dict[str, str]:
     """Where the PLC holds each setting of a loop: its registers, or the device of its parameter."""
     devices = {entry.field: entry.device for entry in encoding.entries if entry.loop == loop and entry.device}
     return devices | places_of(encoding, number)
 
 
-def neutral(checked: Checked) -> list[Mapping[str, object]]:
+def neutral_loops(checked: Checked) -> list[Mapping[str, object]]:
     """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
         return [{}] * len(checked.config.loops)
     return [loop.data for loop in source_of(checked.vendor).to_neutral(checked.config)]
 
 
-def flat(data: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, str]]:
+def flat_rows(data: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, str]]:
     """Nested settings as one row each."""
     for key, value in data.items():
         if isinstance(value, dict):
-            yield from flat(value, f"{prefix}{key}.")
+            yield from flat_rows(value, f"{prefix}{key}.")
         else:
-            shown = " to ".join(map(text, value)) if isinstance(value, list | tuple) else text(value)
+            shown = " to ".join(map(cell_text, value)) if isinstance(value, list | tuple) else cell_text(value)
             yield f"{prefix}{key}", shown or "none"
 
 
 # --- From the sheets of configurations and runs to the content of a report --------------------------------------------
 
 
-def compose(
+def compose_report(
     title: Title,
     files: Sequence[SourceFile],
     configurations: Sequence[PlcSheet],
