@@ -446,9 +446,9 @@ def test_an_earlier_step_and_a_loop_that_left_auto_settle_nothing():
     band.last_outside = 1
     assert settling_time(m, band, 3, 1.0) == 0.0
     m.in_control, m.control_since = 0, 3
-    band.outside = 2
+    band.last_outside = 2
     assert settling_time(m, band, 9, 1.0) is None
-    band.outside = 1
+    band.last_outside = 1
     assert settling_time(m, band, 9, 1.0) == 0.0
     m.has_step = 0
     assert settling_time(m, band, 9, 1.0) is None
