@@ -318,7 +318,7 @@ def outcome(text):
 
 
 def left(text):
-    return [(d.span.line, d.code) for d in outcome(text).kept]
+    return [(d.span.line, d.code) for d in outcome(text).findings]
 
 
 def behind(comment, text=TWICE):
@@ -390,7 +390,7 @@ def test_a_hash_inside_a_value_is_no_comment(made, end, last):
 def test_a_comment_ignores_the_codes_it_names_on_its_line_and_no_others():
     assert left(TWICE) == [(9, "DL254"), (9, "DL242"), (9, "DL242")]
     found = outcome(behind("# pidcfg: ignore[DL242] agreed with the plant on 3 May"))
-    assert [d.code for d in found.kept] == ["DL254"]
+    assert [d.code for d in found.findings] == ["DL254"]
     assert [(i.finding.code, i.reason) for i in found.ignored] == [("DL242", "agreed with the plant on 3 May")] * 2
 
 
@@ -427,7 +427,7 @@ def test_windows_line_ends_and_a_byte_order_mark():
     doc = read_document(
         b"\xef\xbb\xbf" + behind("# pidcfg: ignore[DL242, DL254] why").replace("\n", "\r\n").encode(), "x"
     )
-    assert suppress(list(check_document(doc).findings), doc).kept == []
+    assert suppress(list(check_document(doc).findings), doc).findings == []
 
 
 @pytest.mark.parametrize(
@@ -442,7 +442,7 @@ def test_windows_line_ends_and_a_byte_order_mark():
     ],
 )
 def test_what_is_wrong_with_an_ignore_is_said_at_its_place(comment, code, words):
-    (found,) = outcome(behind(comment)).kept
+    (found,) = outcome(behind(comment)).findings
     assert (found.code, found.severity, found.span.line) == (code, Severity.WARNING, 9)
     assert words in found.message
     assert behind(comment).splitlines()[8][found.span.column - 1 :].startswith("# pidcfg: ignore")
@@ -538,16 +538,16 @@ def test_warnings_of_ignores_can_be_left_out_by_option(tmp_path, monkeypatch, ca
 def test_a_line_that_was_commented_out_and_prose_ignore_nothing(line):
     found = outcome(TWICE.replace(ALARMS, f"{line}\n{ALARMS}"))
     assert found.ignored == []
-    assert [d.code for d in found.kept] == ["DL254", "DL242", "DL242"]
+    assert [d.code for d in found.findings] == ["DL254", "DL242", "DL242"]
 
 
 def test_an_ignore_behind_another_comment_is_reported_and_ignores_nothing():
     found = outcome(behind("# heater 2 # pidcfg: ignore[DL242, DL254] why"))
     assert found.ignored == []
-    (said,) = (d for d in found.kept if d.code == "PID045")
+    (said,) = (d for d in found.findings if d.code == "PID045")
     assert "begins its comment" in said.message
     two = outcome(behind("# pidcfg: ignore[DL242] why # pidcfg: ignore[DL254] why"))
-    assert {d.code for d in two.kept} == {"DL254", "PID045"}
+    assert {d.code for d in two.findings} == {"DL254", "PID045"}
 
 
 SHARED = TWICE.replace("alarms: {", "alarms: &al {") + (
@@ -565,9 +565,9 @@ def test_the_comment_of_an_anchor_does_not_speak_for_its_aliases(bare):
     text = SHARED.replace("90}}", "90}}  # pidcfg: ignore[DL242, DL254] A is a spare")
     found = judged(text)
     assert {i.finding.loop for i in found.ignored} == {"A"}
-    assert {(d.loop, d.code) for d in found.kept} == {("B", "DL242"), ("B", "DL254")}
+    assert {(d.loop, d.code) for d in found.findings} == {("B", "DL242"), ("B", "DL254")}
     both = judged(text.replace("*al", "*al  # pidcfg: ignore[DL242, DL254] B is a spare too"))
-    assert both.kept == []
+    assert both.findings == []
     assert {(i.finding.loop, i.reason) for i in both.ignored} == {("A", "A is a spare"), ("B", "B is a spare too")}
 
 
@@ -576,4 +576,4 @@ def test_a_shared_value_in_a_list_is_not_ignored_at_its_anchor():
     doc = read_document((text + "  - *a\n").encode(), "case.yaml")
     found = [d for d in check_document(doc).findings if d.code == "DL242"]
     assert {i.finding.path[1] for i in suppress(found, doc).ignored} == {0}
-    assert {d.path[1] for d in suppress(found, doc).kept if d.code == "DL242"} <= {1}
+    assert {d.path[1] for d in suppress(found, doc).findings if d.code == "DL242"} <= {1}

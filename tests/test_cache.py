@@ -148,10 +148,10 @@ def test_only_rules_of_files_say_that_one_cannot_be_read():
     assert {code for code, rule in find_rules().items() if rule.is_unusable} <= set(FILE_RULES)
 
 
-@pytest.mark.parametrize("changed", ["FORMAT", "LIBRARIES"])
+@pytest.mark.parametrize("changed", ["CACHE_FORMAT", "LIBRARIES"])
 def test_another_ground_is_another_key(place, monkeypatch, changed):
     validate(REACTOR)
-    monkeypatch.setattr(cache, changed, 99 if changed == "FORMAT" else ("click",))
+    monkeypatch.setattr(cache, changed, 99 if changed == "CACHE_FORMAT" else ("click",))
     names = checks(monkeypatch)
     validate(REACTOR)
     assert names == [REACTOR]

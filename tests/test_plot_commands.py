@@ -186,7 +186,7 @@ def test_the_recording_is_the_trend_with_all_its_extremes(folder, pidcfg):
     rows = list(csv.reader(Path("trend.csv").read_text("utf-8").splitlines()))
     trend = {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
     recording = outcome().recording
-    times, values = recording.signal("TIC-201.PV")
+    times, values = recording.signal_line("TIC-201.PV")
     assert len(times) <= MOST_POINTS
     at = dict(zip(trend["time"], trend["TIC-201.PV"], strict=True))
     assert all(value == pytest.approx(at[time], rel=1e-9) for time, value in zip(times, values, strict=True))

@@ -344,7 +344,7 @@ def test_the_gravest_verdict_and_then_the_largest_overshoot_come_first(verdicts,
 
 def test_the_verdict_of_a_report_names_errors_and_runs_that_did_not_pass():
     good, bad = content("dl06/reactor"), content("mistakes/oven")
-    ran = RunSheet("s.yaml", "a.yaml", "s", ran=True, passed=True, verdict="")
+    ran = RunSheet("s.yaml", "a.yaml", "s", has_run=True, passed=True, verdict="")
     assert good.verdict == ("", "No errors; nothing was run.")
     assert replace(good, runs=(ran, ran)).verdict == ("passed", "no errors, all 2 runs passed")
     assert replace(good, runs=(ran, replace(ran, passed=False))).verdict == ("FAILED", "1 of 2 runs not passed")
@@ -665,6 +665,6 @@ def test_a_hostile_project_is_printed_as_it_is(browser, hostile):
 def test_a_run_in_which_nothing_failed_is_not_proven_and_no_failure(standing, holds, word):
     rows = tuple(StandingRow("L", "not-settled", verdict, None, "") for verdict in standing)
     written = (Expectation("L.PV at most 9", holds, "8"),)
-    run = RunSheet("s", "c", "t", ran=True, passed=False, verdict="", standing=rows, expectations=written)
-    assert run.word == word
-    assert replace(run, passed=True).word == "passed"
+    run = RunSheet("s", "c", "t", has_run=True, passed=False, verdict="", standing=rows, expectations=written)
+    assert run.verdict_word == word
+    assert replace(run, passed=True).verdict_word == "passed"
