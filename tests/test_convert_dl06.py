@@ -15,7 +15,7 @@ from dl06_strategies import EVERYTHING, FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
 from pidcfg.conversion import ConvertError
 from pidcfg.conversion.dl06 import from_neutral
-from pidcfg.conversion.from_dl06 import NOTHING_LOST, round_to_ten_digits, to_neutral
+from pidcfg.conversion.from_dl06 import NOTHING_LOST, _shown_reset, round_to_ten_digits, to_neutral
 from pidcfg.conversion.pipeline import convert, settle_values
 from pidcfg.encoders.dl06 import CONVERT_OPTIONS
 from pidcfg.encoders.dl06.image import encode, reset_value, scales_of
@@ -521,6 +521,20 @@ def test_the_bias_is_a_constant_without_an_integral_only():
     assert neutral(live_zero).output.bias == 4
     assert one({"tuning": {"gain": 1}, "output": {"range": [4, 20], "bias": 4}}).state.bias is None
     assert one({"tuning": {"gain": 1}, "output": {"range": [0, 50], "bias": 10, "manual": 12}}).state.bias.value == 10
+
+
+@pytest.mark.parametrize(
+    ("reset", "shown"),
+    [
+        ({"reset": 3, "reset_unit": "minutes"}, "3 min"),
+        ({"reset": 3}, "3 s"),
+        ({"reset": "3.5 s"}, "3.5 s"),
+        ({"reset": "2 min", "reset_unit": "minutes"}, "2 min"),
+        ({"reset": "off"}, "off"),
+    ],
+)
+def test_a_reset_is_told_with_its_unit(reset, shown):
+    assert _shown_reset(Loop.model_validate({**LOOP, "tuning": {"gain": 1, **reset}})) == shown
 
 
 def test_the_freeze_is_the_anti_windup_and_the_velocity_form_needs_none():

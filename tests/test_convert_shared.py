@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from decimal import Decimal
 from importlib import resources
-from itertools import permutations
+from itertools import permutations, product
 from pathlib import Path
 from types import SimpleNamespace
 from types import SimpleNamespace as Facts
@@ -30,6 +30,7 @@ from pidcfg.conversion import (
 from pidcfg.conversion.builder import NeutralBuilder, SameField, TargetBuilder, _is_within, apply_table
 from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
+from pidcfg.conversion.operation import Smoothing, _smoothing_lines
 from pidcfg.conversion.pipeline import convert, neutral_loops, read_back
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
@@ -234,6 +235,15 @@ def test_a_filter_of_td_through_1_to_20_is_exact_or_the_nearest(rate, n, clamped
 )
 def test_a_key_is_within_its_name(key, name, inside):
     assert _is_within(key, name) == inside
+
+
+@pytest.mark.parametrize("rules", [*product([None, Smoothing.EXACT, Smoothing.BACKWARD], repeat=2)])
+@pytest.mark.parametrize("filter_time", [None, Decimal(0), Decimal(1)])
+@pytest.mark.parametrize("derivative_time", [None, Decimal(0), Decimal(5)])
+def test_a_derivative_filter_is_told_where_it_is_worked_out_otherwise(rules, filter_time, derivative_time):
+    tuning = Facts(derivative_filter=filter_time, derivative_time=derivative_time)
+    lines = [*_smoothing_lines(*rules, Facts(tuning=tuning, sample_time=Decimal(1)))]
+    assert len(lines) == bool(None not in rules and rules[0] is not rules[1] and filter_time and derivative_time)
 
 
 # --- What a conversion takes along and leaves behind, at the limits of its conditions ---------------------------------

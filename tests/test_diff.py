@@ -310,6 +310,21 @@ def test_two_ways_to_say_an_integral_controller_are_the_same():
 
 
 @pytest.mark.parametrize(
+    ("before", "after", "risk"),
+    [
+        ("2", "4", "medium"),
+        ("2", "4.1", "high"),
+        ("2", "1", "medium"),
+        ("2", "0.9", "high"),
+        ("-2", "-4.1", "high"),
+        ("2", "-2", "high"),
+    ],
+)
+def test_a_gain_more_than_twice_or_less_than_half_as_large_is_a_high_risk(before, after, risk):
+    assert judge_difference("tuning.gain", Decimal(before), Decimal(after)).risk == risk
+
+
+@pytest.mark.parametrize(
     ("before", "after", "cosmetic"),
     [("2", "2.002", True), ("2", "1.998", True), ("2", "2.0021", False), ("2", "-2", False), ("-2", "-2.002", True)],
 )

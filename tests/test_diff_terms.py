@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import combinations, pairwise, product
 from pathlib import Path
+from types import SimpleNamespace as Facts
 
 import pytest
 
@@ -12,10 +14,16 @@ from pidcfg.cli.formats.conversion import differences_markdown as as_markdown
 from pidcfg.cli.formats.conversion import differences_text as as_text
 from pidcfg.cli.main import main
 from pidcfg.conversion import text_of
-from pidcfg.conversion.terms import move_content
+from pidcfg.conversion.comparison import _longest_rise
+from pidcfg.conversion.terms import Item, kind_by, move_content, with_faults
+from pidcfg.conversion.vendor_terms import _cell_content, raw_terms
 from pidcfg.encoders.decoding import read_listing
-from pidcfg.encoders.parameters import ParameterTable
+from pidcfg.encoders.listing import Listing
+from pidcfg.encoders.parameters import Entry, ParameterTable
+from pidcfg.encoders.regmap import Writer
+from pidcfg.schemas.iec import REAL
 from pidcfg.text.reader import DEFAULT
+from pidcfg.text.references import CLICK
 from pidcfg.vendors import VENDORS
 from spoiled_configurations import MILD, spoiled
 
@@ -668,3 +676,70 @@ def test_a_configuration_to_compare_with_that_is_wrong_is_told(tmp_path):
     assert not result.ok
     assert result.findings[-1].file == str(tmp_path / "old.yaml")
     assert result.findings[-1].message == "plc is missing"
+
+
+# --- Pieces of a comparison key by key --------------------------------------------------------------------------------
+
+
+def test_as_many_loops_as_possible_are_in_order():
+    for numbers in product(range(4), repeat=4):
+        found = tuple(sorted(_longest_rise(numbers)))
+        rises = [
+            places
+            for length in range(len(numbers) + 1)
+            for places in combinations(range(len(numbers)), length)
+            if all(numbers[one] < numbers[two] for one, two in pairwise(places))
+        ]
+        assert found in rises
+        assert len(found) == max(map(len, rises))
+
+
+@pytest.mark.parametrize(
+    ("access", "plain"), [("setting", "setting"), ("reserved", "reserved"), ("status", "live"), ("request", "live")]
+)
+def test_a_register_is_whose_the_writers_say_or_its_access(access, plain):
+    assert kind_by(access, None) == plain
+    for kind, whose in (("live", "live"), ("operated", "operated"), ("compared", "setting")):
+        assert kind_by(access, Writer("sp", kind, "the program", CLICK)) == whose
+
+
+def test_what_is_refused_is_told_at_its_keys_or_as_one_of_its_own():
+    items = {key: Item(key) for key in ("pv.range.0", "pv.range.1", "gain")}
+    found = with_faults(items, {"pv.range": "it does not ascend", "output.unit": "it is missing"})
+    assert {key: item.fault for key, item in found.items()} == {
+        "pv.range.0": "it does not ascend",
+        "pv.range.1": "it does not ascend",
+        "gain": "",
+        "output.unit": "it is missing",
+    }
+    assert with_faults(items, {}) == items
+
+
+@pytest.mark.parametrize("fault", ["", "line 3 is no row"])
+@pytest.mark.parametrize("partial", [False, True])
+def test_a_listing_holds_a_parameter_that_it_has_or_that_is_not_there_in_a_whole_one(partial, fault):
+    cell = Entry("A.SV", REAL, 5.0, "SV", "A")
+
+    def content(**words):
+        listing = Facts(words={f"A.{name}": word for name, word in words.items()})
+        return _cell_content(cell, Facts(listing=listing, partial=partial, fault=fault, unreadable={"A.SV": "no"}))
+
+    assert _cell_content(cell, None) == (5.0, "", True)
+    assert content(PV=3.0) == (5.0, "", not partial and not fault)
+    assert content(SV=7.0) == (7.0, "no", True)
+    assert content(SV=True) == (True, "no", True)
+
+
+def test_a_listing_that_no_configuration_places_has_its_words_and_what_stands_beside_them():
+    plc = {"name": "Oven", "scan": {"time": 2, "free": None}}
+    listing = Listing(words={"OVEN.SV": 80.0}, shown_addresses={"OVEN.SV": "OVEN.SV"}, plc=plc)
+    terms = raw_terms(listing, VENDORS["dpide"])
+    (owner,) = terms.owners
+    assert {key: item.value for key, item in owner.items.items()} == {
+        "OVEN.SV": 80.0,
+        "plc.name": "Oven",
+        "plc.scan.time": 2,
+    }
+    assert terms.is_listing
+    assert terms.has_address("OVEN.SV")
+    assert not terms.has_address("OVEN.PV")
