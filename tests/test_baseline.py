@@ -263,6 +263,13 @@ def test_each_of_three_equal_entries_knows_one_finding(found, outcome):
     assert (len(compared.new), len(compared.known), len(compared.stale)) == outcome
 
 
+@pytest.mark.parametrize("field", Entry._fields)
+def test_entries_that_differ_in_one_field_are_in_one_order(field):
+    first = Entry("a.yaml", "DL242", "error", "A", "loops.0.mode", "auto", "manual")
+    other = first._replace(**{field: "DL243" if field == "code" else "b"})
+    assert baseline_text([first, other]) == baseline_text([other, first])
+
+
 @given(ENTRIES)
 def test_a_baseline_reads_back_as_it_was_written(entries):
     text = baseline_text(entries)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import os
@@ -25,7 +26,7 @@ from pidcfg.text.source import read_document
 from pidcfg.validate import engine, rule
 from pidcfg.validate.baseline import suppress
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.fixes import Fixer, apply_edits, same_but_quotes, separate_findings
+from pidcfg.validate.fixes import Fixer, _KeyPlace, apply_edits, same_but_quotes, separate_findings
 from pidcfg.validate.rules.dl06 import RULES
 from pidcfg.validate.schema import all_keys, clear_match, edit_distance, is_slip, keys_of
 from pidcfg.vendors import VENDORS
@@ -867,3 +868,29 @@ def test_every_slip_is_one(vendor):
         with tempfile.TemporaryDirectory() as folder, chdir(folder):
             Path("a.yaml").write_text(spoilt(vendor, [slip]), "utf-8")
             assert findings()[0], slip
+
+
+@pytest.mark.parametrize("line_end", ["\n", "\r\n"])
+@pytest.mark.parametrize(
+    ("text", "put"),
+    [
+        ("a:\n  b: 1\n", "a:\n  b: 1\n  c: 2\n"),
+        ("a:\n  'b': 1\n", "a:\n  'b': 1\n  'c': 2\n"),
+        ('a:\n  "b": 1  # one\n', 'a:\n  "b": 1  # one\n  "c": 2\n'),
+        ("a: {b: 1}\n", "a: {b: 1, c: 2}\n"),
+        ('a: {"b": 1}\n', 'a: {"b": 1, "c": 2}\n'),
+    ],
+)
+def test_another_key_is_written_as_the_one_beside_it(text, put, line_end):
+    document = read_document(text.replace("\n", line_end).encode(), "a.yaml")
+    target = _KeyPlace.of(document, ("a", "b"))
+    place, rest = target.end_span(document), document.lines
+    at = sum(len(line) + len(line_end) for line in rest[: place.line - 1]) + place.column - 1
+    whole = text.replace("\n", line_end)
+    assert whole[:at] + target.text_behind(document, "c", "2") + whole[at:] == put.replace("\n", line_end)
+
+
+def test_a_long_value_is_told_by_16_digits_of_its_hash():
+    assert rule.shorten_value("v" * 80) == "v" * 80
+    digits = hashlib.sha256(b"v" * 81).hexdigest()
+    assert rule.shorten_value("v" * 81) == f"sha256:{digits[:16]}"

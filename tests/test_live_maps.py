@@ -5,6 +5,7 @@ import re
 import shutil
 import struct
 import subprocess
+from dataclasses import replace
 
 import pytest
 
@@ -24,7 +25,8 @@ from pidcfg.live.reading import NamedRegisters
 from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, TIME, UINT, USINT
 from pidcfg.sim.controllers.settings import RegisterError
 from pidcfg.text.diagnostics import Severity
-from pidcfg.validate.map_files import MapFile, numbering_of
+from pidcfg.text.reader import DEFAULT
+from pidcfg.validate.map_files import MapFile, map_of_data, numbering_of
 from pidcfg.vendors import VENDORS
 from test_serve import served
 
@@ -284,6 +286,19 @@ def test_without_a_map_there_is_one_error_that_shows_one(vendor):
         assert "--format modbus-map" in str(error.value)
     done = run("encode", path, "--format", "modbus")
     assert (done.exit_code, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+
+
+@pytest.mark.parametrize("data", [b"\xff\xfe\xff", b"x" * 999])
+def test_a_map_that_is_no_text_or_too_large_is_refused_by_its_name(data):
+    with pytest.raises(UnusableMapError) as error:
+        map_of_data(data, "map.csv", replace(DEFAULT, file_bytes=100))
+    assert error.value.name == "map.csv"
+
+
+@pytest.mark.parametrize("vendor", EXAMPLES)
+def test_without_a_map_and_a_configuration_one_error_says_where_to_state_it(vendor):
+    with pytest.raises(UnusableMapError, match=r"prints no Modbus map, and none is made up; state one by --map FILE"):
+        numbering_of(VENDORS[vendor], None, None)
 
 
 def test_a_plc_without_parameters_that_a_map_could_name():

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
+from types import SimpleNamespace as Facts
 
 import pytest
 
@@ -15,8 +16,10 @@ from pidcfg.schemas.numbers import NUMBER, number_cure
 from pidcfg.study.scenario import check_scenario
 from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
+from pidcfg.validate.rules import Scales, _range_text
 from pidcfg.validate.shared_checks import (
     MAX_NAMES,
     NUMBER_FIELDS,
@@ -209,7 +212,7 @@ def test_the_first_alarm_within_a_width_is_told_with_its_distance(width, setpoin
     assert alarm_within(view, width, setpoint, ("deviation", "deviation_yellow")) == expected
 
 
-def test_alarm_points_ascend_with_a_step_between_them():
+def test_alarm_points_ascend_with_a_step_range_text_them():
     view = registers(pv_low_low=1, pv_low=1, pv_high=3, pv_high_high=2)
 
     assert list(neighbours_out_of_order(view, "pv")) == [("low_low", "low", True), ("high", "high_high", False)]
@@ -434,6 +437,56 @@ def test_another_unit_in_an_event_is_told_with_that_of_the_key(tmp_path):
 
 def test_a_file_with_one_odd_key_is_still_of_its_vendor():
     assert "this looks like" not in first(PLANT.replace("gain", "proportional_gain")).message
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_file_of_more_loops_than_are_read_is_refused_at_its_list(count):
+    loop = PLANT[PLANT.index("  - name:") :]
+    text = PLANT + "".join(loop.replace("name: ", f"name: L{n}_", 1) for n in range(1, count))
+    found = check_document(read_document(text.encode(), "a.yaml", replace(DEFAULT, loops=2)))
+    assert found.vendor.key == "dl06"
+    told = [(d.message, d.span.line) for d in found.findings if d.code == "PID013"]
+    assert told == [("more than 2 loops", PLANT.splitlines().index("loops:") + 1)] * (count > 2)
+
+
+@pytest.mark.parametrize(("count", "told"), [(1, "L1"), (3, "L1, L2, L3"), (4, "L1, L2, L3 and 1 more")])
+def test_three_loops_that_cannot_be_read_are_named(count, told):
+    loop = PLANT[PLANT.index("  - name:") :]
+    name = loop.split("name: ", 1)[1].split("\n", 1)[0]
+    bad = "".join(loop.replace(name, f"L{n}", 1).replace("gain:", "gian:") for n in range(1, count + 1))
+    found = check_document(read_document((PLANT + bad).encode(), "a.yaml")).findings
+    (remark,) = [d.message for d in found if d.code == "PID038"]
+    assert remark.startswith(f"{told} cannot be read: ")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "unit", "text"),
+    [
+        (1, 5, "", "1 to 5"),
+        (1, 5, "s", "1 to 5 s"),
+        (1, None, "s", "at least 1 s"),
+        (None, 5, "", "at most 5"),
+        (5, 5, "%", "5 %"),
+        (0, 0, "", "0"),
+    ],
+)
+def test_what_is_allowed_is_told_by_its_ends(low, high, unit, text):
+    assert _range_text(low, high, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("pv", "output", "share"),
+    [
+        ([0, 100], [0, 50], 4),
+        ([50, 150], [0, 50], 4),
+        ([-100, 0], [10, 60], 4),
+        ([100, 200], [100, 0], 2),
+        ([0, 1], [5, 5], None),
+    ],
+)
+def test_a_gain_in_units_is_told_in_ranges(pv, output, share):
+    loop = Facts(gain=Decimal(2), pv=Facts(range=[*map(Decimal, pv)]), output=Facts(range=[*map(Decimal, output)]))
+    assert Scales("gain").share(loop) == share
 
 
 # --- A number may carry its key's own unit; another unit is an error that names both ----------------------------------
