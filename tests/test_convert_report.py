@@ -26,7 +26,7 @@ from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
 from pidcfg.conversion import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
 from pidcfg.conversion.builder import correct_lines
-from pidcfg.conversion.operation import Operation, Windup, differing_rules
+from pidcfg.conversion.operation import Manual, Operation, Windup, differing_rules
 from pidcfg.conversion.pipeline import UNKNOWN, convert, items_beside_loops, unreported_fields
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.paths import leaves, parse_path, set_value, value_at
@@ -500,6 +500,15 @@ def test_a_freeze_that_can_never_act_is_a_loss():
     assert any("bias_freeze" in d.where for d in result.faults)
     full = api.convert(api.convert(oven(), "click").text, "dl06")
     assert not lines_of(full)["operation.windup"].loss
+
+
+@pytest.mark.parametrize("before", Manual)
+@pytest.mark.parametrize("after", Manual)
+def test_an_output_that_jumps_where_it_stayed_is_a_loss(before, after):
+    loop = CASES["generic"][0](OVEN).loops[0]
+    sides = (Operation(windup=Windup.NONE, manual=answer) for answer in (before, after))
+    lines = [row for row in differing_rules(*sides, loop, is_master=False) if row.field == "operation.manual"]
+    assert [row.loss for row in lines] == [after is Manual.JUMPS] * (before is not after)
 
 
 def test_an_integral_that_runs_further_is_a_loss_and_another_way_to_stop_it_is_not():

@@ -384,3 +384,13 @@ def test_a_term_that_is_off_is_told_once(loop, code):
 @pytest.mark.parametrize(("low", "high", "found"), [(-4000, -1, 1), (-4000, 0, 0), (0, 4000, 0), (1, 4000, 1)])
 def test_the_zero_of_a_stopped_loop_may_be_one_of_its_limits(low, high, found):
     assert codes({"MV_MIN": low, "MV_MAX": high}).count("DP746") == found
+
+
+@pytest.mark.parametrize("mode", [0, 2])
+@pytest.mark.parametrize("integral", [0, 0.5, 1, 60])
+@pytest.mark.parametrize("bias", [0, 9.9, 10, 100, 100.1])
+def test_a_bias_outside_the_limits_is_told_where_no_integral_takes_it_up(mode, integral, bias):
+    loop = {"PID_MODE": mode, "Ti_Ki": integral, "BIAS": bias, "MV_MIN": 10, "MV_MAX": 100}
+    loop |= {"devices": {"MV": "D232", "PV": "D234"}}
+    is_taken_up = mode == 2 and integral > 0
+    assert ("DP744" in codes(loop)) == (not 10 <= bias <= 100 and not is_taken_up)

@@ -439,6 +439,15 @@ def test_a_file_with_one_odd_key_is_still_of_its_vendor():
     assert "this looks like" not in first(PLANT.replace("gain", "proportional_gain")).message
 
 
+@pytest.mark.parametrize(("channel", "lines"), [(2, [(9, 39), (17, 14)]), (3, [])])
+def test_a_channel_that_one_loop_reads_and_another_writes_is_told_at_both(channel, lines):
+    reading = PLANT.replace("unit: degC}", "unit: degC, transfer: {slot: 1, channel: 2}}")
+    writing = PLANT[PLANT.index("  - name:") :].replace("name: A", "name: B")
+    writing += f"    output: {{transfer: {{slot: 1, channel: {channel}}}}}\n"
+    found = check_document(read_document(f"{reading}{writing}".encode(), "a.yaml")).findings
+    assert [(d.span.line, d.span.column) for d in found if d.code == "DL293"] == lines
+
+
 @pytest.mark.parametrize("count", [2, 3])
 def test_a_file_of_more_loops_than_are_read_is_refused_at_its_list(count):
     loop = PLANT[PLANT.index("  - name:") :]
