@@ -524,6 +524,24 @@ def test_the_bias_is_a_constant_without_an_integral_only():
 
 
 @pytest.mark.parametrize(
+    ("output", "integral", "puts"),
+    [
+        ({"bias": 10}, 0, [("state.bias", True), ("state.output", False)]),
+        ({"bias": 10, "manual": 12}, 0, [("state.bias", True), ("state.output", False)]),
+        ({"bias": 0, "manual": 12}, 0, [("state.bias", True), ("state.output", False)]),
+        ({"bias": 0, "manual": 0}, 0, [("state.bias", False), ("state.output", False)]),
+        ({"manual": 12}, 0, [("state.bias", False), ("state.output", False)]),
+        ({}, 0, [("state.bias", False)]),
+        ({"bias": 10}, 30, [("state.bias", True)]),
+        ({"bias": 0}, 30, []),
+    ],
+)
+def test_a_bias_is_assumed_where_the_output_has_to_be_brought_to_it(output, integral, puts):
+    loop = {"tuning": {"gain": 1, "integral_time": integral}, "output": {"range": [0, 50], **output}}
+    assert sorted((put.path, put.assumed) for put in target(loop)[1] if put.path.startswith("state.")) == puts
+
+
+@pytest.mark.parametrize(
     ("reset", "shown"),
     [
         ({"reset": 3, "reset_unit": "minutes"}, "3 min"),

@@ -273,6 +273,10 @@ def test_the_offset_is_a_place_on_the_scale_of_the_output(span, offset, integral
         ({"range": [-50, 50]}, 0, 2048),
         ({"range": [-50, 50], "bias": -50}, 0, 0),
         ({"range": [0, 50]}, 0, 0),
+        ({"range": [0, 50], "bias": 0}, 60, 0),
+        ({"range": [-50, 0], "bias": 0}, 60, 4095),
+        ({"range": [-50, -1], "bias": 0}, 60, 0),
+        ({"range": [1, 50], "bias": 0}, 60, 0),
     ],
 )
 def test_the_bias_becomes_the_offset_and_none_is_0_without_an_integral(output, integral, counts):

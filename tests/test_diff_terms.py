@@ -542,6 +542,13 @@ def test_what_runs_is_not_written_and_a_set_point_is_named():
     assert words(listing, "dl06") | words(whole.text, "dl06") == words(upload(REACTOR), "dl06")
 
 
+def test_words_of_loops_that_are_gone_stay_in_the_plc():
+    gone = REACTOR[: REACTOR.rindex("  - name:")]
+    told = "stays as it is, since no loop has it any more: "
+    assert [note.startswith(told) for note in pidcfg.encode(gone, changed_from=upload(REACTOR)).merged].count(True) == 1
+    assert not any(note.startswith(told) for note in pidcfg.encode(REACTOR, changed_from=upload(gone)).merged)
+
+
 def test_nothing_that_differs_is_no_file():
     result = pidcfg.encode(FILES["click"], "cdv", changed_from=pidcfg.encode(FILES["click"]).text)
     assert (result.ok, dict(result.files), result.image.cells) == (True, {}, ())

@@ -18,7 +18,7 @@ from pidcfg import api
 from pidcfg.cli.commands.decode import command
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.dl06.files import read_bytes, write_records
-from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.listing import ListingError, read_text
 from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
 
@@ -299,6 +299,13 @@ UNDECIDED = {
     "register,value\n1024,1\n4000,1024\n4001,1\n2,1\n4002,1": (2, 1, "register 1024 may count from 0 or from 1"),
     "address,hex\n41025,7E08\n1025,7E08": (2, 1, "register 41025 may count from 0 or from 1"),
 }
+
+
+@pytest.mark.parametrize(("vendor", "address"), [("click", "C1"), ("ezlogix", "R1"), ("dl06", "V2000")])
+def test_a_word_that_is_missing_is_refused_behind_its_address(vendor, address):
+    with pytest.raises(ListingError, match=f"the word of {address} is missing") as refused:
+        read_text(f"  {address}  ", VENDORS[vendor].module("registers").SPACE)
+    assert (refused.value.line, refused.value.column) == (1, len(address) + 3)
 
 
 @pytest.mark.parametrize("text", UNDECIDED)

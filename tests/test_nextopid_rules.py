@@ -455,6 +455,18 @@ def test_the_direction_follows_from_the_product_of_all_gains(process, lead, fact
     assert ("NX622" in found) == (direct == (sign > 0))
 
 
+@pytest.mark.parametrize("factor", [-2, 3])
+@pytest.mark.parametrize("process", [-0.5, 2])
+@pytest.mark.parametrize("direct", [True, False])
+@pytest.mark.parametrize("wire", ["F.OutVar * L.G", "L.G * F.OutVar", "F.OutVar / L.G"])
+def test_a_parameter_that_nothing_changes_is_a_factor_of_the_direction(factor, process, direct, wire):
+    blocks = [
+        block("ControlLeadLag", "L", InVar="X", G=factor),
+        block("ControlDelayLag", InVar="A.MV", Gs=process, Min_OutVar=-1000, Max_OutVar=1000),
+    ]
+    assert ("NX622" in codes(changed(PV=wire, Direct=direct), blocks=blocks)) == (direct == (factor * process > 0))
+
+
 @pytest.mark.parametrize("wire", ["F.OutVar * LOAD", "F.OutVar - A.MV", "abs(F.OutVar)", "X", "F.OutVar * 0", "A.MV"])
 @pytest.mark.parametrize("direct", [True, False])
 def test_nothing_is_said_of_the_direction_where_nobody_can_know_it(wire, direct):
