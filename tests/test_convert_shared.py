@@ -296,6 +296,17 @@ loops:
 """.replace("PLAIN", PLAIN)
 
 
+@pytest.mark.parametrize(("target", "held"), [("dl06", 0), ("click", 50)])
+@pytest.mark.parametrize("mode", ["manual", "auto"])
+def test_the_output_with_which_a_loop_begins_in_manual_is_written_where_the_target_has_another(target, held, mode):
+    """A neutral loop begins at 0 in its unit, these at 0 % of the range."""
+    loop = f"{{name: A, mode: {mode}, {PLAIN}, pv: {{range: [0, 100]}}, output: {{range: [-50, 50]}}}}"
+    text = f"pidcfg: 1\nvendor: generic\nloops:\n  - {loop}\n".replace("gain: 1", "gain: 1, integral_time: 30")
+    result = api.convert(text, target)
+    outputs = [change.target for change in result.loops[0].changes if change.target_field == "state.output"]
+    assert outputs == [held] * (mode == "manual")
+
+
 @pytest.fixture(scope="module")
 def result():
     return api.convert(DL06, "generic", name="a.yaml")
