@@ -369,7 +369,7 @@ def test_a_comparison_with_a_listing_takes_what_is_missing_from_the_other_side()
 def test_a_run_keeps_its_signals_and_its_trend():
     trend = io.StringIO()
     result = pidcfg.simulate(TANK_SCENARIO, engine="python", record=True, trend=trend, every=10)
-    times, values = result.recording.signal_line("TANK1.PV")
+    times, values = result.recording.signal("TANK1.PV")
     assert len(times) == len(values) > 100
     assert trend.getvalue().startswith("time,")
     assert result.report.loops["TANK1"].metrics

@@ -223,7 +223,7 @@ def test_a_bound_below_its_share_fails_though_the_share_is_reached():
     expect = "  - {signal: TIC-1.PV, max: 124, share: 90 %}"
     result = certify(scenario(expect=expect), samples=60)
     (one,) = result.certification.expectations
-    assert one.lower_bound < 90 <= one.share
+    assert one.bound < 90 <= one.share
     assert not one.passed
     assert not result.ok
     assert certify(scenario(expect=expect.replace("90 %", "75 %")), samples=60).ok

@@ -184,7 +184,7 @@ def result(samples, shares=(None, 50.0), keep=3):
 def test_all_that_is_wanted_must_be_shown():
     good = [seen(i) for i in range(10)]
     assert result(good).passed
-    assert [one.lower_bound for one in result(good).expectations] == [pytest.approx(74.1134, abs=1e-4)] * 2
+    assert [one.bound for one in result(good).expectations] == [pytest.approx(74.1134, abs=1e-4)] * 2
     one_missed = [*good, seen(10, passed=False, held=(True, False))]
     assert result(one_missed).passed
     assert not result(one_missed, (None, 80.0)).passed

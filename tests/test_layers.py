@@ -196,9 +196,9 @@ LINES = {
     "convert --help":    4_750,
     "encode --help":     2_870,
     "decode --help":     4_250,
-    "validate examples/dl06/reactor.yaml": 15_000,
-    "encode examples/dl06/reactor.yaml": 18_650,
-    "simulate examples/dl06/reactor.scenario.yaml": 30_850,
+    "validate examples/dl06/reactor.yaml": 15_150,
+    "encode examples/dl06/reactor.yaml": 18_900,
+    "simulate examples/dl06/reactor.scenario.yaml": 31_250,
 }
 RULE_LINES = 4_000
 """Most lines of the modules of rules that a file loads: a further rule is held by its case, not by this."""

@@ -178,7 +178,7 @@ def test_a_recording_keeps_first_lowest_highest_and_last_of_each_group(values, s
         group = values[first : first + size]
         places = {0, group.index(min(group)), group.index(max(group)), len(group) - 1}
         wanted += [(first + place, group[place]) for place in sorted(places)]
-    assert list(zip(*recording.signal_line("a"), strict=True)) == wanted
+    assert list(zip(*recording.signal("a"), strict=True)) == wanted
 
 
 def test_the_recording_is_the_trend_with_all_its_extremes(folder, pidcfg):
@@ -186,7 +186,7 @@ def test_the_recording_is_the_trend_with_all_its_extremes(folder, pidcfg):
     rows = list(csv.reader(Path("trend.csv").read_text("utf-8").splitlines()))
     trend = {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
     recording = outcome().recording
-    times, values = recording.signal_line("TIC-201.PV")
+    times, values = recording.signal("TIC-201.PV")
     assert len(times) <= MOST_POINTS
     at = dict(zip(trend["time"], trend["TIC-201.PV"], strict=True))
     assert all(value == pytest.approx(at[time], rel=1e-9) for time, value in zip(times, values, strict=True))
@@ -205,13 +205,13 @@ def test_no_spike_of_one_sample_is_lost_and_points_are_bounded():
                 rows[2 * (spike - chunk) + 1] = value
         recording.add_rows(rows, count)
     recording.end()
-    times, values = recording.signal_line("b")
+    times, values = recording.signal("b")
     assert len(values) <= MOST_POINTS
     assert (min(values), max(values)) == (-7.0, 5.0)
     assert times[values.index(5.0)] == pytest.approx(12345.7)
     assert times == sorted(set(times))
     assert times[-1] == pytest.approx(99999.9)
-    assert set(recording.signal_line("a")[1]) == {0.0}
+    assert set(recording.signal("a")[1]) == {0.0}
 
 
 def test_a_short_run_is_recorded_whole():
@@ -220,7 +220,7 @@ def test_a_short_run_is_recorded_whole():
     recording.add_rows([0, 1, 0, 2, 0, 3], 3)
     recording.add_rows([0, 4, 0, 5], 2)
     recording.end()
-    assert recording.signal_line("b") == ([0, 0.5, 1.0, 1.5, 2.0], [1, 2, 3, 4, 5])
+    assert recording.signal("b") == ([0, 0.5, 1.0, 1.5, 2.0], [1, 2, 3, 4, 5])
     assert recording.names == ["b"]
 
 

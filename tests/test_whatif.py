@@ -73,7 +73,7 @@ def test_a_move_has_the_words_of_encode_and_the_end_of_simulate(name):
     for loop, report in run.report.loops.items():
         assert one.current[0].report.loops[loop].metrics == report.metrics
     for signal in run.recording.names:
-        assert one.current[0].recording.signal_line(signal) == run.recording.signal_line(signal)
+        assert one.current[0].recording.signal(signal) == run.recording.signal(signal)
 
 
 @pytest.mark.parametrize("name", ONE_A_VENDOR)

@@ -120,7 +120,7 @@ def confirm_gains(
     (expectation,) = certification.expectations
     largest = certification.metrics["LOOP"]["iae"]["max"]
     held_count = min(expectation.held, certification.all_passed)
-    return Confirmation(plc, samples, held_count, expectation.lower_bound, most, largest)
+    return Confirmation(plc, samples, held_count, expectation.bound, most, largest)
 
 
 def _loop_text(found: RobustTuning, pv: float, output: float) -> str:

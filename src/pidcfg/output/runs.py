@@ -277,7 +277,7 @@ def _batch_data(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> 
         "failed_to_run": certification.failed_to_run,
         "reasons": list(certification.reasons),
         "expectations": [
-            {"text": e.text, "share": e.share, "bound": e.lower_bound, "wanted": e.wanted, "passed": e.passed}
+            {"text": e.text, "share": e.share, "bound": e.bound, "wanted": e.wanted, "passed": e.passed}
             for e in certification.expectations
         ],
         "metrics": {
@@ -290,7 +290,7 @@ def _batch_data(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> 
                 "failed": s.samples - s.held,
                 "not_proven": s.unproven,
                 "judged": s.judged,
-                "bound": s.lower_bound,
+                "bound": s.bound,
                 "passed": s.passed,
             }
             for s in certification.standing

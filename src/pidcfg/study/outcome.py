@@ -41,7 +41,7 @@ def alarm_lines(recording: Recording, loop: str, alarms: Sequence[str], setpoint
     for alarm in alarms:
         level = recording.levels.get((loop, alarm), ())
         if alarm.startswith(DEVIATION) and setpoint:
-            centre = list(zip(*recording.signal_line(setpoint), strict=True))
+            centre = list(zip(*recording.signal(setpoint), strict=True))
             for side in (1.0, -1.0):
                 yield from level_lines(flag_words(alarm), levels_around(centre, level, side), end)
         elif alarm != RATE:
@@ -138,7 +138,7 @@ def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
     """What the signals of a loop that takes the root of its PV are; nothing for another loop."""
     if axes.root is None or not axes.setpoint:
         return ()
-    _, values = recording.signal_line(axes.setpoint)
+    _, values = recording.signal(axes.setpoint)
     if not values:
         return ()
     return (axes.root.remark(axes.setpoint.rpartition(".")[2], float(values[-1]), axes.pv_unit),)
@@ -162,7 +162,7 @@ def loop_panels(axes: Axes, recording: Recording, loop: str, report: LoopReport,
 
 def signal_line(recording: Recording, signal: str, role: Role, side: Side | None = None) -> Line:
     """One signal, called as the vendor does: TIC-101.PV is PV."""
-    times, values = recording.signal_line(signal)
+    times, values = recording.signal(signal)
     return Line(signal.rpartition(".")[2], role, times, values, side)
 
 

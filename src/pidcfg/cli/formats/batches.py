@@ -85,7 +85,7 @@ def _shares_table(batch: Certification, *, tables: bool) -> str:
     passed = [share for share in batch.standing if share.passed and share.judged]
     rows = [("", "share", "at least", "wanted", "samples", ""), *map(_share_row, (*batch.expectations, *failing))]
     if passed:
-        bound = share_figure(min(share.lower_bound for share in passed))
+        bound = share_figure(min(share.bound for share in passed))
         names_text = f"{len(passed)} others that are" if failing else f"all {len(passed)} that are"
         rows.append(("passed", "100 %", f"{bound} %", "all", "", f"{names_text} always checked"))
     table_text = _text_table([row if tables else (*row[:4], row[5]) for row in rows])
@@ -106,7 +106,7 @@ def _share_row(share: Share) -> tuple[str, ...]:
     return (
         verdict,
         f"{share_figure(share.share)} %",
-        f"{share_figure(share.lower_bound)} %",
+        f"{share_figure(share.bound)} %",
         wanted_text,
         count,
         share.text,
@@ -117,7 +117,7 @@ def _shortfall_line(share: Share) -> str:
     """What an expectation with a share lacks; nothing where it is proven."""
     if share.passed or share.wanted is None:
         return ""
-    held, bound = share_figure(share.share), share_figure(share.lower_bound)
+    held, bound = share_figure(share.share), share_figure(share.bound)
     shortfall = f"{held} % of {share.samples:,} samples, so at least {bound} %; {share.requirement}"
     return f"  {to_one_line(f'{share.text}: {shortfall}')}\n"
 
@@ -214,7 +214,7 @@ def _junit_cases(outcome: BatchOutcome) -> Iterator[TestCase]:
 
 
 def _batch_case(share: Share, batch: Certification) -> TestCase:
-    result = f"{share.held:,} of {share.samples:,} samples, so at least {share_figure(share.lower_bound)} %"
+    result = f"{share.held:,} of {share.samples:,} samples, so at least {share_figure(share.bound)} %"
     if share.judged == 0 and not batch.failed_to_run:
         return TestCase(share.text, skipped="not judged in any sample")
     if share.passed:

@@ -97,7 +97,7 @@ class Recording:
             )
         self._open = {}
 
-    def signal_line(self, name: str) -> tuple[list[float], list[float]]:
+    def signal(self, name: str) -> tuple[list[float], list[float]]:
         """Times in s and values of a signal."""
         times = self._times
         for step in self.steps[name]:

@@ -125,7 +125,7 @@ class Share:
         return ten_digits(PERCENT * self.held / self.samples)
 
     @property
-    def lower_bound(self) -> float:
+    def bound(self) -> float:
         """What the share of all plants is at least, at 95 %."""
         return ten_digits(PERCENT * lower_bound(self.held, self.samples))
 
