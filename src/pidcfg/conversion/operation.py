@@ -86,23 +86,21 @@ ADDED_ANTI_WINDUP = "without it the integral would run without end, which the so
 
 
 class Answer(Enum):
-    """What a loop does: from best to worst, in words, and what to do about it in a target that does it."""
+    """What a loop does, in words, and what to do about it in a target that does it."""
 
-    def __init__(self, rank: int, text: str, cure: str = "") -> None:
-        self.rank, self.text, self.cure = rank, text, cure
+    def __init__(self, text: str, cure: str = "") -> None:
+        self.text, self.cure = text, cure
 
 
 class Start(Answer):
     """Which mode a loop has when its PLC begins to run."""
 
-    WAITS = 0, "it waits in Manual", "request its mode after each start of the PLC"
+    WAITS = "it waits in Manual", "request its mode after each start of the PLC"
     RETURNS = (
-        1,
         "it waits in Manual after the download, and later begins in the mode that it had",
         "request its mode once; switch it to Manual before the PLC stops where it has to wait for somebody",
     )
     RUNS = (
-        2,
         "it begins in its mode, with an integral of 0",
         "keep it in Manual in the program where it has to wait for somebody",
     )
@@ -111,51 +109,51 @@ class Start(Answer):
 class Manual(Answer):
     """What the output does on the way from Auto to Manual."""
 
-    STAYS = 0, "the output stays where it is", "write the value that stood ready after the change to Manual"
-    JUMPS = 1, "the output goes to the value that stands ready", "copy MV to ManualMV in the program while in automatic"
+    STAYS = "the output stays where it is", "write the value that stood ready after the change to Manual"
+    JUMPS = "the output goes to the value that stands ready", "copy MV to ManualMV in the program while in automatic"
 
 
 class Hand(Answer):
     """What limits an output in Manual."""
 
-    LIMITED = 0, "the limits of the output hold in Manual, too", "set an output within the limits"
-    FREE = 0, "in Manual the output may be beyond its limits", "set an output within the limits"
+    LIMITED = "the limits of the output hold in Manual, too", "set an output within the limits"
+    FREE = "in Manual the output may be beyond its limits", "set an output within the limits"
 
 
 class Zero(Answer):
     """With which output and integral a loop begins that is given none."""
 
-    OF_RANGE = 0, "it begins at 0 % of the output's range, whatever its bias", "set the output in Manual"
-    OF_UNIT = 0, "it begins at 0 in the output's unit, with its bias on top", "set the output in Manual"
+    OF_RANGE = "it begins at 0 % of the output's range, whatever its bias", "set the output in Manual"
+    OF_UNIT = "it begins at 0 in the output's unit, with its bias on top", "set the output in Manual"
 
 
 class Transfer(Answer):
     """What the output does on the way from Manual to Auto."""
 
-    GOES_ON = 0, "the output goes on from where it stands"
-    ON_TOP = 1, "the integral becomes the output, and gain x error comes on top", "bring the PV to the set point before"
-    AS_BEFORE = 2, "the integral is what it was before Manual", "bring the output back to where it was before"
+    GOES_ON = "the output goes on from where it stands"
+    ON_TOP = "the integral becomes the output, and gain x error comes on top", "bring the PV to the set point before"
+    AS_BEFORE = "the integral is what it was before Manual", "bring the output back to where it was before"
 
 
 class WithoutIntegral(Answer):
     """What the output of a loop without an integral does on the way from Manual to Auto."""
 
-    TAKEN_OVER = 0, "the bias becomes the output", "bring the output to the bias in Manual before going to Auto"
-    CONSTANT = 1, "the output becomes gain x error + bias", "write the output that holds the set point into the bias"
+    TAKEN_OVER = "the bias becomes the output", "bring the output to the bias in Manual before going to Auto"
+    CONSTANT = "the output becomes gain x error + bias", "write the output that holds the set point into the bias"
 
 
 class Rate(Answer):
     """What the derivative does in Manual."""
 
-    KEPT_UP = 0, "it is kept up in Manual", "bring the PV to rest in Manual before going to Auto"
-    ANEW = 0, "it begins anew with Auto", "bring the PV to rest in Manual before going to Auto"
+    KEPT_UP = "it is kept up in Manual", "bring the PV to rest in Manual before going to Auto"
+    ANEW = "it begins anew with Auto", "bring the PV to rest in Manual before going to Auto"
 
 
 class Filter(Answer):
     """How often the filter of the PV is worked out."""
 
-    SAMPLED = 0, "with each sample of the loop"
-    CYCLIC = 0, "in each cycle of the task, so that a PV on its way comes later by up to half a sample"
+    SAMPLED = "with each sample of the loop"
+    CYCLIC = "in each cycle of the task, so that a PV on its way comes later by up to half a sample"
 
 
 ALONE = "switch that off where the process must stand still with the PLC"
@@ -164,17 +162,26 @@ ALONE = "switch that off where the process must stand still with the PLC"
 class Stopped(Answer):
     """What a loop does while its PLC is stopped."""
 
-    UNSAID = 0, "nothing says whether it goes on", "see to it in the PLC"
-    STANDS = 0, "it stands still", "let the output module hold, or bring to a safe value, what the process needs"
-    GOES_ON = 1, "it goes on controlling", ALONE
-    AS_GIVEN = 1, "it goes on controlling, as a PLC of this family does", ALONE
+    UNSAID = "nothing says whether it goes on", "see to it in the PLC"
+    STANDS = "it stands still", "let the output module hold, or bring to a safe value, what the process needs"
+    GOES_ON = "it goes on controlling", ALONE
+    AS_GIVEN = "it goes on controlling, as a PLC of this family does", ALONE
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it controls."""
+        return self in {Stopped.GOES_ON, Stopped.AS_GIVEN}
 
 
 OVERSHOOT = "expect more overshoot after the output was at a limit"
 
 
 class Windup(Answer):
-    """What the integral does while the output is at a limit."""
+    """What the integral does while the output is at a limit; the further it runs, the higher its rank."""
+
+    def __init__(self, rank: int, text: str) -> None:
+        super().__init__(text, OVERSHOOT if rank else "")
+        self.rank = rank
 
     NONE = 0, "the velocity form has no integral of its own"
     FROZEN = 0, "it stops while the output is at a limit"
@@ -182,27 +189,27 @@ class Windup(Answer):
     CONDITIONAL = 0, "it stops where the error drives the output further beyond a limit"
     PARTIAL = 0, "it takes what does not push the output beyond a limit"
     WORKED_OUT = 0, "it is worked out of the limited output"
-    WITHIN_LIMITS = 1, "it goes on to the limits of the output", OVERSHOOT
-    FROZEN_AT_ENDS = 2, "it stops while the output is at an end of its range", OVERSHOOT
-    CONDITIONAL_AT_ENDS = 2, "it stops where the error drives the output further beyond an end of its range", OVERSHOOT
-    WITHIN_RANGE = 3, "it goes on to the ends of the output's range", OVERSHOOT
-    ENDLESS = 4, "it goes on without end", OVERSHOOT
+    WITHIN_LIMITS = 1, "it goes on to the limits of the output"
+    FROZEN_AT_ENDS = 2, "it stops while the output is at an end of its range"
+    CONDITIONAL_AT_ENDS = 2, "it stops where the error drives the output further beyond an end of its range"
+    WITHIN_RANGE = 3, "it goes on to the ends of the output's range"
+    ENDLESS = 4, "it goes on without end"
 
 
 class Deadband(Answer):
     """What a deadband does."""
 
-    AS_ZERO = 0, "the error counts as 0"
-    CROSSED = 0, "the error counts as 0 once the PV has crossed the set point"
-    ONLY_BIAS = 0, "the output is the bias, without the other actions"
-    HELD = 0, "the output is held"
+    AS_ZERO = "the error counts as 0"
+    CROSSED = "the error counts as 0 once the PV has crossed the set point"
+    ONLY_BIAS = "the output is the bias, without the other actions"
+    HELD = "the output is held"
 
 
 class Smoothing(Answer):
     """How the filter of the derivative is worked out: what it lets through of a change in a sample."""
 
-    EXACT = 0, "a sample lets 1 - e^(-Ts/Tf) of a change through"
-    BACKWARD = 0, "a sample lets Ts/(Ts + Tf) of a change through"
+    EXACT = "a sample lets 1 - e^(-Ts/Tf) of a change through"
+    BACKWARD = "a sample lets Ts/(Ts + Tf) of a change through"
 
     def share(self, time: Decimal, sample: Decimal) -> Decimal:
         """What a sample lets through with a time constant."""
@@ -218,16 +225,16 @@ class Smoothing(Answer):
 class Interlock(Answer):
     """What refuses Auto."""
 
-    GRANTED = 0, "Auto is granted whatever the PV is", "keep the loop in Manual in the program while a PV alarm is on"
-    REFUSED = 1, "Auto is refused while a PV alarm is on", "bring the PV between its alarms in Manual"
+    GRANTED = "Auto is granted whatever the PV is", "keep the loop in Manual in the program while a PV alarm is on"
+    REFUSED = "Auto is refused while a PV alarm is on", "bring the PV between its alarms in Manual"
 
 
 class Master(Answer):
     """What an outer loop does while its inner loop has another set point."""
 
-    FOLLOWS = 0, "its output follows the inner loop"
-    MANUAL = 1, "it goes to Manual", "switch it to Auto again after its inner loop is in Cascade"
-    INTEGRATES = 2, "it goes on integrating", "switch it to Manual first, and bring its output to the inner set point"
+    FOLLOWS = "its output follows the inner loop"
+    MANUAL = "it goes to Manual", "switch it to Auto again after its inner loop is in Cascade"
+    INTEGRATES = "it goes on integrating", "switch it to Manual first, and bring its output to the inner set point"
 
 
 @frozen
@@ -291,9 +298,9 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     integral = bool(loop.tuning.integral_time)
     if loop.mode != "manual":
         yield from _rule_line("start", before.start, after.start)
-    if before.stopped.rank != after.stopped.rank:
+    if before.stopped.goes_on != after.stopped.goes_on:
         yield from _rule_line("stopped", before.stopped, after.stopped, loss=before.stopped is Stopped.GOES_ON)
-    yield from _rule_line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
+    yield from _rule_line("manual", before.manual, after.manual, loss=after.manual is Manual.JUMPS)
     if has_narrow_limits(loop):
         yield from _rule_line("hand", before.hand, after.hand)
     if (loop.output.range[0] or (integral and loop.output.bias)) and (

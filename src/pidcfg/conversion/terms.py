@@ -64,7 +64,7 @@ class Leaf:
     value: Any
     model: BaseModel
     key: str
-    is_given: bool
+    is_given: bool = True
 
     @property
     def text(self) -> str:

@@ -240,7 +240,7 @@ class _Block:
         value = value_at(self.model, path)
         named = path[:-1] if isinstance(path[-1], int) else path
         model = value_at(self.model, named[:-1]) if named[:-1] else self.model
-        return None if value is None or model is None else Leaf(named, value, model, str(named[-1]), is_given=True)
+        return None if value is None or model is None else Leaf(named, value, model, str(named[-1]))
 
     def address_and_text(self, offset: int) -> tuple[str, str]:
         """The address of a register, and its content as the PLC shows it."""
@@ -284,7 +284,6 @@ def parameter_terms(subject: Subject) -> Terms:
             items[key] = _parameter_item(subject, cell, key, model, units, writer)
         if model is not None:
             items |= settings_beside(settings[places[name]], model, {}, subject.faults(name))
-            items |= dict(other_keys(model, subject, [*items, *image.settings[places[name]]]))
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
         owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
@@ -358,7 +357,7 @@ def _parameter_unit(vendor: Vendor, model: Any, key: str, content: Any, units: M
     section = value_at(model, named[:-1]) if named[:-1] else model
     if section is None or named[-1] not in type(section).model_fields:
         return ""
-    return trim_unit(unit_of(Leaf(named, content, section, str(named[-1]), is_given=True), model, vendor, units))
+    return trim_unit(unit_of(Leaf(named, content, section, str(named[-1])), model, vendor, units))
 
 
 # --- Terms of what no configuration places: words by their addresses, settings by the names that they have ------------
