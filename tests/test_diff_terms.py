@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations, pairwise, product
+from itertools import combinations, permutations
 from pathlib import Path
 from types import SimpleNamespace as Facts
 
@@ -14,8 +14,8 @@ from pidcfg.cli.formats.conversion import differences_markdown as as_markdown
 from pidcfg.cli.formats.conversion import differences_text as as_text
 from pidcfg.cli.main import main
 from pidcfg.conversion import text_of
-from pidcfg.conversion.comparison import _longest_rise
-from pidcfg.conversion.terms import Item, kind_by, move_content, with_faults
+from pidcfg.conversion.comparison import moved_loops
+from pidcfg.conversion.terms import Item, Owner, kind_by, move_content, with_faults
 from pidcfg.conversion.vendor_terms import _cell_content, raw_terms
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.listing import Listing
@@ -24,6 +24,7 @@ from pidcfg.encoders.regmap import Writer
 from pidcfg.schemas.iec import REAL
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.references import CLICK
+from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
 from spoiled_configurations import MILD, spoiled
 
@@ -159,15 +160,40 @@ def test_a_limit_of_0_counts_is_one_like_any_other():
     assert [(d.before, d.after, d.other_word_only) for d in rows_of] == [(0, 0, True)]
 
 
-def test_a_gain_in_another_unit_is_no_action_that_is_switched():
-    text = (
-        "pidcfg: 1\nvendor: nextopid\nplc: {sample_time: 0.4}\nloops:\n  - {name: A, type: PIDA_REAL, SP: 30, Kp: 0.5, "
-        "Ti_Ki: 9, Td_Kd: 0, MinMV: 4, MaxMV: 20, MinPV: 0, MaxPV: 99, pv: {unit: degC}, output: {unit: mA}}\n"
-    )
-    found = pidcfg.diff(text, edited(text, ("unit: mA", "unit: V"), ("Kp: 0.5", "Kp: 2")))
-    assert [(d.before, d.after, d.risk, d.note) for d in loops(found)["A"].differences if d.key == "Kp"] == [
+NEXTOPID = """\
+pidcfg: 1
+vendor: nextopid
+plc: {sample_time: 0.4}
+loops:
+  - {name: A, type: PIDA_REAL, SP: 30, Kp: 0.5, Ti_Ki: 9, Td_Kd: 0, MinMV: 4, MaxMV: 20, MinPV: 0, MaxPV: 99,
+     pv: {unit: degC}, output: {unit: mA}}
+"""
+DPIDE = """\
+pidcfg: 1
+vendor: dpide
+loops:
+  - {name: A, device: D0, PID_EQ: true, SV: 30, Kc_Kp: 0.5, Ti_Ki: 20, Td_Kd: 0, MV_MAX: 20, MV_MIN: 4, CYCLE: 1000,
+     PID_DIR: true, pv: {range: [0, 99], unit: degC}, output: {range: [4, 20], unit: mA}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (NEXTOPID, "Kp"),
+        (NEXTOPID.replace("Td_Kd: 0", "Td_Kd: 0, Indep: true"), "Kp"),
+        (DPIDE, "Kc_Kp"),
+        (DPIDE.replace("PID_EQ: true", "PID_EQ: false"), "Kc_Kp"),
+    ],
+)
+def test_a_gain_in_another_unit_is_no_action_that_is_switched(text, key):
+    found = pidcfg.diff(text, edited(text, ("unit: mA", "unit: V"), (f"{key}: 0.5", f"{key}: 2")))
+    assert [(d.before, d.after, d.risk, d.note) for d in loops(found)["A"].differences if d.key == key] == [
         ("0.5 mA/degC", "2 V/degC", "medium", "")
     ]
+    off = pidcfg.diff(text, edited(text, (f"{key}: 0.5", f"{key}: 0")))
+    risks = [d.risk for d in loops(off)["A"].differences if d.key == key]
+    assert risks == ["high"]
 
 
 def test_markdown_is_a_table_with_what_is_grave_in_bold():
@@ -365,6 +391,29 @@ def test_listings_whose_loops_nobody_knows_are_compared_by_address():
     assert "name a configuration" in result.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("vendor", "more", "loop", "row"),
+    [
+        ("nextopid", "TIC_1.MV REAL 17.0", "TIC_1", ("MV", None, 17, "", "TIC_1.MV", None, "17.0")),
+        ("nextopid", "FILTER.OutVar REAL 1.5", "FILTER", ("OutVar", None, 1.5, "", "FILTER.OutVar", None, "1.5")),
+        ("nextopid", "TIC_1.Foo REAL 1.0", "TIC_1", ("Foo", None, 1, "", "TIC_1.Foo", None, "1.0")),
+        ("dpide", "OVEN.MV REAL 5.0", "OVEN", ("MV", None, 5, "", "OVEN.MV", None, "5.0")),
+        (
+            "generic", "TIC-1.output.pulse.min_on LREAL 5.0", "TIC-1",
+            ("output.pulse.min_on", None, 5, "", "TIC-1.output.pulse.min_on", None, "5.0"),
+        ),
+        (
+            "generic", "TIC-1.output.pulse.period LREAL 5.0", "TIC-1",
+            ("output.pulse.period", None, 5, "s", "TIC-1.output.pulse.period", None, "5.0"),
+        ),
+    ],
+)  # fmt: skip
+def test_a_parameter_that_the_file_does_not_have_has_the_unit_of_its_key_if_any(vendor, more, loop, row):
+    """An output of a block and a name that no schema knows have no key, a section that is not there no unit."""
+    result = pidcfg.diff(FILES[vendor], f"{upload(FILES[vendor])}{more}\n", names=(None, "upload.txt"), live=True)
+    assert rows(result, loop)[0] == row
+
+
 def test_a_listing_that_holds_less_says_so():
     listing = "".join(line for line in upload(REACTOR).splitlines(keepends=True) if not line.startswith("V3"))
     result = pidcfg.diff(REACTOR, listing, names=(None, "upload.txt"))
@@ -470,6 +519,35 @@ def test_a_removed_loop_stands_where_it_was():
     assert order == [("TIC-1", "removed"), ("FIC-1", "same"), ("TIC-2", "same")]
 
 
+def test_as_few_loops_as_possible_have_moved():
+    """Those that stay ascend, and no larger number of them would."""
+    for order in (order for n in range(1, 6) for order in permutations(range(1, n + 1))):
+        pairs = [(Owner(str(one), number=one), Owner(str(one), number=two)) for two, one in enumerate(order, 1)]
+        moved = {int(owner.name): places for owner, places in moved_loops(pairs)}
+        assert moved == {one: (f"loop {one}", f"loop {two}") for two, one in enumerate(order, 1) if one in moved}
+        kept = [one for one in order if one not in moved]
+        assert kept == sorted(kept)
+        assert not [some for some in combinations(order, len(kept) + 1) if list(some) == sorted(some)]
+
+
+def test_loops_of_which_one_name_begins_as_a_key_of_the_other_are_told_apart():
+    """`A.b.pv.range.1` is of the loop A.b, also beside a loop A.b.pv."""
+    loop = {"output_raises_pv": True, "sample_time": 1, "tuning": {"gain": 1}, "output": {"range": [0, 100]}}
+
+    def file(*ends):
+        named = zip(("A.b", "A.b.pv"), ends, strict=True)
+        loops = [{"name": name, **loop, "pv": {"range": [0, end]}} for name, end in named]
+        return yaml_text({"pidcfg": 1, "vendor": "generic", "loops": loops})
+
+    old = file(20, 30)
+    for name, new, after in (("A.b", file(10, 30), 10), ("A.b.pv", file(20, 20), 20)):
+        address = f"{name}.pv.range.1"
+        for result in (pidcfg.diff(old, new), pidcfg.diff(old, upload(new), names=(None, "upload.txt"))):
+            told = [(entry.loop, d.key, d.address, d.after) for entry in result.loops for d in entry.differences]
+            assert told == [(name, "pv.range.1", address, after)]
+        assert words(pidcfg.encode(new, changed_from=upload(old)).text, "generic") == {address: after}
+
+
 def test_loops_of_one_name_are_matched_in_their_order():
     text = edited(REACTOR, ("LIC-103", "FIC-102"))
     assert pidcfg.diff(text, text).same
@@ -523,6 +601,33 @@ def test_the_changed_words_over_the_old_ones_are_the_new_ones(vendor, name):
     assert changed
 
 
+@pytest.mark.parametrize("vendor", EDITS)
+def test_what_a_listing_does_not_hold_is_written(vendor):
+    whole = words(upload(FILES[vendor]), vendor)
+    lines = upload(FILES[vendor]).splitlines(keepends=True)
+    for start in range(3):
+        gone = {row for row in lines[start::3] if not row.startswith("#") and "reserved" not in row}
+        old = "".join(row for row in lines if row not in gone)
+        part = pidcfg.encode(FILES[vendor], changed_from=old, live=True, allow_errors=True)
+        assert words(part.text, vendor).items() == whole.items() - words(old, vendor).items()
+        assert part.merged == ()
+
+
+@pytest.mark.parametrize("vendor", EDITS)
+def test_what_no_loop_has_any_more_stays_as_it_is(vendor):
+    listing = upload(FILES[vendor])
+    more = {"dl06": "V3777", "click": "DS4499", "ezlogix": "R999"}.get(vendor, "TIC_9.Kp")
+    row = f"{more} {'REAL 2.5' if '.' in more else '0001'}\n"
+    part = pidcfg.encode(FILES[vendor], changed_from=listing + row)
+    assert part.merged == (f"stays as it is, since no loop has it any more: {more}",)
+    assert pidcfg.encode(FILES[vendor], changed_from=listing).merged == ()
+
+
+def test_what_a_whole_program_has_besides_is_no_loop_of_old():
+    view = pidcfg.encode(edited(FILES["click"], ("C101", "C301")), "cdv").text
+    assert pidcfg.encode(FILES["click"], changed_from=view.encode("utf-16-le")).merged == ()
+
+
 @pytest.mark.parametrize(("vendor", "name", "able"), [
     ("click", "nickname-csv", "text, csv, json, modbus, cdv"), ("ezlogix", "tags", "text, csv, json"),
     ("dpide", "operands", "text, csv, json"), ("nextopid", "st", "text, csv, json"),
@@ -540,13 +645,6 @@ def test_what_runs_is_not_written_and_a_set_point_is_named():
     assert result.merged[1].startswith("left out, since the PLC or the process writes it: TIC-101 state.pv")
     whole = pidcfg.encode(REACTOR, changed_from=listing, live=True)
     assert words(listing, "dl06") | words(whole.text, "dl06") == words(upload(REACTOR), "dl06")
-
-
-def test_words_of_loops_that_are_gone_stay_in_the_plc():
-    gone = REACTOR[: REACTOR.rindex("  - name:")]
-    told = "stays as it is, since no loop has it any more: "
-    assert [note.startswith(told) for note in pidcfg.encode(gone, changed_from=upload(REACTOR)).merged].count(True) == 1
-    assert not any(note.startswith(told) for note in pidcfg.encode(REACTOR, changed_from=upload(gone)).merged)
 
 
 def test_nothing_that_differs_is_no_file():
@@ -686,19 +784,6 @@ def test_a_configuration_to_compare_with_that_is_wrong_is_told(tmp_path):
 
 
 # --- Pieces of a comparison key by key --------------------------------------------------------------------------------
-
-
-def test_as_many_loops_as_possible_are_in_order():
-    for numbers in product(range(4), repeat=4):
-        found = tuple(sorted(_longest_rise(numbers)))
-        rises = [
-            places
-            for length in range(len(numbers) + 1)
-            for places in combinations(range(len(numbers)), length)
-            if all(numbers[one] < numbers[two] for one, two in pairwise(places))
-        ]
-        assert found in rises
-        assert len(found) == max(map(len, rises))
 
 
 @pytest.mark.parametrize(

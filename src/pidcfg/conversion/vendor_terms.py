@@ -266,7 +266,7 @@ def parameter_terms(subject: Subject) -> Terms:
     models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     cells: dict[str, list[Entry]] = {name: [] for name in places}
     for cell in (*image.cells, *_other_entries(subject)):
-        cells.setdefault(owner_of(cell.address, cells), []).append(cell)
+        cells.setdefault(owner_of(cell, cells), []).append(cell)
     loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
     owners, settings = [whole_file(subject, {})], subject.settings
     outputs = {place: loop.name for loop in subject.config.loops if (place := value_at(loop, OUTPUT_DEVICE))}
@@ -305,9 +305,10 @@ def _other_entries(subject: Subject) -> Iterator[Entry]:
             yield Entry(name, TYPES_BY_CONTENT.get(type(raw), LREAL), raw, "")
 
 
-def owner_of(address: str, names: Collection[str]) -> str:
-    """The loop or block that a parameter belongs to: the longest name that it begins with."""
-    return next((name for name in outer_keys(address) if name in names), SIGNALS)
+def owner_of(cell: Entry, names: Collection[str]) -> str:
+    """The loop or block of a parameter; of one that no configuration has, the longest name that it begins with."""
+    outer = [cell.address.removesuffix(f".{cell.field}")] if cell.field else outer_keys(cell.address)
+    return next((name for name in outer if name in names), SIGNALS)
 
 
 def _cell_content(cell: Entry, reading: Reading | None) -> tuple[object, str, bool]:
