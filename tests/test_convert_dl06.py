@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -14,8 +15,8 @@ import pidcfg
 from dl06_strategies import EVERYTHING, FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
 from pidcfg.conversion import ConvertError
-from pidcfg.conversion.dl06 import from_neutral
-from pidcfg.conversion.from_dl06 import NOTHING_LOST, _shown_reset, round_to_ten_digits, to_neutral
+from pidcfg.conversion.dl06 import UNWANTED_INNER_POINT, UNWANTED_POINT, from_neutral
+from pidcfg.conversion.from_dl06 import NOTHING_LOST, round_to_ten_digits, to_neutral
 from pidcfg.conversion.pipeline import convert, settle_values
 from pidcfg.encoders.dl06 import CONVERT_OPTIONS
 from pidcfg.encoders.dl06.image import encode, reset_value, scales_of
@@ -174,23 +175,26 @@ def test_a_gain_that_rounds_onto_the_off_code_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("reset", "unit", "decimals", "seconds"),
+    ("reset", "unit", "decimals", "seconds", "shown"),
     [
-        (30, "seconds", 1, "30"),
-        (2, "minutes", 1, "120"),
-        ("2 min", "seconds", 1, "120"),
-        ("off", "seconds", 1, "0"),
-        (0, "seconds", 1, "0"),
-        (999.9, "seconds", 1, "0"),
-        (999.9, "minutes", 1, "0"),
-        (99.99, "minutes", 2, "0"),
-        (99.99, "minutes", 1, "5999.4"),
-        (999.8, "seconds", 1, "999.8"),
+        (30, "seconds", 1, "30", "30 s"),
+        (2, "minutes", 1, "120", "2 min"),
+        ("2 min", "seconds", 1, "120", "2 min"),
+        ("120 s", "minutes", 1, "120", "120 s"),
+        ("off", "seconds", 1, "0", "off"),
+        (0, "seconds", 1, "0", "0 s"),
+        (999.9, "seconds", 1, "0", "999.9 s"),
+        (999.9, "minutes", 1, "0", "999.9 min"),
+        (99.99, "minutes", 2, "0", "99.99 min"),
+        (99.99, "minutes", 1, "5999.4", "99.99 min"),
+        (999.8, "seconds", 1, "999.8", "999.8 s"),
     ],
 )
-def test_reset_times_are_seconds_and_the_codes_are_off(reset, unit, decimals, seconds):
+def test_reset_times_are_seconds_and_the_codes_are_off(reset, unit, decimals, seconds, shown):
     loop = {"tuning": {"gain": 1, "reset": reset, "reset_unit": unit}}
     assert neutral(loop, reset_decimals=decimals).tuning.integral_time == Decimal(seconds)
+    (loop,) = to_neutral(dl06(loop, reset_decimals=decimals))
+    assert [field.value for field in loop.fields if field.path == "tuning.reset"] == [shown]
 
 
 @pytest.mark.parametrize(
@@ -402,20 +406,35 @@ def test_a_point_that_is_not_given_is_zero_counts():
     assert alarms.pv.low_low == 50
 
 
+POINTS = {"low_low": 10, "low": 20, "high": 150, "high_high": 160}
+IN_COUNTS = {"low_low": 205, "high_high": 3276}
+"""Those of the outer points on 0 to 200 in 0 to 4095."""
+
+
+@pytest.mark.parametrize("wanted", [keys for n in range(1, 5) for keys in combinations(POINTS, n)])
+def test_points_that_a_group_needs_besides_stand_out_of_the_way(wanted):
+    """At an end of the scale, or one count within the outer neighbour, which at the end refuses Auto (D282)."""
+    outer = {"low_low": 0, "high_high": 4095} | {key: IN_COUNTS[key] for key in wanted if key in IN_COUNTS}
+    places = {**outer, "low": outer["low_low"] + 1, "high": outer["high_high"] - 1}
+    texts = {key: str(value) if key in wanted else f"{places[key]} counts" for key, value in POINTS.items()}
+    notes = {key: "" if key in wanted else UNWANTED_POINT for key in POINTS}
+    notes |= {key: UNWANTED_INNER_POINT for key in POINTS if key not in wanted and places[key] in {1, 4094}}
+    made, fields = target({"alarms": {"pv": {key: POINTS[key] for key in wanted}}})
+    assert {key: str(getattr(made.loops[0].alarms.pv, key)) for key in POINTS} == texts
+    assert {put.path.rpartition(".")[2]: put.note for put in fields if put.path.startswith("alarms.pv.")} == notes
+
+
 @pytest.mark.parametrize(
     ("given", "places"),
     [
-        ({"high": 150}, ["0 counts", "1 counts", "150", "4095 counts"]),
-        ({"low": 20}, ["0 counts", "20", "4094 counts", "4095 counts"]),
-        ({"low_low": 10, "high_high": 160}, ["10", "206 counts", "3275 counts", "160"]),
         ({"low_low": 0, "low": 20, "high": 150, "high_high": 200}, ["0", "20", "150", "200"]),
         ({"low": 0, "high": 150}, ["0 counts", "1 counts", "150", "4095 counts"]),
         ({"low": 20, "high": 200}, ["0 counts", "20", "4094 counts", "4095 counts"]),
     ],
 )
-def test_points_that_a_group_needs_besides_stand_out_of_the_way(given, places):
+def test_points_at_an_end_of_the_scale(given, places):
     made = one({"alarms": {"pv": given}})
-    assert [str(getattr(made.alarms.pv, key)) for key in ("low_low", "low", "high", "high_high")] == places
+    assert [str(getattr(made.alarms.pv, key)) for key in POINTS] == places
 
 
 def test_a_point_that_no_pv_passes_makes_room_and_is_reported():
@@ -520,39 +539,30 @@ def test_the_bias_is_a_constant_without_an_integral_only():
     live_zero = {"tuning": {"gain": 2}, "output": {"range": [4, 20]}}
     assert neutral(live_zero).output.bias == 4
     assert one({"tuning": {"gain": 1}, "output": {"range": [4, 20], "bias": 4}}).state.bias is None
-    assert one({"tuning": {"gain": 1}, "output": {"range": [0, 50], "bias": 10, "manual": 12}}).state.bias.value == 10
 
 
 @pytest.mark.parametrize(
-    ("output", "integral", "puts"),
+    ("output", "with_integral", "without"),
     [
-        ({"bias": 10}, 0, [("state.bias", True), ("state.output", False)]),
-        ({"bias": 10, "manual": 12}, 0, [("state.bias", True), ("state.output", False)]),
-        ({"bias": 0, "manual": 12}, 0, [("state.bias", True), ("state.output", False)]),
-        ({"bias": 0, "manual": 0}, 0, [("state.bias", False), ("state.output", False)]),
-        ({"manual": 12}, 0, [("state.bias", False), ("state.output", False)]),
-        ({}, 0, [("state.bias", False)]),
-        ({"bias": 10}, 30, [("state.bias", True)]),
-        ({"bias": 0}, 30, []),
+        ({}, (None, None), (None, None)),
+        ({"bias": 0}, (None, None), (None, None)),
+        ({"bias": 10}, (10, None), (10, 10)),
+        ({"manual": 20}, (None, 20), (None, 20)),
+        ({"bias": 0, "manual": 0}, (None, 0), (None, 0)),
+        ({"bias": 0, "manual": 20}, (None, 20), (0, 20)),
+        ({"bias": 10, "manual": 20}, (10, 20), (10, 20)),
+        ({"bias": 10, "manual": 10}, (10, 10), (10, 10)),
     ],
 )
-def test_a_bias_is_assumed_where_the_output_has_to_be_brought_to_it(output, integral, puts):
-    loop = {"tuning": {"gain": 1, "integral_time": integral}, "output": {"range": [0, 50], **output}}
-    assert sorted((put.path, put.assumed) for put in target(loop)[1] if put.path.startswith("state.")) == puts
-
-
-@pytest.mark.parametrize(
-    ("reset", "shown"),
-    [
-        ({"reset": 3, "reset_unit": "minutes"}, "3 min"),
-        ({"reset": 3}, "3 s"),
-        ({"reset": "3.5 s"}, "3.5 s"),
-        ({"reset": "2 min", "reset_unit": "minutes"}, "2 min"),
-        ({"reset": "off"}, "off"),
-    ],
-)
-def test_a_reset_is_told_with_its_unit(reset, shown):
-    assert _shown_reset(Loop.model_validate({**LOOP, "tuning": {"gain": 1, **reset}})) == shown
+def test_a_bias_that_is_written_is_assumed_since_auto_takes_the_output(output, with_integral, without):
+    """What +04 and +05 hold: without an integral the loop begins in Manual at its bias, which Auto then keeps."""
+    for integral, held in ((30, with_integral), (0, without)):
+        tuning = {"gain": 1, "integral_time": integral}
+        made, fields = target({"tuning": tuning, "output": {"range": [0, 50], **output}})
+        state = made.loops[0].state
+        assert tuple(None if part is None else part.value for part in (state.bias, state.output)) == held
+        told = [put.assumed for put in fields if put.neutral == "output.bias"]
+        assert told == ([True] if held[0] is not None else [] if integral else [False])
 
 
 def test_the_freeze_is_the_anti_windup_and_the_velocity_form_needs_none():

@@ -266,22 +266,25 @@ def test_the_offset_is_a_place_on_the_scale_of_the_output(span, offset, integral
 
 
 @pytest.mark.parametrize(
-    ("output", "integral", "counts"),
+    ("output", "integral", "offset", "counts"),
     [
-        ({"range": [-50, 50], "bias": 0}, 60, 2048),
-        ({"range": [-50, 50]}, 60, 0),
-        ({"range": [-50, 50]}, 0, 2048),
-        ({"range": [-50, 50], "bias": -50}, 0, 0),
-        ({"range": [0, 50]}, 0, 0),
-        ({"range": [0, 50], "bias": 0}, 60, 0),
-        ({"range": [-50, 0], "bias": 0}, 60, 4095),
-        ({"range": [-50, -1], "bias": 0}, 60, 0),
-        ({"range": [1, 50], "bias": 0}, 60, 0),
+        ({"range": [-50, 50], "bias": 0}, 60, 0, 2048),
+        ({"range": [-50, 50]}, 60, None, 0),
+        ({"range": [-50, 50]}, 0, 0, 2048),
+        ({"range": [-50, 50], "bias": -50}, 0, -50, 0),
+        ({"range": [0, 50]}, 0, None, 0),
+        ({"range": [0, 50], "bias": 0}, 60, 0, 0),
+        ({"range": [-50, 0], "bias": 0}, 60, 0, 4095),
+        ({"range": [4, 20], "bias": 12}, 60, 12, 2048),
+        ({"range": [4, 20], "bias": 0}, 60, None, 0),
+        ({"range": [-20, -4], "bias": 0}, 60, None, 0),
     ],
 )
-def test_the_bias_becomes_the_offset_and_none_is_0_without_an_integral(output, integral, counts):
+def test_the_bias_becomes_the_offset_and_none_is_0_without_an_integral(output, integral, offset, counts):
     loop = {"output": output, "tuning": {"integral_time": integral}}
-    kept = encode(EzlogixFile.model_validate(from_neutral(generic(loop), {}).data))
+    made = from_neutral(generic(loop), {}).data
+    assert made["loops"][0]["output"].get("offset") == offset
+    kept = encode(EzlogixFile.model_validate(made))
     assert next(c.raw for c in kept.image.cells if c.field == "cv_offset") == counts
 
 

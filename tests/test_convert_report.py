@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import re
+from dataclasses import replace
 from decimal import Decimal
 from functools import reduce
-from itertools import product
+from itertools import permutations, product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -26,8 +28,27 @@ from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
 from pidcfg.conversion import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
 from pidcfg.conversion.builder import correct_lines
-from pidcfg.conversion.operation import Manual, Operation, Windup, differing_rules
-from pidcfg.conversion.pipeline import UNKNOWN, convert, items_beside_loops, unreported_fields
+from pidcfg.conversion.operation import (
+    KICK,
+    OVERSHOOT,
+    Deadband,
+    Filter,
+    Hand,
+    Interlock,
+    Manual,
+    Master,
+    Operation,
+    Rate,
+    Smoothing,
+    Start,
+    Stopped,
+    Transfer,
+    Windup,
+    WithoutIntegral,
+    Zero,
+    differing_rules,
+)
+from pidcfg.conversion.pipeline import FIRST_OUTPUT, UNKNOWN, convert, items_beside_loops, unreported_fields
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.paths import leaves, parse_path, set_value, value_at
 from pidcfg.text.writer import yaml_text
@@ -365,6 +386,27 @@ def test_a_nextopid_without_that_move_jumps_and_so_does_nobody_else():
     assert api.convert(plain, "dpide").data["loops"][0]["MOUT_AUTO"] is False
 
 
+@pytest.mark.parametrize(("given", "first"), [(None, 20), (50, 50), (95, 90)])
+@pytest.mark.parametrize("is_manual", [True, False])
+def test_a_loop_begins_in_manual_within_the_limits_that_hold_there_in_its_source(given, first, is_manual):
+    """A NextoPID limits ManualMV, which is 0 if not given; of the others a DL06, a CLICK and an EZLogix do not."""
+    loop = {"name": "TIC1", **PIDA, "MinMV": 20, "MaxMV": 90, "Manual": is_manual, "output": {"range": [0, 100]}}
+    text = file_of("nextopid", loop | ({} if given is None else {"ManualMV": given}), plc={"sample_time": 0.1})
+    output, is_assumed = first if is_manual else given, is_manual and first != given
+    for target in ("dl06", "click"):
+        result = api.convert(text, target)
+        assert result.data["loops"][0].get("state", {}).get("output") == output
+        lines = [line for line in result.loops[0].changes if line.target_field == "state.output"]
+        told = [("assumed", FIRST_OUTPUT) if is_assumed else ("exact", "")]
+        assert [(line.kind, line.note) for line in lines] == told * (output is not None)
+    line = lines_of(api.convert(text, "ezlogix")).get("ManualMV")
+    counts = None if output is None else f"write {round(output * 40.95)} counts "
+    assert line is counts is None or line.note.startswith(counts)
+    assert api.convert(text, "dpide").data["loops"][0]["MOUT"] == (given or 0)
+    kept = api.convert(text, "generic").data["loops"][0]["output"].get("manual")
+    assert kept == (given or 0 if is_manual else given)
+
+
 def test_a_set_point_that_follows_the_pv_is_a_move_and_comes_back():
     text = oven(setpoint={"value": 180, "follows_pv": True})
     result = api.convert(text, "nextopid")
@@ -502,25 +544,132 @@ def test_a_freeze_that_can_never_act_is_a_loss():
     assert not lines_of(full)["operation.windup"].loss
 
 
-@pytest.mark.parametrize("before", Manual)
-@pytest.mark.parametrize("after", Manual)
-def test_an_output_that_jumps_where_it_stayed_is_a_loss(before, after):
-    loop = CASES["generic"][0](OVEN).loops[0]
-    sides = (Operation(windup=Windup.NONE, manual=answer) for answer in (before, after))
-    lines = [row for row in differing_rules(*sides, loop, is_master=False) if row.field == "operation.manual"]
-    assert [row.loss for row in lines] == [after is Manual.JUMPS] * (before is not after)
+RULES = {
+    "start": Start, "stopped": Stopped, "manual": Manual, "hand": Hand, "zero": Zero, "transfer": Transfer,
+    "without_integral": WithoutIntegral, "deadband": Deadband, "smoothing": Smoothing, "rate": Rate, "filter": Filter,
+    "interlock": Interlock, "master": Master,
+}  # fmt: skip
+"""What a loop does where the neutral form says nothing; what the integral does at a limit has a test of its own."""
+PLAIN = {"mode": "manual", "tuning": {"gain": 2}, "output": {"range": [0, 100]}, "setpoint": {}}
+APART = [
+    Operation(**{**{name: tuple(kind)[i] for name, kind in RULES.items()}, "windup": windup, "stopped": stopped})
+    for i, (windup, stopped) in enumerate(((Windup.FROZEN, Stopped.STANDS), (Windup.ENDLESS, Stopped.GOES_ON)))
+]
+"""Two sides of which every rule differs."""
+ALWAYS = {"stopped", "manual", "transfer", "interlock"}
 
 
-def test_an_integral_that_runs_further_is_a_loss_and_another_way_to_stop_it_is_not():
-    narrow = CASES["generic"][0]({**OVEN, "output": {"range": [0, 100], "limits": [5, 95]}}).loops[0]
-    names = ("NONE", "FROZEN", "HELD_BEYOND", "CONDITIONAL", "PARTIAL", "WORKED_OUT")
-    stops = [Windup[name] for name in names]
-    further = [Windup.WITHIN_LIMITS, Windup.FROZEN_AT_ENDS, Windup.WITHIN_RANGE, Windup.ENDLESS]
-    for before, after in product([*stops, *further], repeat=2):
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({}, set()),
+        ({"mode": "auto"}, {"start"}),
+        ({"output": {"range": [0, 100], "limits": [5, 100]}}, {"hand"}),
+        ({"output": {"range": [0, 100], "limits": [0, 100]}}, set()),
+        ({"output": {"range": [4, 20]}}, {"zero"}),
+        ({"output": {"range": [4, 20], "manual": 5}}, set()),
+        ({"output": {"range": [4, 20], "manual": 5}, "mode": "auto"}, {"start", "zero"}),
+        ({"output": {"range": [0, 100], "bias": 3}}, set()),
+        ({"output": {"range": [0, 100], "bias": 3}, "tuning": {"gain": 2, "integral_time": 9}}, {"zero", "windup"}),
+        ({"tuning": {"gain": 2, "integral_time": 9}}, {"windup"}),
+        ({"tuning": {"gain": 2, "derivative_time": 3}}, {"rate"}),
+        ({"tuning": {"gain": 2, "derivative_filter": 1}}, set()),
+        ({"tuning": {"gain": 2, "derivative_time": 3, "derivative_filter": 1}}, {"rate", "smoothing"}),
+        ({"deadband": 1}, {"deadband"}),
+        ({"pv": {"range": [0, 400], "filter": 2}}, {"filter"}),
+    ],
+)
+def test_a_rule_is_told_of_a_loop_that_depends_on_it(changed, told):
+    loop = loop_of(**{**PLAIN, **changed})
+    for is_master in (False, True):
+        for sides in (APART, APART[::-1]):
+            rows = [row.field.removeprefix("operation.") for row in differing_rules(*sides, loop, is_master=is_master)]
+            assert sorted(rows) == sorted(ALWAYS | told | ({"master"} if is_master else set()))
+    assert list(differing_rules(APART[0], APART[0], loop, is_master=True)) == []
+
+
+FULL_LOOP = {
+    "mode": "auto", "deadband": 1, "tuning": {"gain": 2, "derivative_time": 3, "derivative_filter": 1},
+    "output": {"range": [4, 20], "limits": [5, 20]}, "pv": {"range": [0, 400], "filter": 2}, "setpoint": {},
+}  # fmt: skip
+LOSSES = {
+    "stopped": (Stopped.GOES_ON, None), "manual": (None, Manual.JUMPS), "transfer": (None, Transfer.AS_BEFORE),
+    "without_integral": (None, None), "master": (None, Master.INTEGRATES),
+}  # fmt: skip
+"""Rules by which something is lost: by which answer of the source, or of the target; None: by any."""
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_what_is_lost_by_a_rule_follows_from_its_answers(rule):
+    integral = {} if rule == "without_integral" else {"integral_time": 9}
+    loop = loop_of(**{**FULL_LOOP, "tuning": {**FULL_LOOP["tuning"], **integral}})
+    name = "transfer" if rule == "without_integral" else rule
+    for before, after in product(RULES[rule], repeat=2):
+        sides = (Operation(windup=Windup.NONE, **{rule: answer}) for answer in (before, after))
+        rows = list(differing_rules(*sides, loop, is_master=True))
+        is_lost = rule in LOSSES and all(
+            lost in {None, answer} for lost, answer in zip(LOSSES[rule], (before, after), strict=True)
+        )
+        goes_on = {Stopped.GOES_ON, Stopped.AS_GIVEN}
+        is_told = (before in goes_on) != (after in goes_on) if rule == "stopped" else before is not after
+        line = Change(f"operation.{name}", "dropped" if is_lost else "assumed", before.text, after.text, loss=is_lost)
+        line = replace(line, neutral=("output.bias",) if rule == "without_integral" else ())
+        if rule == "smoothing":
+            rows = [replace(row, note="") for row in rows]
+        assert rows == [replace(line, note=after.cure)] * is_told
+
+
+def test_a_derivative_filter_that_is_worked_out_otherwise_has_another_time_for_the_same():
+    """A sample of 0.5 s lets 1 - e^(-0.5/1) of a change through in one way, and 0.5/(0.5 + 1) in the other."""
+    exact, backward = 1 - math.exp(-0.5), 0.5 / 1.5
+    times = {Smoothing.BACKWARD: 0.5 / exact - 0.5, Smoothing.EXACT: -0.5 / math.log(1 - backward)}
+    shares = {Smoothing.EXACT: exact, Smoothing.BACKWARD: backward}
+    for before, after in permutations(Smoothing):
+        sides = (Operation(windup=Windup.NONE, smoothing=answer) for answer in (before, after))
+        (line,) = differing_rules(*sides, loop_of(**FULL_LOOP), is_master=False)
+        percent, was, alike = (float(number) for number in re.findall(r"\d+\.?\d*", line.note))
+        assert (percent, was) == pytest.approx((100 * shares[after], 100 * shares[before]), abs=0.05)
+        assert alike == pytest.approx(times[after], abs=0.005)
+
+
+@pytest.mark.parametrize("is_narrow", [True, False])
+def test_an_integral_that_runs_further_is_a_loss_and_another_way_to_stop_it_is_not(is_narrow):
+    """Without limits within the range, its ends are the limits."""
+    loop = loop_of(output={"range": [0, 100], "limits": [5, 95] if is_narrow else [0, 100]})
+    steps = [
+        {Windup.NONE, Windup.FROZEN, Windup.HELD_BEYOND, Windup.CONDITIONAL, Windup.PARTIAL, Windup.WORKED_OUT},
+        {Windup.WITHIN_LIMITS},
+        {Windup.FROZEN_AT_ENDS, Windup.CONDITIONAL_AT_ENDS},
+        {Windup.WITHIN_RANGE},
+        {Windup.ENDLESS},
+    ]
+    if not is_narrow:
+        steps = [steps[0] | steps[2], steps[1] | steps[3], steps[4]]
+    ranks = {answer: i for i, answers in enumerate(steps) for answer in answers}
+    for before, after in product(Windup, repeat=2):
         sides = (Operation(windup=answer) for answer in (before, after))
-        (*_, loss) = [False, *(row.loss for row in differing_rules(*sides, narrow, is_master=False))]
-        ranks = [further.index(answer) + 1 if answer in further else 0 for answer in (before, after)]
-        assert loss is (ranks[1] > ranks[0]), (before, after)
+        found = [(row.loss, row.note) for row in differing_rules(*sides, loop, is_master=False)]
+        is_lost = ranks[after] > ranks[before]
+        assert found == [(is_lost, OVERSHOOT if is_lost else "")] * (before is not after), (before, after)
+
+
+@pytest.mark.parametrize(
+    ("tuning", "kicks"),
+    [
+        ({"derivative_time": 3, "derivative_on": "error"}, True),
+        ({"derivative_time": 3, "derivative_on": "pv"}, False),
+        ({"derivative_time": 0, "derivative_on": "error"}, False),
+    ],
+)
+def test_a_kick_of_the_derivative_goes_into_an_integral_that_is_worked_out_of_the_output(tuning, kicks):
+    loop = loop_of(tuning={"gain": 2, "integral_time": 9, **tuning})
+    for before, after in permutations((Windup.WORKED_OUT, Windup.FROZEN, Windup.ENDLESS), 2):
+        sides = (Operation(windup=answer) for answer in (before, after))
+        (line,) = differing_rules(*sides, loop, is_master=False)
+        side = {before: "source's", after: "target's"}.get(Windup.WORKED_OUT)
+        told = [KICK.format(side=side)] if kicks and side else []
+        assert line.note == "; ".join([OVERSHOOT] * (after is Windup.ENDLESS) + told)
+        assert line.neutral == ("anti_windup",)
 
 
 @pytest.mark.parametrize("target", ["ezlogix", "generic"])

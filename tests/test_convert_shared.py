@@ -22,12 +22,20 @@ from pidcfg.conversion import (
     Change,
     ConvertError,
     MaxLossError,
+    NeutralLoop,
     SourceField,
     TargetField,
     list_changes,
     parse_max_loss,
 )
-from pidcfg.conversion.builder import NeutralBuilder, SameField, TargetBuilder, _is_within, apply_table
+from pidcfg.conversion.builder import (
+    NeutralBuilder,
+    SameField,
+    TargetBuilder,
+    _is_within,
+    apply_table,
+    outputs_in_inner_units,
+)
 from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
 from pidcfg.conversion.operation import Smoothing, _smoothing_lines
@@ -97,7 +105,7 @@ def test_what_is_off_says_nothing_where_the_row_says_so(band):
 def test_a_target_gets_plain_numbers_in_sections():
     b = TargetBuilder(3)
     b.put("pv.range", (Decimal(0), Decimal("0.1234567890123456")), "pv.range", "why", assumed=True)
-    b.same(SameField("output.limits", is_pair=True), (Decimal(1), Decimal("2.50")))
+    b.put_same(SameField("output.limits", is_pair=True), (Decimal(1), Decimal("2.50")))
     b.drop("output.max_rate", "by program")
     assert b.data == {"pv": {"range": [0, 0.123456789012]}, "output": {"limits": [1, 2.5]}}
     assert b.fields == [
@@ -135,6 +143,30 @@ def test_what_the_target_has_besides_is_told_unless_every_loop_is_like_that():
         Change("q", "assumed", None, None, neutral=("y",), target_field="q"),
         Change("r", "assumed", None, None, target_field="r"),
     ]
+
+
+# --- cascades by position --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("span", "scaled"),
+    [
+        ([0, 50], {"range": [0, 50], "unit": "%", "bias": 10, "manual": 20, "limits": [5, 45]}),
+        ([0, 400], {"range": [0, 400], "bias": 80, "manual": 160, "limits": [40, 360]}),
+        ([-100, 300], {"range": [-100, 300], "bias": -20, "manual": 60, "limits": [-60, 260]}),
+    ],
+)
+def test_an_output_that_commands_a_pv_is_told_on_its_scale(span, scaled):
+    """0 to 100 % of the output are 0 to 100 % of the inner PV, and the gain is as much larger (D305)."""
+    data = {"name": "TIC", "tuning": {"gain": 2}, "pv": {"range": [0, 9]}}
+    data["output"] = {"range": [0, 50], "unit": "%", "bias": 10, "manual": 20, "limits": [5, 45]}
+    fields = [SourceField(key, 1, (key,)) for key in ("tuning.gain", "output.range", "output.unit", "output.limits")]
+    outer = NeutralLoop(data, fields)
+    inner = NeutralLoop({"name": "FIC", "pv": {"range": span}, "setpoint": {"source": "TIC"}})
+    assert outputs_in_inner_units([outer, inner]) == [outer, inner]
+    assert (outer.data["tuning"]["gain"], outer.data["output"]) == (2 * (span[1] - span[0]) / 50, scaled)
+    note = "it commands FIC: told in the units of its PV" if span != [0, 50] else ""
+    assert [field.note for field in outer.fields] == ["", note, note, ""]
 
 
 # --- what registers hold ---------------------------------------------------------------------------------------------
@@ -425,7 +457,7 @@ def test_a_conversion_to_itself_is_exact_and_complete():
 
     result = convert(config, GENERIC, GENERIC, {})
 
-    assert not result.losses
+    assert not result.has_losses
     assert {change.kind for loop in result.loops for change in loop.changes} == {"exact"}
     assert GenericFile.model_validate(result.data) == config
     assert CONVERT_OPTIONS == ()

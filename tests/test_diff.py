@@ -310,24 +310,49 @@ def test_two_ways_to_say_an_integral_controller_are_the_same():
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "risk"),
-    [
-        ("2", "4", "medium"),
-        ("2", "4.1", "high"),
-        ("2", "1", "medium"),
-        ("2", "0.9", "high"),
-        ("-2", "-4.1", "high"),
-        ("2", "-2", "high"),
-    ],
-)
-def test_a_gain_more_than_twice_or_less_than_half_as_large_is_a_high_risk(before, after, risk):
-    assert judge_difference("tuning.gain", Decimal(before), Decimal(after)).risk == risk
-
-
-@pytest.mark.parametrize(
     ("before", "after", "cosmetic"),
     [("2", "2.002", True), ("2", "1.998", True), ("2", "2.0021", False), ("2", "-2", False), ("-2", "-2.002", True)],
 )
 def test_a_thousandth_is_the_registers_rounding_on_either_side(before, after, cosmetic):
     found = judge_difference("tuning.gain", Decimal(before), Decimal(after))
     assert (found.risk == "cosmetic", found.note == "the registers' rounding") == (cosmetic, cosmetic)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "risk", "percent"),
+    [
+        ("10", "20", "medium", 100),
+        ("10", "20.1", "high", 101),
+        ("10", "5", "medium", -50),
+        ("10", "4.9", "high", -51),
+        ("10", "0", "high", -100),
+        ("10", "-10", "high", -200),
+        ("-10", "-20", "medium", 100),
+        ("-10", "-4.9", "high", -51),
+        ("0", "10", "medium", None),
+        ("0.1", "0.15", "medium", 50),
+    ],
+)
+def test_a_gain_of_more_than_twice_or_less_than_half_is_another_controller(before, after, risk, percent):
+    for field, wanted in (("tuning.gain", risk), ("tuning.integral_time", "medium")):
+        found = judge_difference(field, Decimal(before), Decimal(after))
+        number, _, unit = found.note.partition(" ")
+        assert (found.risk, float(number) if unit else None) == (wanted, percent)
+
+
+UPPER = [f"alarms.{key}" for key in ("pv.high", "pv.high_high", "deviation.high", "deviation.high_high")]
+ENDS = [f"{section}.limits.{end}" for section in ("setpoint", "output") for end in (0, 1)]
+
+
+@pytest.mark.parametrize("field", ["alarms.pv.low_low", "alarms.pv.low", *UPPER, "alarms.rate_of_change", *ENDS])
+@pytest.mark.parametrize("is_up", [True, False])
+def test_an_alarm_that_comes_later_and_a_limit_that_is_wider_can_do_harm(field, is_up):
+    is_limit, is_low = field in ENDS, field.endswith((".0", ".low", ".low_low"))
+    outward = ("high", "the limit is wider" if is_limit else "the alarm comes later")
+    inward = ("medium", "the limit is narrower") if is_limit else ("low", "the alarm comes earlier")
+    for one in (Decimal(10), Decimal(-10)):
+        found = judge_difference(field, one, one + (1 if is_up else -1))
+        assert (found.risk, found.note) == (outward if is_up != is_low else inward)
+    if not is_limit:
+        gone, new = (judge_difference(field, *pair) for pair in ((Decimal(1), None), (None, Decimal(1))))
+        assert [(d.risk, d.note) for d in (gone, new)] == [("high", "the alarm is gone"), ("low", "a new alarm")]
