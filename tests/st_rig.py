@@ -152,7 +152,7 @@ def _names_in_text(unit):
     """What each value is called in the text, by its number; inputs of functions that nothing reads are not there."""
     found = {}
     for number, name in unit.names.items():
-        owner = unit.layout.owner(number)
+        owner = unit.layout.owner_of(number)
         if owner is not None and unit.layout.instances[owner].kind.function and "." in name:
             continue
         found[number] = name

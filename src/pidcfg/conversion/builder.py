@@ -406,7 +406,7 @@ def is_harmless(path: str, value: object) -> bool:
 # --- Two neutral loops made comparable: one scale of the output, one way to say what has no proportional action -------
 
 Flat = dict[str, Any]
-"""The values of a loop by path, as `flat` gives them."""
+"""The values of a loop by path, as `flatten` gives them."""
 OUTPUT_RANGE = ("output.range.0", "output.range.1")
 ON_OUTPUT_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
 

@@ -325,7 +325,7 @@ RESERVED = Binary()
 # --- A vendor's address space: its banks of registers, how an address is written, and what one cell holds -------------
 #
 # Addresses are plain numbers in the order in which a listing shows them; vendors with several banks have them one
-# after the other, ``BANK`` numbers apart. Raw contents are whole numbers too: the bits of a word, a switch or a
+# after the other, `BANK_NUMBERS` numbers apart. Raw contents are whole numbers too: the bits of a word, a switch or a
 # single-precision number.
 
 BANK_NUMBERS = 1 << 16

@@ -34,7 +34,7 @@ from pidcfg.schemas.numbers import plain_number
 #
 # Design. `assignments` walks a statement and gives its assignments in order, each a `GuardedAssignment` with conditions
 # of all branches around it. Whoever reads them takes every condition where its assignment stands, and not where IF
-# does; so each `Guard` knows what was assigned before it was looked at, and `pidcfg.encoders.nextopid.st_moves` finds
+# does; so each `Guard` knows what was assigned before it was looked at, and `pidcfg.encoders.nextopid.st_read` finds
 # a change in between.
 
 BRANCHES = frozenset(("IF", "CASE"))
@@ -115,7 +115,7 @@ class GuardedAssignment(NamedTuple):
 
 @dataclass(slots=True)
 class Branches:
-    """Walks statements; what is no assignment is handed to ``other``."""
+    """Walks statements; what is no assignment is handed to `skip`."""
 
     count_calls: Callable[[], int]
     skip: Callable[[tuple[Token, ...]], None]

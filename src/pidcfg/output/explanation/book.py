@@ -137,7 +137,7 @@ class Direction:
     key: str
     action_of: str
     words: Mapping[str, str]
-    """Each word as `pidcfg.encoders.regmap.Tuned` has it, which says whether that is heating."""
+    """Each word as `pidcfg.encoders.regmap.TuningWords` has it, which says whether that is heating."""
 
 
 class Series(NamedTuple):

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 #
 # Ints and floats only: the same fields become a NumPy record for numba. A field that is nothing but what a register
 # (or a parameter) holds names it by `register`, and `read_registers` fills it; what is calculated stands in a
-# vendor's ``configure``.
+# vendor's ``configure_loop``.
 
 NEVER = 1 << 60
 """A tick that does not come."""

@@ -79,7 +79,7 @@ class Meter:
     last_outside: int = -1
     """When it was further away last."""
     sp_moved_at: int = 0
-    """When the set point was last more than ``band`` from ``anchor``, which it then became."""
+    """When the set point was last more than ``band`` from ``sp_anchor``, which it then became."""
     sp_anchor: float = 0.0
     reached_at: int = -1
     """When the PV had come 63 % of the way to the last new set point."""

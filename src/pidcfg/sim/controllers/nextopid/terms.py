@@ -106,9 +106,9 @@ class State(RelayState):
     """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call, whose error and D follow."""
 
     command: int = 0
-    """Commands of the operator, as bits, for the next call (`operate`)."""
+    """Commands of the operator, as bits, for the next call (`write_commands`)."""
     tune_end: int = 0
-    """State of the last auto-tuning, and its results (`operate`)."""
+    """State of the last auto-tuning, and its results (`keep_results`)."""
     result_kp: float = 0.0
     result_ti: float = 0.0
     result_td: float = 0.0
