@@ -279,7 +279,7 @@ def test_a_good_file_of_eight_loops_fits_on_a_screen(vendor, plant, content):
 def test_no_cure_is_nothing():
     from pidcfg.validate.catalog import find_rules
 
-    assert [code for code, rule in find_rules().items() if rule.part("Fix").lower().startswith("nothing")] == []
+    assert [code for code, rule in find_rules().items() if rule.doc_part("Fix").lower().startswith("nothing")] == []
 
 
 # --- A ring of masters is told at each of its loops, with the others alone --------------------------------------------
