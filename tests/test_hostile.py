@@ -704,9 +704,10 @@ def test_a_patch_quotes_a_name_that_turns_the_writing_round():
 
 @pytest.mark.parametrize("columns", ["99999999999999999999", "1", "0", "-1", "x"])
 def test_a_terminal_of_any_width_shows_a_rule(monkeypatch, capsysbinary, columns):
-    monkeypatch.setenv("COLUMNS", columns)
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    assert call(monkeypatch, capsysbinary, "rule", "DL242").code == 0
+    with monkeypatch.context() as surroundings:  # pytest -v asks for the width of the terminal, too
+        surroundings.setenv("COLUMNS", columns)
+        surroundings.setenv("FORCE_COLOR", "1")
+        assert call(surroundings, capsysbinary, "rule", "DL242").code == 0
 
 
 # --- writing ---------------------------------------------------------------------------------------------------------
