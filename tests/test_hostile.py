@@ -808,17 +808,17 @@ def replace(self, target):
         os.kill(os.getpid(), int(sys.argv[-2]))
     return done
 pathlib.Path.replace = replace
-stage = outputs._stage
+stage = outputs._stage_file
 def staged(*arguments):
     path = stage(*arguments)
     if sys.argv[-1] == "staged":
         os.kill(os.getpid(), int(sys.argv[-2]))
     return path
-outputs._stage = staged
+outputs._stage_file = staged
 def command():
     outputs.write_files({"a": "new", "b": "new", "c": "new"}, force=True)
 from pidcfg.cli import main
-main._run = command
+main._run_command = command
 __main__.main()
 """
 
@@ -920,9 +920,9 @@ def test_an_ended_command_does_not_wait_until_it_is_taken_apart(code, printed):
 @pytest.mark.parametrize(("words", "code"), [(["validate", "none.yaml"], 2), (["--version"], 0)])
 def test_a_signal_at_the_very_end_changes_nothing(tmp_path, words, code):
     end = (
-        "import os, signal, sys\nfrom pidcfg.cli import interrupts, main\nreal = interrupts.finish\n"
+        "import os, signal, sys\nfrom pidcfg.cli import interrupts, main\nreal = interrupts.finish_command\n"
         "def over():\n    real()\n    os.kill(os.getpid(), signal.SIGTERM); os.kill(os.getpid(), signal.SIGINT)\n"
-        f"interrupts.finish = over\nsys.argv[1:] = {words}\nmain.main()"
+        f"interrupts.finish_command = over\nsys.argv[1:] = {words}\nmain.main()"
     )
     done = subprocess.run(
         [sys.executable, "-c", end], cwd=tmp_path, env=environment(), capture_output=True, check=False
