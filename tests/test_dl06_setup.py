@@ -419,7 +419,7 @@ def test_the_two_nearest_slopes_are_told_in_the_unit_of_the_file_and_fit(pv, cou
         checked = check_document(read_document(json.dumps(data).encode(), "a.yaml"))
         return [d for d in checked.findings if d.code == "DL285"]
 
-    cures = [re.findall(r"([\d.]+)(?: degC)? a second \(([\d.]+) counts\)", d.help) for d in found(slope)]
+    cures = [re.findall(r"([\d.e-]+)(?: degC)? a second \(([\d.]+) counts\)", d.help) for d in found(slope)]
     assert bool(cures) == (abs(round(Decimal(counts), 2) / Decimal(counts) - 1) > Decimal("0.01"))
     for cure in cures:
         assert {Decimal(held) for _, held in cure} == {
@@ -427,6 +427,8 @@ def test_the_two_nearest_slopes_are_told_in_the_unit_of_the_file_and_fit(pv, cou
             for step in (Decimal(counts) // Decimal("0.01") * Decimal("0.01") + k * Decimal("0.01") for k in (0, 1))
             if step
         }
+        values = [float(Decimal(held) * width / full) for _, held in cure]
+        assert [float(value) for value, _ in cure] == pytest.approx(values, rel=6e-4)
         assert [found(value) for value, _ in cure] == [[]] * len(cure)
     assert all(("15-bit" in d.help) == ("format" not in pv) for d in found(slope))
 
