@@ -48,7 +48,7 @@ def keys(loops: int) -> Callable[[], float]:
         values = (80 + version % 9 if n == 1 else 85 for n in range(1, loops + 1))
         text = "".join(LOOP.format(n=n, value=value) for n, value in enumerate(values, 1))
         started = time.perf_counter()
-        files.put(URI, version, f"pidcfg: 1\nvendor: generic\nloops:\n{text}")
+        files.put_buffer(URI, version, f"pidcfg: 1\nvendor: generic\nloops:\n{text}")
         diagnostics(files.analyse(URI))
         return time.perf_counter() - started
 
