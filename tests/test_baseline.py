@@ -437,6 +437,11 @@ def test_windows_line_ends_and_a_byte_order_mark():
     assert suppress(list(check_document(doc).findings), doc).findings == []
 
 
+def test_an_ignore_before_another_comment_is_not_edited():
+    found = outcome(behind("# pidcfg: ignore[DL243] why # heating")).findings
+    assert [d.edits for d in found if d.code == "PID043"] == [()]
+
+
 @pytest.mark.parametrize(
     ("comment", "code", "words"),
     [

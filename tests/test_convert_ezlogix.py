@@ -381,6 +381,12 @@ def test_what_the_program_compares_is_in_the_counts_of_its_registers():
         assert "never trips" in found[key]
     always = dropped({"pv": {"range": [0, 200]}, "alarms": {"pv": {"low": 205, "high": 210}}})
     assert "compare IR1 in the program: below 4197 counts" in always["alarms.pv.low"]  # and not: it never trips
+    live = {"pv": {"low": 10, "high": 100}, "deviation": {"high": 10}, "rate_of_change": 20, "hysteresis": 2}
+    found = dropped({"pv": {"range": [0, 200]}, "alarms": live}, pv_counts=[(800, 4000)])  # 16 counts a unit
+    ends = [found[f"alarms.{key}"].split(": ")[-1] for key in ("pv.low", "pv.high", "rate_of_change")]
+    assert ends == ["below 960 counts", "above 2400 counts", "160 counts apart"]
+    assert "beyond 160 counts (10)" in found["alarms.deviation.high"]
+    assert found["alarms.hysteresis"].endswith("back by 32 counts")
     rooted = dropped({"pv": {"range": [0, 200], "unit": "m3/h", "square_root": True}, "alarms": wanted})
     assert "set point and PV in the program: 10 m3/h apart" in rooted["alarms.deviation.high"]
     assert rooted["alarms.hysteresis"].endswith("back by 2 m3/h")

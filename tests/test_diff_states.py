@@ -114,6 +114,11 @@ def test_each_state_is_told_in_every_format_and_is_not_the_same(tmp_path, vendor
     assert markdown_cell(text) in marked
     assert "No difference" not in marked
     assert (state["kind"], state["text"], data["status"], state["side"]) == (kind, text, "disturbed", None)
+    address, word = listing(vendor, register, content)[1], str(content).upper()
+    place = (f"{address}.{content.bit_length() - 1}", "1") if vendor == "dl06" else (address, word)
+    assert (state["address"], state["word"]) == place
+    told = {name for name, entry in loops_of(result).items() if entry["states"]}
+    assert told == ({name for name in loops_of(result) if name} if register == "error_flags" else {loop})
 
 
 @pytest.mark.parametrize(("vendor", "register", "content"), SILENT)
@@ -179,6 +184,25 @@ def test_two_listings_say_of_which_side_a_state_is(tmp_path):
 
     assert result.returncode == 1
     assert "  error     friday.json: error 26: " in result.stdout
+
+
+@pytest.mark.parametrize(("vendor", "register", "content"), [("click", "error_code", 26), ("dpide", "PID_RUN", False)])
+def test_a_state_that_two_listings_share_is_told_of_both(tmp_path, vendor, register, content):
+    for name in ("monday", "friday"):
+        (tmp_path / f"{name}.json").write_text(listing(vendor, register, content)[0])
+    like = EXAMPLES / f"{FILES[vendor][0]}.yaml"
+    result = pidcfg_package.diff(tmp_path / "monday.json", tmp_path / "friday.json", like=like)
+    (loop,) = (loop for loop in result.loops if loop.loop)
+    assert [Path(state.side).name for state in loop.states] == ["monday.json", "friday.json"]
+
+
+@pytest.mark.parametrize("word", [{"address": "AutoTune", "value": True}, {"address": "TIC_1.Foo", "value": True}])
+def test_a_signal_or_another_parameter_is_no_state(tmp_path, word):
+    data = json.loads(listing("nextopid", "AutoTuneDone", True)[0])
+    data["words"].append({"type": "BOOL", **word})
+    (tmp_path / "plc.json").write_text(json.dumps(data))
+    result = pidcfg_package.diff(EXAMPLES / "nextopid/autotune.yaml", tmp_path / "plc.json")
+    assert [loop.states for loop in result.loops if loop.states] == []
 
 
 def test_a_state_is_told_between_vendors(tmp_path):

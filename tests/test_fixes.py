@@ -500,6 +500,30 @@ def test_unused_ignores_are_deleted_and_used_ones_stay():
     assert fix(used).data.decode() == used.replace("DL242, PID101, DL254", "DL242, DL254")
 
 
+@pytest.mark.parametrize("end", ["", "\n", "\n\n"])
+@pytest.mark.parametrize(
+    ("comment", "left"),
+    [
+        ("# pidcfg: ignore[DL242]", ""),
+        ("# pidcfg: ignore[DL242, DL254]", ""),
+        ("# pidcfg: ignore[DL242] seen by A", "# seen by A"),
+    ],
+)
+def test_an_unused_ignore_goes_with_its_line_or_leaves_its_reason(comment, left, end):
+    """Behind a value the blanks before the comment go, too; a last line without an end stays, empty."""
+    lines = GOOD.rstrip().splitlines()
+    for row in (5, 7, len(lines) - 1):
+        beside = [*lines[:row], f"{lines[row]}  {comment}", *lines[row + 1 :]]
+        kept = [*lines[:row], f"{lines[row]}  {left}".rstrip(), *lines[row + 1 :]]
+        assert fix("\n".join(beside) + end).data.decode() == "\n".join(kept) + end
+        above = [*lines[:row], f"    {comment}", *lines[row:]]
+        kept = [*lines[:row], *([f"    {left}"] if left else []), *lines[row:]]
+        assert fix("\n".join(above) + end).data.decode() == "\n".join(kept) + end
+    for indent in ("", "    "):
+        last = [f"{indent}{left}"] if left else [] if end else [""]
+        assert fix("\n".join([*lines, f"{indent}{comment}"]) + end).data.decode() == "\n".join([*lines, *last]) + end
+
+
 @pytest.mark.parametrize("folder", ["examples/*/*.yaml", "tests/cases/*.yaml", "src/pidcfg/cli/starters/*.yaml"])
 def test_no_file_that_can_be_used_is_ever_changed(folder):
     """Warnings are decisions, and so are most errors of rules: nothing that a plant does is changed unasked."""

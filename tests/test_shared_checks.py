@@ -12,6 +12,7 @@ import pytest
 
 import pidcfg as api
 from one_loop import PLANT
+from pidcfg.schemas.dl06 import Tuning
 from pidcfg.schemas.numbers import NUMBER, number_cure
 from pidcfg.study.scenario import check_scenario
 from pidcfg.text.document import LINE_BREAK
@@ -20,6 +21,7 @@ from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules import Scales, _range_text
+from pidcfg.validate.schema import KINDS, _shape_cure
 from pidcfg.validate.shared_checks import (
     MAX_NAMES,
     NUMBER_FIELDS,
@@ -433,6 +435,39 @@ def test_another_unit_in_an_event_is_told_with_that_of_the_key(tmp_path):
         "setpoint: '203 °F' is not a number",
         "the key is in degC, not in degF: write the number of degC alone",
     )
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "value_error"])
+@pytest.mark.parametrize("inner", [None, Tuning])
+@pytest.mark.parametrize(("value", "first", "named"), [(5, "gain: …", "gain: …"), ({"A": {}}, "A: …", "name: A")])
+def test_the_shape_that_is_wanted_is_shown_where_the_schema_has_one(kind, inner, value, first, named):
+    for key, item in (("k", first), ("loops", named)):
+        cure = None
+        if KINDS.get(kind) == "a list" and (inner is not None or isinstance(value, dict)):
+            cure = f"begin each item of {key} with a dash: '- {item}'"
+        elif kind in KINDS and inner is not None:
+            cure = f"write '{key}: {{gain: …}}'; known keys here: gain, reset, reset_unit, rate"
+        assert _shape_cure(kind, key, value, inner) == cure
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "cure"),
+    [
+        ("[0, 400]", "(0, 400)", "write [0, 400]: a list stands in square brackets"),
+        ("[0, 400]", "(-10.5, 400)", "write [-10.5, 400]: a list stands in square brackets"),
+        ("[0, 400]", "(0, 400", None),
+        ("[0, 400]", "0, 400)", None),
+        ("2.5", "-2,5", "write -2.5: the decimal sign is a point; -2,5 inside braces is two keys"),
+        ("2.5", "25,75", "write 25.75: the decimal sign is a point; 25,75 inside braces is two keys"),
+        ("2.5", "2,5 s", "write 2.5: the decimal sign is a point; s may stay; 2,5 s inside braces is two keys"),
+        ("2.5", "2,x", None),
+        ("degC", "degC,5", None),
+    ],
+)
+def test_a_comma_in_braces_makes_a_key_of_what_stands_behind_it(before, after, cure):
+    assert PLANT.count(before) == 1
+    found = check_document(read_document(PLANT.replace(before, after).encode(), "a.yaml")).findings
+    assert [d.help for d in found if d.code == "PID037"] == [cure or "give a value, or remove the key"]
 
 
 def test_a_file_with_one_odd_key_is_still_of_its_vendor():
