@@ -203,10 +203,7 @@ Pair = tuple["Owner | None", "Owner | None"]
 
 
 def pairs_of(before: Sequence[Owner], after: Sequence[Owner]) -> list[Pair]:
-    """Owners that belong together, in the order of the second side, what was removed behind the one it followed.
-
-    The first owner of a side is the whole file, which both have.
-    """
+    """Owners that belong together, in the order of the second side, what was removed behind the one it followed."""
     by_key = dict(zip(_owner_keys(before), before, strict=True))
     partners = {id(second): by_key[key] for key, second in zip(_owner_keys(after), after, strict=True) if key in by_key}
     for is_same in (_same_place, _same_content):
@@ -215,7 +212,7 @@ def pairs_of(before: Sequence[Owner], after: Sequence[Owner]) -> list[Pair]:
     matched = {id(first) for first in partners.values()}
     for i, first in enumerate(before):
         if id(first) not in matched:
-            at = next(k for k, pair in enumerate(pairs) if pair[0] is before[i - 1])
+            at = next((k for k, pair in enumerate(pairs) if i and pair[0] is before[i - 1]), -1)
             pairs.insert(at + 1, (first, None))
     return pairs
 

@@ -538,10 +538,10 @@ def _difference(e: EzlogixLoop, amount: Decimal) -> int:
 
 
 def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
-    """A PV in counts of its register, which with the square root holds the square, from 0 on."""
+    """A PV in counts of its register, which with the square root holds the square."""
     share = quotient(point - loop.pv.range[0], width(loop.pv.range))
     if loop.pv.square_root:
-        return round_to_integer(product(share, share, Decimal(counts[1])))
+        return round_to_integer(product(share, share, Decimal(counts[1] - counts[0])))
     return round_to_integer(rescale(point, loop.pv.range, (Decimal(counts[0]), Decimal(counts[1]))))
 
 

@@ -384,7 +384,7 @@ def _edit_without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edi
     row = doc.lines[line - 1]
     codes_left = [code for code in ignore.codes if code not in unused]
     if codes_left:
-        start, end = row.index("[", column) + 1, row.index("]", column)
+        start, end = row.index("[", column - 1) + 1, row.index("]", column - 1)
         return (Edit(Span(line, start + 1, line, end + 1), ", ".join(codes_left)),)
     if not ignore.is_whole:
         return ()

@@ -111,9 +111,9 @@ class LoopView(SwitchedView[Loop]):
         return not {error.register for error in self.errors} & set(names)
 
     def _is_caused(self, error: PidError) -> bool:
-        value = self.register_value(error.register)
-        if value is None:
-            value = self.value(error.register)
+        value = self.value(error.register) or Decimal(0)
+        if value and (held := self.register_value(error.register)) is not None:
+            value = held
         if error.above is not None:
             ends = self.register_values(error.register, error.above)
             return (
