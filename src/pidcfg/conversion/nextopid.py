@@ -194,9 +194,10 @@ def task_of(times: Sequence[Decimal], interval: Decimal | None) -> Task:
 
 
 def common_step(times: Sequence[Decimal]) -> Decimal:
-    """The greatest interval of which all times are multiples."""
-    step, *others = map(Fraction, times)
-    for other in others:
+    """The greatest interval of which all times are multiples; 0.1 s without any."""
+    fractions = [Fraction(time) for time in times] or [Fraction(1, 10)]
+    step = fractions[0]
+    for other in fractions[1:]:
         common = step.denominator * other.denominator
         step = Fraction(gcd(step.numerator * other.denominator, other.numerator * step.denominator), common)
     return Decimal(step.numerator) / Decimal(step.denominator)

@@ -63,6 +63,8 @@ if TYPE_CHECKING:
 
 REGISTER_PRECISION = Decimal("2e-7")
 """Relative error that counts as none: what single precision makes of a decimal."""
+ROUNDS = 3
+"""A clamped value is encoded again, and may then be beyond what a register holds together with others."""
 
 
 def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
@@ -74,15 +76,17 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
         {f.path: value_at(file.data, path_in_file(i, f.path)) if f.exact is None else f.exact for f in fields if f.path}
         for i, fields in enumerate(file.fields)
     ]
-    model = validate_data(target, file.data)
-    encoding = encoder_of(target).encode(model)
-    clamped = _clamp_to_registers(file.data, encoding, target)
-    clamped |= _clamp_to_limits(file, model, clamped)
-    if clamped:  # none of these is the scale or the unit of another value: that one fits as before
-        for path, stored in clamped.items():
-            set_value(file.data, path, stored.value)
+    clamped: dict[Path, Stored] = {}
+    for _ in range(ROUNDS):
         model = validate_data(target, file.data)
         encoding = encoder_of(target).encode(model)
+        outside = _clamp_to_registers(file.data, encoding, target)
+        outside |= _clamp_to_limits(file, model, outside)
+        clamped |= outside
+        if all(value_at(file.data, path) == stored.value for path, stored in outside.items()):
+            break
+        for path, stored in outside.items():
+            set_value(file.data, path, stored.value)
     image = encoding.image
     file.model, file.encoding = model, encoding
     decoded = encoder_of(target).decode(image.words, image.settings, image.plc).data

@@ -284,6 +284,7 @@ def parameter_terms(subject: Subject) -> Terms:
             items[key] = _parameter_item(subject, cell, key, model, units, writer)
         if model is not None:
             items |= settings_beside(settings[places[name]], model, {}, subject.faults(name))
+            items |= dict(other_keys(model, subject, [*items, *image.settings[places[name]]]))
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
         owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
