@@ -282,6 +282,14 @@ def test_no_cure_is_nothing():
     assert [code for code, rule in find_rules().items() if rule.doc_part("Fix").lower().startswith("nothing")] == []
 
 
+@pytest.mark.parametrize(("text", "told"), [("Line #4", 1), ("Line  # 4", 0), ("Line#4", 0), ("Line # pidcfg: x", 0)])
+def test_a_text_that_is_cut_off_is_found_where_the_file_has_no_other_comment(text, told):
+    findings = check_document(
+        read_document(f"pidcfg: 1\nvendor: generic\nname: {text}\nloops: []\n".encode(), "a")
+    ).findings
+    assert [d.code for d in findings].count("PID019") == told
+
+
 # --- A ring of masters is told at each of its loops, with the others alone --------------------------------------------
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 import io
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -15,6 +16,8 @@ import pidcfg.sim.engine.run as engine
 from pidcfg.sim.engine.network import MAX_DELAY, MOST_PARTS
 from pidcfg.sim.engine.plants import MODELS, Plant, set_parameters, settle_at, step_plants
 from pidcfg.sim.engine.run import Settings, begin_run, prepare_network
+from pidcfg.study.scenario import load_scenario
+from pidcfg.text.source import read_document
 from scenario_rig import MODES, Controller, rows, scenario
 
 # --- A plant alone: dead times of any length against solutions that know of no steps ----------------------------------
@@ -310,6 +313,16 @@ def test_steps_of_plants_count_when_the_engine_is_chosen(monkeypatch):
         text = f"plants:\n{A}  - {{name: z, model: first_order, input: a, time_constant: {lag}}}\n"
         begin_run(scenario(text), Controller.load, Controller, Settings("auto"))
     assert asked == [11 * 2, 11 * 2 * (1 + (5 - 1) / 4)]
+
+
+def test_blocks_that_are_no_loops_count_when_the_engine_is_chosen(monkeypatch):
+    asked = []
+    monkeypatch.setattr(engine, "choose_engine", lambda _wanted, work, *_more: asked.append(work) or "python")
+    path = Path(__file__).parents[1] / "examples" / "nextopid" / "pump.scenario.yaml"
+    case = load_scenario(read_document(path.read_bytes(), str(path)))
+    run = begin_run(case.scenario, case.new_plc, case.controller, Settings("auto"))
+    assert asked == [(run.last + 1) * 3]
+    assert (len(run.plc.loops), len(run.plc.configs)) == (2, 3)
 
 
 def test_a_delay_line_is_as_long_as_its_dead_time_in_steps_and_in_parts():

@@ -590,9 +590,11 @@ def gain_like_a_switch(context: AnyContext) -> Findings:
     Fix: lower the gain: 100 / gain is the proportional band in % where both ranges are alike. See that it was not
     carried over from a PLC that counts it in other units, and that 9999 was not typed for 1.00.
     """
-    switches = [(i, loop, scales, share) for i, loop, scales in _loops(context) if (share := _share(loop, scales))]
+    switches = [
+        (i, loop, scales, share) for i, loop, scales in _loops(context) if (share := _switch_share(loop, scales))
+    ]
     misfits = {path[:2] for path, _ in context.encoding.misfits}
-    refused = {path for path, _, _ in beyond_limits(context.config, ())} | context.explained if switches else set()
+    refused = {path for path, _, _ in beyond_limits(context.config, ())} if switches else set()
     for i, loop, scales, share in switches:
         keys = scales.gain.split(".")
         if ("loops", i, *keys) not in refused and ("loops", i) not in misfits:
@@ -600,8 +602,8 @@ def gain_like_a_switch(context: AnyContext) -> Findings:
             yield make_finding("loops", i, *keys, field=keys[-1], gain=gain, error=_percent_text(100 / share))
 
 
-def _share(loop: Any, scales: Scales) -> Decimal | None:
-    """What `Scales.share` tells of a loop whose gain is that of a switch."""
+def _switch_share(loop: Any, scales: Scales) -> Decimal | None:
+    """`Scales.share` of a loop whose gain is that of a switch."""
     share = scales.share(loop) if scales.gain else None
     return share if share is not None and share * SWITCH >= 1 else None
 
