@@ -19,7 +19,8 @@ import pytest
 pytest.importorskip("numba")
 import numpy as np
 
-from benchmarks.production import SETPOINTS, STEP, VENDORS, configuration, limit_cycle, loaded, ours
+from benchmarks.production import SETPOINTS, STEP, VENDORS, configuration, limit_cycle, loaded, ours, scenario
+from benchmarks.twin import Twin, compiler
 from compile_rig import advance, vector
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06 import scan as dl06
@@ -465,9 +466,9 @@ def random_scenario(rng, vendor, loops, steps):
     return text + "events:\n" + "".join(events)
 
 
-def outcome(case, name):
+def outcome(case, name, *, judged=True):
     signals = Signals()
-    report = asdict(ours(case, name, recording=signals))
+    report = asdict(ours(case, name, recording=signals, judged=judged))
     return report.pop("engine"), report, signals.levels, b"".join(signals.values["all"])
 
 
@@ -500,6 +501,15 @@ def test_a_loop_whose_alarms_come_and_go_leaves_the_same_bits_and_the_same_log()
     report, _ = check(loaded(*limit_cycle(1500)))
 
     assert len(report["loops"]["T1"]["alarms"]) > 20
+
+
+@pytest.mark.skipif(compiler() is None, reason="no compiler of C")
+@pytest.mark.parametrize("loops", [1, 8])
+def test_a_dl06_by_hand_in_c_leaves_the_same_bits(tmp_path, loops):
+    case, by_hand = loaded(configuration("dl06", loops), scenario("dl06", loops, 2_000, noise=True)), []
+    seconds = Twin(tmp_path).run(lambda: by_hand.append(outcome(case, "numba", judged=False)))
+    assert seconds > 0, "C has run"
+    assert repr(by_hand) == repr([outcome(case, "numba", judged=False)])
 
 
 class ChosenError(Exception):

@@ -166,7 +166,7 @@ def overhead() -> tuple[float, float, int] | None:
         alone = [timed(job, first, sizes) for first in range(0, BLOCKS * BLOCK_SAMPLES, BLOCK_SAMPLES)]
     assert len(block.metrics[0]) == len(METRICS)
     middle = statistics.median(bare[1:]) - statistics.median(alone)
-    return min(bare[1:]) - min(alone), middle, len(json.dumps(block.state()))
+    return min(bare[1:]) - min(alone), middle, len(json.dumps(block.to_json()))
 
 
 def timed(job: Job, first: int, sizes: tuple[int, int, int, int]) -> float:

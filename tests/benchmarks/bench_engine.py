@@ -55,10 +55,10 @@ class Bits:
         del steps, dt
         self.width = len(names)
 
-    def look(self, *_: object) -> None:
+    def note_levels(self, *_: object) -> None:
         """As `Recording.note_levels`."""
 
-    def take(self, values: array[float], rows: int) -> None:
+    def add_rows(self, values: array[float], rows: int) -> None:
         """As `Recording.add_rows`."""
         self.digest.update(values[: rows * self.width].tobytes())
 

@@ -126,7 +126,7 @@ static void turn(Meter *m, double pv, int64_t k) {
     double before = m->last_swing, swing = fabs(m->extreme - m->turn_value);
     int64_t period = m->extreme_at - m->turn_before;
     m->last_swing = swing;
-    if (m->extreme_at >= m->late) {
+    if (m->extreme_at >= m->last_third) {
         if (m->turns == 0 && m->calm_turns > 0) m->turns = 1;
         if (m->turns == 1) {
             m->first_turn = m->extreme_at;
@@ -145,93 +145,93 @@ static void turn(Meter *m, double pv, int64_t k) {
     }
     if (m->calm_turns == 1) {
         m->calm_first_turn = m->extreme_at;
-        m->calm_swings = m->widest = 0.0;
+        m->calm_swings = m->widest_swing = 0.0;
         m->calm_shortest = INT64_C(1) << 62;
         m->calm_longest = 0;
     } else if (m->calm_turns > 1) {
         m->calm_swings += swing;
-        if (swing > m->widest) m->widest = swing;
+        if (swing > m->widest_swing) m->widest_swing = swing;
         if (m->calm_turns == 2) {
             m->calm_first_swing = swing;
-            m->growing = m->grown = 0;
+            m->growing_swings = m->most_growing_swings = 0;
         } else {
             if (period < m->calm_shortest) m->calm_shortest = period;
             if (period > m->calm_longest) m->calm_longest = period;
-            m->growing = swing > 1.1 * before ? m->growing + 1 : 0;
-            if (m->growing > m->grown) m->grown = m->growing;
+            m->growing_swings = swing > 1.1 * before ? m->growing_swings + 1 : 0;
+            if (m->growing_swings > m->most_growing_swings) m->most_growing_swings = m->growing_swings;
         }
     }
     m->calm_turns++;
     m->turn_value = m->extreme;
     m->turn_before = m->last_turn;
     m->last_turn = m->extreme_at;
-    m->course = -m->course;
+    m->direction = -m->direction;
     m->extreme = pv;
     m->extreme_at = k;
 }
 
 static void watch_swings(Meter *m, double pv, int64_t k) {
-    if (m->control == 0 || m->extreme_at < 0) {
+    if (m->in_control == 0 || m->extreme_at < 0) {
         m->extreme = pv;
         m->extreme_at = k;
         m->turns = m->calm_turns = 0;
-    } else if (m->course > 0 ? pv > m->extreme : pv < m->extreme) {
+    } else if (m->direction > 0 ? pv > m->extreme : pv < m->extreme) {
         m->extreme = pv;
         m->extreme_at = k;
-    } else if ((m->course > 0 ? m->extreme - pv : pv - m->extreme) > m->least) turn(m, pv, k);
+    } else if ((m->direction > 0 ? m->extreme - pv : pv - m->extreme) > m->least_swing) turn(m, pv, k);
 }
 
 static void watch_end(Meter *m, double pv, double sp, int64_t k) {
     if (sp > pv) {
-        if (m->side <= 0) {
-            m->side = 1;
-            m->since = k;
+        if (m->error_sign <= 0) {
+            m->error_sign = 1;
+            m->sign_since = k;
         }
-    } else if (m->side >= 0) {
-        m->side = -1;
-        m->since = k;
+    } else if (m->error_sign >= 0) {
+        m->error_sign = -1;
+        m->sign_since = k;
     }
-    if (k >= m->middle) {
+    if (k >= m->window_middle) {
         m->final_error += sp - pv;
         m->final_sp += sp;
-    } else if (k >= m->window) {
+    } else if (k >= m->window_start) {
         m->early_error += sp - pv;
         m->early_sp += sp;
     }
-    if (k == m->late) {
-        m->late_status |= m->status;
-        m->late_aux |= m->aux_status;
+    if (k == m->last_third) {
+        m->last_third_status |= m->status;
+        m->last_third_aux |= m->aux_status;
     }
 }
 
 static void follow_step(Meter *m, double pv, double sp, int64_t k) {
-    if ((m->stepped == 0 || k <= m->locked) && sp != m->before) {
-        m->stepped = 1;
-        m->after = sp;
+    if ((m->has_step == 0 || k <= m->locked_until) && sp != m->sp_before) {
+        m->has_step = 1;
+        m->sp_after = sp;
     }
-    if (m->stepped == 1 && m->rise_to < 0) {
-        double share = (pv - m->before) / (m->after - m->before);
+    if (m->has_step == 1 && m->rise_to < 0) {
+        double share = (pv - m->sp_before) / (m->sp_after - m->sp_before);
         if (share >= 0.1 && m->rise_from < 0) m->rise_from = k;
-        if (share >= 0.632 && m->reached < 0) m->reached = k;
+        if (share >= 0.632 && m->reached_at < 0) m->reached_at = k;
         if (share >= 0.9) m->rise_to = k;
     }
 }
 
 static void measure(Meter *m, const double *signals, int64_t k) {
     double pv = signals[m->pv], sp = signals[m->sp], out = signals[m->out];
-    if (m->control == 1) {
+    if (m->in_control == 1) {
         if (sp != pv) {
             double e = fabs(sp - pv);
             m->iae += e;
             m->ise += e * e;
             m->itae += e * (double)k;
-            if (e > m->band) m->outside = k;
+            if (e > m->band) m->last_outside = k;
         }
-        if (m->event >= 0 && k < m->until) {
+        if (m->event_at >= 0 && k < m->step_until) {
             if (pv > m->peak_high) m->peak_high = pv;
             else if (pv < m->peak_low) m->peak_low = pv;
-            if (m->rise_to < 0 || k <= m->locked) follow_step(m, pv, sp, k);
-            if (m->stepped == 1 && fabs(m->after - pv) > m->band) m->step_error += fabs(m->after - pv);
+            if (m->rise_to < 0 || k <= m->locked_until) follow_step(m, pv, sp, k);
+            if (m->has_step == 1 && fabs(m->sp_after - pv) > m->band) m->step_error += fabs(m->sp_after - pv);
         }
     }
     if (out != m->last_out) {
@@ -244,15 +244,15 @@ static void measure(Meter *m, const double *signals, int64_t k) {
     else if (pv < m->pv_low) m->pv_low = pv;
     if (sp != m->last_sp) {
         m->last_sp = sp;
-        if (fabs(sp - m->anchor) > m->band) {
-            m->anchor = sp;
-            m->moved = k;
+        if (fabs(sp - m->sp_anchor) > m->band) {
+            m->sp_anchor = sp;
+            m->sp_moved_at = k;
         }
         if (sp > m->sp_high) m->sp_high = sp;
         else if (sp < m->sp_low) m->sp_low = sp;
     }
-    if (k >= m->watched) watch_end(m, pv, sp, k);
-    if (k >= m->swung) watch_swings(m, pv, k);
+    if (k >= m->watch_from) watch_end(m, pv, sp, k);
+    if (k >= m->swings_from) watch_swings(m, pv, k);
 }
 
 /* --- the run ------------------------------------------------------------------------------------------------------- */
@@ -283,9 +283,9 @@ int64_t advance(int64_t k, int64_t last, int64_t zero, const Run *run) {
         if (r.counts[2] > 0)
             for (int64_t i = 0; i < r.n_bands; i++) {
                 Meter *m = &r.meters[r.bands[i].loop];
-                double away = fabs(r.signals[m->pv] - m->after);
-                if (m->event >= 0 && m->control == 1 && now < m->until && (m->stepped == 0 || away > r.bands[i].share * fabs(m->after - m->before)))
-                    r.bands[i].outside = now;
+                double away = fabs(r.signals[m->pv] - m->sp_after);
+                if (m->event_at >= 0 && m->in_control == 1 && now < m->step_until && (m->has_step == 0 || away > r.bands[i].share * fabs(m->sp_after - m->sp_before)))
+                    r.bands[i].last_outside = now;
             }
         for (int64_t i = 0; i < r.n_gauges; i++) {
             Gauge *g = &r.gauges[i];

@@ -96,7 +96,7 @@ class Twin:
         self.code = built(folder)
         self.seconds = 0.0
         self.compiled = engine.numba_kernels(controller())
-        self.by_hand = engine.Kernels(self.advance, self.compiled.settle, lambda: self.normals)
+        self.by_hand = self.compiled._replace(advance=self.advance, normals=lambda: self.normals)
         self.timed = self.with_clocks()
 
     def run(self, work: Callable[[], Any]) -> float:
