@@ -15,7 +15,7 @@ from command import run_text
 from pidcfg.api import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion import ConvertError
-from pidcfg.conversion.differences import RISKS, judge_difference
+from pidcfg.conversion.differences import RISKS, judge_difference, judge_key
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
@@ -356,3 +356,10 @@ def test_an_alarm_that_comes_later_and_a_limit_that_is_wider_can_do_harm(field, 
     if not is_limit:
         gone, new = (judge_difference(field, *pair) for pair in ((Decimal(1), None), (None, Decimal(1))))
         assert [(d.risk, d.note) for d in (gone, new)] == [("high", "the alarm is gone"), ("low", "a new alarm")]
+
+
+@pytest.mark.parametrize(("gain", "note"), [("1", "-50 %"), ("3", "+50 %"), ("2.5", "+25 %"), ("2.01", "+0.5 %")])
+def test_a_change_in_percent_reads_alike_within_a_vendor_and_across(gain, note):
+    numbers = Decimal("2"), Decimal(gain)
+    assert judge_difference("tuning.gain", *numbers).note == note
+    assert judge_key("tuning.gain", ["tuning.gain"], *numbers)[2] == note

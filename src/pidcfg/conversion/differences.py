@@ -189,7 +189,7 @@ def judge_key(
     ranks = [(name, *_field_risk(name, before, after, one, two)) for name in names]
     field, risk, note = min(ranks, key=lambda rank: RISKS.index(rank[1]), default=(key, *_key_risk(key, before, after)))
     if one and two is not None and not note and last not in LABEL_KEYS:
-        note = f"{float(two / one - 1) * 100:+.3g} %"
+        note = _percent_text(one, two)
     return field, risk, note
 
 
@@ -224,8 +224,12 @@ def judge_difference(field: str, before: object, after: object) -> Difference:
     if one is not None and two is not None and one and abs(two / one - 1) <= ROUNDING:
         risk, note = "cosmetic", "the registers' rounding"
     elif one and two is not None and not note:
-        note = f"{(two / one - 1) * 100:+.3g} %"
+        note = _percent_text(one, two)
     return Difference(field, risk, json_value(before), json_value(after), note)
+
+
+def _percent_text(one: Decimal, two: Decimal) -> str:
+    return f"{float(two / one - 1) * 100:+.3g} %"
 
 
 def _field_risk(
