@@ -254,6 +254,12 @@ def _no_space(line: str, number: int, at: int) -> Fault:
     if value == "=":
         place, cure = Span(number, at + 1, number, at + 3), f"write '{key}: {line[at + 2 :].strip()}'"
         return Fault("':=' stands where a colon belongs", place, cure)
+    if value.startswith(":"):
+        cure = f"write '{key}: {line[at + 2 :].strip(' :').partition(',')[0].rstrip('}')}'"
+        return Fault("two colons stand behind the key", _sign_span(number, at + 1), cure)
+    if key.isdecimal() and value:
+        cure = f'a duration carries a unit, as in 90 min; a text with a colon stands in quotes: "{key}:{value}"'
+        return Fault(f"'{key}:{value}' is no number", _sign_span(number, at), cure)
     if key and not value:
         cure = f"write '{key}: …' with its value, or leave the key out"
         return Fault(f"no value stands behind '{key}:'", _sign_span(number, at), cure)
