@@ -879,10 +879,11 @@ def test_mutilated_dumps_are_read_or_refused_but_never_crash(dump):
 
 def test_every_address_of_a_click_is_known_by_its_name_and_type():
     assert list(ALL_BANKS) == list(MEMORY_TYPE_TO_DATA_TYPE)
+    numbers = [n for n in range(4600) if n < 1100 or not 50 < n % 500 < 450]  # banks end near multiples of 500
     for bank, code in MEMORY_TYPE_TO_DATA_TYPE.items():
-        found = {n: address_of(f"{bank}{n}") for n in range(4600)}
+        found = {n: address_of(f"{bank}{n}") for n in numbers}
         assert {n: address.name for n, address in found.items() if address} == {
-            n: name for n in range(4600) if (name := normalize_address(f"{bank}{n}"))
+            n: name for n in numbers if (name := normalize_address(f"{bank}{n}"))
         }
         assert {(one.bank, one.type) for one in found.values() if one} == {(bank, DATA_TYPE_CODE_TO_STR[code])}
 

@@ -255,6 +255,10 @@ HOSTILE = (
     ({"words": [{"address": "OVEN.SV", "type": "LREAL", "value": 80}]}, "does not say the device of I_MV"),
     ({"words": [{"address": "OVEN.SV", "type": ["REAL"], "value": 80}]}, '["REAL"] is not one of the types'),
     ({"words": [{"address": "OVEN.SV", "type": "REAL", "value": [80]}]}, "the value [80] is not one of REAL"),
+    *(
+        ({"words": [{"address": "A.SV", "type": "REAL", **both}]}, "an expression is a text, and stands in place of a")
+        for both in ({"expression": 5}, {"expression": "B", "value": 80})
+    ),
     ({"words": [{"address": ["OVEN.SV"], "type": "REAL", "value": 80}]}, "words[0] has no text 'address'"),
     ({"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}] * 2}, "OVEN.SV stands here again"),
     (

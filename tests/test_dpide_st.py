@@ -342,26 +342,41 @@ def test_a_block_that_has_an_input_where_the_manual_wants_in_out_is_named():
 
 # --- refused ---------------------------------------------------------------------------------------------------------
 
+AN_EXPRESSION = ": {} is an expression; an operand of DPIDE is a number, a symbol or a device"
+NO_BIT = " is BOOL: 'D100' is not the address of a bit; write it like M10, Y0.1 or D100.5"
+BITS_THERE = "X0.0 to X63.15, Y0.0 to Y63.15, D0.0 to D29999.15, M0 to M8191, S0 to S2047, SM0 to SM4095"
+A_WHOLE_NUMBER = "write a whole number from -2147483648 to 2147483647"
+NO_REGISTER = " is {}: '{}' is not the address of a D register; write it like D500"
 WRONG = {
-    BOOL: ("1", "0.0", "D100", "K1", "-TRUE", "M8192", "T#1s", "M1 OR M2"),
-    DINT: ("1000.0", "TRUE", "M1", "2147483648", "T#1s", "F1.0", "D100 + 1", "D30000", "--5", "K--5"),
-    REAL: (
-        "80",
-        "TRUE",
-        "M1",
-        "K80",
-        "T#1s",
-        "1E39",
-        "D1.5",
-        "E0",
-        "D100 * 2.0",
-        "'x'",
-        "--5.0",
-        "+-1.0E5",
-        "-+1.0E-5",
-        "F--1.0",
-    ),
+    BOOL: {
+        **{value: f" is BOOL, not {value}; write TRUE or FALSE" for value in ("1", "0.0", "K1", "-TRUE", "T#1s")},
+        "D100": NO_BIT,
+        "M8192": f" is BOOL: M8192 does not exist; there are {BITS_THERE}",
+        "M1 OR M2": AN_EXPRESSION.format("M1ORM2"),
+    },
+    DINT: {
+        "1000.0": " is DINT, not 1000.0; write 1000",
+        "F1.0": " is DINT, not F1.0; write 1",
+        **{value: f" is DINT, not {value}; {A_WHOLE_NUMBER}" for value in ("TRUE", "2147483648", "T#1s", "5.5")},
+        "M1": NO_REGISTER.format("DINT", "M1"),
+        "D100 + 1": AN_EXPRESSION.format("D100+1"),
+        "D30000": " is DINT: D30000 does not exist; addresses go from D0 to D29999",
+        "--5": ": --5 has several signs",
+        "K--5": AN_EXPRESSION.format("K--5"),
+    },
+    REAL: {
+        "80": " is REAL, not 80; write 80.0",
+        "K80": " is REAL, not K80; write 80.0",
+        **{value: f" is REAL, not {value}; write a number with a point, as in 80.0" for value in ("TRUE", "T#1s")},
+        "1E39": " is REAL, not 1E39; single precision goes up to 3.4E38",
+        **{device: NO_REGISTER.format("REAL", device) for device in ("M1", "D1.5", "E0")},
+        "D100 * 2.0": AN_EXPRESSION.format("D100*2.0"),
+        "'x'": AN_EXPRESSION.format("'x'"),
+        "F--1.0": AN_EXPRESSION.format("F--1.0"),
+        **{value: f": {value} has several signs" for value in ("--5.0", "+-1.0E5", "-+1.0E-5")},
+    },
 }
+"""What an operand of a type cannot be, and what is said behind its name."""
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, wrong) for name, row in ROWS.items() for wrong in WRONG[row.type]])
@@ -370,7 +385,12 @@ def test_an_operand_of_a_wrong_type_is_refused_at_its_place(name, value):
     error = refused("\n" + text)
 
     assert (error.line, error.column) == (2, text.index(f" {value}", text.index(f"{name} ")) + 2)
-    assert name in str(error) or value in str(error)
+    said = WRONG[ROWS[name].type][value]
+    if name in OUTSIDE:
+        by = "process" if name == "PV" else "instruction"
+        no_number = f": the {by} writes it, so that it cannot be {value}; write a symbol or a device"
+        said = re.sub(r"( is REAL, not|.* several signs).*", no_number, said).replace("a number, a symbol", "a symbol")
+    assert str(error) == f"{name}{said}"
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
@@ -490,6 +510,8 @@ def test_a_member_of_the_instructions_name_is_no_call_of_it(statement):
         (by_name(CYCLE="5.0"), "CYCLE is DINT, not 5.0; write 5", (1, 109)),
         (by_name(CYCLE="5.5"), "CYCLE is DINT, not 5.5; write a whole number from -2147483648 to 2147483647", (1, 109)),
         (by_name(SV="5"), "SV is REAL, not 5; write 5.0", (1, 29)),
+        (by_name(CYCLE="K-5.0"), "K-5.0: K stands before whole numbers", (1, 109)),
+        (by_name(CYCLE="K-" + "9" * 5000), "K-" + "9" * 38 + " is no number", (1, 109)),
         (f"VAR a AT D0 : REAL := b; END_VAR\n{by_name(SV='a')}", "a begins with something that is no number", (1, 23)),
         (by_name(SV="D100"), "LOOP-1.SV stands in D100, and nothing says what it holds; name a symbol table", None),
         ('(* loop: {"name": 1} *)' + by_name(), "the comment names no loop", (1, 1)),

@@ -105,29 +105,56 @@ def test_results_of_the_auto_tuning_are_accepted_as_figure_4_6_has_it():
 
 
 @pytest.mark.parametrize(
-    ("row", "key", "says"),
+    ("row", "key", "says", "cure"),
     [
-        ("move: 1, to: A.MV", "to", "A.MV is an output of its block"),
-        ("move: A.MV, to: A.ManulMV", "to", "'A.ManulMV' is no declared signal, and no parameter of a block"),
-        ("move: A.MV, to: SEL_1.MV2", "to", "ControlSelectMin is a function, which keeps nothing"),
-        ("move: true, to: A.Manual", "to", "A.Manual is wired, and its wire writes it at every call"),
-        ("move: 40, to: A.PV", "to", "A.PV is left to the program around"),
-        ("move: 4, to: T", "to", "T is TIME"),
-        ("move: 4, to: A.BIAS, at: start", "to", "A.BIAS is written before every call, which is what a wire does"),
-        ("move: Level, to: Man", "move", "Level is REAL; a BOOL is wanted"),
-        ("move: Man, to: Level", "move", "Man is BOOL; numbers are wanted"),
-        ("move: true, to: Level", "move", "Level is REAL, and TRUE is none"),
-        ("move: 1, to: Man", "move", "Man is BOOL, and 1 is none"),
-        ("move: 40000, to: N", "move", "outside the range of INT"),
-        ("move: 5, to: Level, when: Level", "when", "Level is REAL; a BOOL is wanted"),
-        ("move: 5, to: Level, when: Mann", "when", "'Mann' is no declared BOOL"),
+        ("move: 1, to: A.MV", "to", "A.MV is an output of its block", "move it to a signal, or to an input"),
+        (
+            "move: A.MV, to: A.ManulMV",
+            "to",
+            "'A.ManulMV' is no declared signal, and no parameter of a block",
+            "did you mean 'A.ManualMV'?",
+        ),
+        (
+            "move: A.MV, to: A.setpoint",
+            "to",
+            "'A.setpoint' is no declared signal, and no parameter of a block",
+            "did you mean 'A.SP'?",
+        ),
+        (
+            "move: A.MV, to: SEL_1.MV2",
+            "to",
+            "SEL_1.MV2: ControlSelectMin is a function, which keeps nothing",
+            "wire it to a signal, and move there",
+        ),
+        (
+            "move: true, to: A.Manual",
+            "to",
+            "A.Manual is wired, and its wire writes it at every call",
+            "move to what it is wired to",
+        ),
+        ("move: 40, to: A.PV", "to", "A.PV is left to the program around", "wire it to a signal, and move there"),
+        ("move: 4, to: T", "to", "T is TIME", "numbers and BOOLs can be moved"),
+        (
+            "move: 4, to: A.BIAS, at: start",
+            "to",
+            "A.BIAS is written before every call, which is what a wire does",
+            "wire it: BIAS: 4.0",
+        ),
+        ("move: Level, to: Man", "move", "Level is REAL; a BOOL is wanted", "compare it, as in PV < 4.0"),
+        ("move: Man, to: Level", "move", "Man is BOOL; numbers are wanted", "wire a REAL or an INT"),
+        ("move: true, to: Level", "move", "Level is REAL, and TRUE is none", "write a value of its type"),
+        ("move: 1, to: Man", "move", "Man is BOOL, and 1 is none", "write a value of its type"),
+        ("move: 40000, to: N", "move", "is outside the range of INT", "write a value of its type"),
+        ("move: 5, to: Level, when: Level", "when", "Level is REAL; a BOOL is wanted", "compare it, as in PV < 4.0"),
+        ("move: 5, to: Level, when: Mann", "when", "'Mann' is no declared BOOL", "did you mean 'Man'?"),
     ],
 )
-def test_a_move_that_means_nothing_is_named_at_its_key(row, key, says):
-    text = moves(row)
-    found = [d for d in check_text(HEAD + text).findings if d.code == "NX601"]
-    assert [d.where for d in found] == [f"moves[0].{key}"]
-    assert says in found[0].message
+def test_a_move_that_means_nothing_is_named_at_its_key(row, key, says, cure):
+    text = HEAD + moves(row)
+    (found,) = [d for d in check_text(text).findings if d.code == "NX601"]
+    assert (found.where, found.message, found.help) == (f"moves[0].{key}", f"{key}: {says}", cure)
+    marked = text.splitlines()[found.span.line - 1][found.span.column - 1 :]
+    assert marked.startswith(row.partition(f"{key}: ")[2])
 
 
 def test_what_a_move_writes_is_used():

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nextopid_networks import DATA, NETWORKS, OVERRIDE, fault, network
+from nextopid_networks import DATA, FULL, NETWORKS, OVERRIDE, fault, network
 from nextopid_strategies import EXPRESSIONS, PLACE, configurations
 from pidcfg.encoders.decoding import decode_listing
 from pidcfg.encoders.listing import ListingError, UnwritableError
@@ -300,6 +300,36 @@ def test_another_order_of_execution_is_told():
     assert not any("cycle" in note for note in read_st(body("F(InVar := X); A(PV := F.OutVar); B();")).notes)
 
 
+@pytest.mark.parametrize(
+    ("reads", "order"),
+    [
+        ({"A": "B", "B": "X", "L": "A", "M": "L"}, "BALM"),
+        ({"A": "B", "B": "A", "L": "A"}, "ABL"),
+        ({"B": "A", "A": "B"}, "BA"),
+        ({"A": "A", "B": "X"}, "AB"),
+        ({"A": "L", "B": "A", "L": "B"}, "LAB"),
+        ({"A": "M", "B": "A", "L": "B", "M": "L"}, "LMAB"),
+        ({"A": "L", "B": "A", "M": "X", "L": "B"}, "MLAB"),
+        ({"A": "C", "B": "A", "C": "B", "L": "X"}, "LABC"),
+        ({"C": "D", "D": "C", "A": "C", "B": "A"}, "CDAB"),
+    ],
+)
+def test_a_ring_begins_with_its_first_loop_or_its_first_block(reads, order):
+    wires = {name: {"L": "L.MV", "M": "M.MV", "X": "X"}.get(read, f"{read}.OutVar") for name, read in reads.items()}
+    loop = {"type": "PIDA_REAL", "Kp": 1, "Ti_Ki": 0, "Td_Kd": 0, "SP": 1, **FULL}
+    items = [
+        {
+            "name": name,
+            **(loop | {"PV": wire} if name in "LM" else {"type": "ControlLowFilter", "Tc": 1, "InVar": wire}),
+        }
+        for name, wire in wires.items()
+    ]
+    file = {"pidcfg": 1, "vendor": "nextopid", "plc": {"sample_time": 0.1}, "signals": {"X": 1.0}}
+    file |= {"blocks": [item for item in items if "Tc" in item], "loops": [item for item in items if "PV" in item]}
+    encoding = encode(NextopidFile.model_validate(file))
+    assert "".join(encoding.layout.instances[i].name for i in encoding.order) == order
+
+
 def test_every_nth_cycle():
     gate = "IF Y = 0 THEN A(PV := X); END_IF Y := (Y + 1) MOD 5;"
     found = read_st('(* plc: {"sample_time": 0.1} *)' + body(gate))
@@ -411,6 +441,8 @@ def test_names_that_read_like_truths_stay_names():
         ('(* plc: {"sample_time": ' + "1" * 5000 + "} *)", (4, 1), "has too many digits"),
         ("(* plc: {oops} *)", (4, 1), "the settings are not JSON"),
         ("IF Y = 0 THEN A(); END_IF", (4, 4), "Y is not counted as in Y := (Y + 1) MOD 5"),
+        ("IF Y = 0 THEN A; END_IF", (4, 15), "A is used as a whole inside another statement"),
+        ("A(Manual := -TRUE);", (4, 14), "a sign wants a number"),
     ],
 )
 def test_refused(statements, place, says):

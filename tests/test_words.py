@@ -21,6 +21,7 @@ from pidcfg.encoders.codecs import (
     Single,
     round_to_integer,
     single_bits,
+    typed_digits,
 )
 from pidcfg.encoders.listing import ListingError, read_csv
 from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, SPACE, Source
@@ -123,6 +124,11 @@ def test_a_word_of_decimal_digits_is_told_with_its_decimals_and_what_is_off(code
 )
 def test_bcd_figures_worked_out_by_hand(decimals, value, word):
     assert Bcd(decimals).encode(Decimal(value)) == word
+
+
+def test_a_number_typed_in_decimal_has_four_digits_at_most():
+    numbers = (0, 250, 9999, 10_000, 0xFFFF)
+    assert [typed_digits(number) for number in numbers] == [0, 0x0250, 0x9999, None, None]
 
 
 @pytest.mark.parametrize(("value", "word"), [("0.125", 0x0012), ("0.135", 0x0014), ("0.1250001", 0x0013)])
