@@ -302,6 +302,22 @@ def test_a_number_that_is_assigned_is_what_the_operand_holds():
             assert found_there == (value, -3, "D100")
 
 
+@pytest.mark.parametrize(
+    ("program", "holds"),
+    [
+        ("VAR {a} END_VAR PROGRAM P {call} END_PROGRAM", True),
+        ("PROGRAM Q VAR_GLOBAL {a} END_VAR END_PROGRAM PROGRAM P {call} END_PROGRAM", True),
+        ("PROGRAM P {call} END_PROGRAM PROGRAM Q VAR_EXTERNAL {a} END_VAR END_PROGRAM", True),
+        ("PROGRAM Q VAR {a} END_VAR END_PROGRAM PROGRAM P {call} END_PROGRAM", False),
+        ("VAR {a} END_VAR PROGRAM P VAR a : REAL; END_VAR {call} END_PROGRAM", False),
+    ],
+)
+def test_what_is_declared_outside_of_programs_or_as_global_counts_in_all_of_them(program, holds):
+    read = read_st(program.format(a="a AT D100 : REAL := 70;", call=by_name(SV="a")))
+    assert (read.words["LOOP-1.SV"] == 70) == holds
+    assert read.settings[0]["devices"].get("SV") == ("D100" if holds else None)
+
+
 @pytest.mark.parametrize("device", ["", " AT D500"])
 @pytest.mark.parametrize(
     ("kind", "taken"),

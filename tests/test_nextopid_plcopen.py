@@ -485,6 +485,18 @@ def test_an_image_is_complete_without_what_the_program_around_assigns():
     assert checklist(network("override"))[1].endswith("HEAT.PV")
 
 
+@pytest.mark.parametrize("given", [0, None])
+@pytest.mark.parametrize("kind", READ_BACK)
+def test_a_signal_of_0_is_no_signal_that_is_left_open(kind, given):
+    data = copy.deepcopy(OVERRIDE)
+    for item, key in (*((loop, "PV") for loop in data["loops"]), (data["blocks"][2], "MV")):
+        item.update({key: given})
+    config = NextopidFile.model_validate(data)
+    back, _ = again(FORMATS[kind].write(encode(config).image, ()), kind)
+    assert [loop.PV for loop in back.loops] == [given] * len(data["loops"])
+    assert given == back.blocks[2].MV
+
+
 def test_a_literal_that_is_wired_is_refused():
     document = json.loads(FORMATS["json"].write(encode(network("override")).image, ()))
     (entry,) = [word for word in document["words"] if word["address"] == "PULSES.Period"]

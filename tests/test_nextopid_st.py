@@ -384,6 +384,7 @@ def test_names_that_read_like_truths_stay_names():
         ("A(QV := X);", (4, 3), "PIDA_REAL has no input parameter QV; did you mean"),
         ("A(PV := FT_101);", (4, 9), "FT_101 is no variable that the program declares"),
         ("A(PV := B.XV);", (4, 11), "PIDA_REAL has no parameter XV"),
+        ("A(PV := X.Y);", (4, 9), "X.Y is no variable that the program declares, and no parameter"),
         ("A(PV := Z);", (4, 9), "Z is a BOOL; numbers are wanted"),
         ("A(TRK_IN := NOT X);", (4, 17), "NOT takes a BOOL; put a comparison into parentheses: NOT (PV < 4.0)"),
         ("A(TRK_IN := X);", (4, 13), "X is a REAL; a BOOL is wanted"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from decimal import Decimal
 from fractions import Fraction
 
@@ -255,6 +256,11 @@ def test_a_switch_has_two_states():
     assert [FLAG.decode(0), FLAG.decode(1)] == [False, True]
     with pytest.raises(DecodeError):
         FLAG.decode(2)
+
+
+def test_a_copy_of_a_kind_is_the_kind_itself():
+    for kind in (BIT, INT16, SINGLE, WORD):
+        assert copy.copy(kind) is copy.deepcopy(kind) is kind
 
 
 def test_kinds_show_and_read_every_word_alike():
