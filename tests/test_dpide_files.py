@@ -449,6 +449,7 @@ def test_a_symbol_of_the_loop_gets_the_new_initial_value_and_keeps_the_rest(row,
         ("VAR,Mine,D100,REAL,0,", "OVEN_SV (D100) was not created, since D100 is 'Mine' in line 8"),
         ("VAR,Mine,D101,WORD,0,", "OVEN_SV (D100) was not created, since D101 is 'Mine' in line 8"),
         ("VAR,Mine,D99,DWORD,0,", "OVEN_SV (D100) was not created, since D99 is 'Mine' in line 8"),
+        ("VAR,Mine,D98,ARRAY [0..2] OF Recipe,,", "OVEN_SV (D100) was not created, since D98 is 'Mine' in line 8"),
         ("VAR,Mine,D505.3,BOOL,0,", "OVEN_IMV (D500) was not created, since D505.3 is 'Mine' in line 8"),
         ("VAR,Mine,D490,ARRAY [0..10] OF INT,,", "OVEN_IMV (D500) was not created, since D490 is 'Mine' in line 8"),
         ("VAR,Mine,M10,BOOL,FALSE,", "OVEN_RUN (M10) was not created, since M10 is 'Mine' in line 8"),
@@ -471,7 +472,14 @@ def test_an_initial_value_that_is_written_otherwise_stays(row):
 
 
 @pytest.mark.parametrize(
-    "row", ["VAR,Mine,D98,DWORD,0,", "VAR,Mine,D530,WORD,0,", "VAR,Mine,D490,ARRAY [0..9] OF INT,,"]
+    "row",
+    [
+        "VAR,Mine,D98,DWORD,0,",
+        "VAR,Mine,D98,ARRAY [3..4] OF Recipe,,",
+        "VAR,Mine,D99,Recipe,,",
+        "VAR,Mine,D530,WORD,0,",
+        "VAR,Mine,D490,ARRAY [0..9] OF INT,,",
+    ],
 )
 def test_a_neighbour_is_no_conflict(row):
     assert merged(f"{USERS}{row}\r\n")[1] == (f"created {len(ROWS)}, already there: 0",)

@@ -318,6 +318,28 @@ def test_what_is_declared_outside_of_programs_or_as_global_counts_in_all_of_them
     assert read.settings[0]["devices"].get("SV") == ("D100" if holds else None)
 
 
+@pytest.mark.parametrize(
+    ("name", "kind", "value", "held"),
+    [
+        ("SV", "REAL", "80", 80.0),
+        ("SV", "REAL", "-80.5", -80.5),
+        ("PID_DIR", "BOOL", "1", True),
+        ("PID_DIR", "BOOL", "0", False),
+        ("PID_DIR", "BOOL", "FALSE", False),
+        ("CYCLE", "DINT", "+500", 500),
+        ("PID_DIR", "BOOL", "2", None),
+        ("PID_DIR", "BOOL", "1.0", None),
+        ("CYCLE", "DINT", "500.0", None),
+    ],
+)
+def test_an_initial_value_may_be_whole_whatever_its_symbol_is(name, kind, value, held):
+    text = f"VAR a : {kind} := {value}; END_VAR {by_name(**{name: 'a'})}"
+    if held is None:
+        assert f"{name} is {kind}, not {value}" in str(refused(text))
+    else:
+        assert repr(read_st(text).words[f"LOOP-1.{name}"]) == repr(held)
+
+
 @pytest.mark.parametrize("device", ["", " AT D500"])
 @pytest.mark.parametrize(
     ("kind", "taken"),

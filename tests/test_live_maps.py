@@ -368,6 +368,13 @@ def test_an_example_of_a_map_has_room_for_a_float_in_two_registers():
     ]
 
 
+@pytest.mark.parametrize(("count", "more"), [(3, ""), (4, " and 1 more"), (9, " and 6 more")])
+def test_an_example_of_a_map_shows_three_rows_and_how_many_more_there_are(count, more):
+    rows = [f"A{i},holding,,uint16" for i in range(count)]
+    shown = "'A0,holding,0,uint16' 'A1,holding,2,uint16' 'A2,holding,4,uint16'"
+    assert map_template.example_text([*rows, "# offered,coil,,bool"]) == shown + more
+
+
 def test_how_a_map_may_be_written():
     plain = read_map_rows("DF1,holding,40001,float32\n".replace("40001", "0x9C41"))
     (row,) = plain
@@ -394,7 +401,8 @@ def test_how_a_map_may_be_written():
         ("dpide", (r"D0,(.*)1000,int32", r"D0,\g<1>1002,int32"), "D0 is at holding 1000 by line"),
         ("dpide", (r"D0,(.*float32.*)", r"D0,\1\nD112,holding,1100,float32"), r"D100 \(OVEN.SV\) and D112 \(OVEN.Kc"),
         ("dpide", (r"M0,.*", "M0,coil,65530,bool"), r"M10 \(OVEN.PID_RUN\) would be at 65540"),
-        ("dpide", (r"M0,.*", "M0,none"), "M0 begins a bank"),
+        ("dpide", (r"M0,.*", "M0,none"), "M0 begins a bank$"),
+        ("dpide", (r"M0,.*", "M10,none"), "M10 begins a bank; write OVEN.PID_RUN,none$"),
         ("nextopid", (r"(TIC_1.Kp,holding,\d+,)float32,low-first", r"\1int32"), "TIC_1.Kp is REAL: float32, not int32"),
         ("nextopid", (r"PidLoops.TIC_1.Kp,.*", ""), "no row says where TIC_1.Kp is; add TIC_1.Kp,holding,REGISTER"),
         ("nextopid", (r"TIC_1.Kp,", "TIC_1.Kpp,"), "'PidLoops.TIC_1.Kpp' is not a parameter.*did you mean TIC_1.Kp"),

@@ -384,6 +384,7 @@ def test_names_that_read_like_truths_stay_names():
         ("A(QV := X);", (4, 3), "PIDA_REAL has no input parameter QV; did you mean"),
         ("A(PV := FT_101);", (4, 9), "FT_101 is no variable that the program declares"),
         ("A(PV := B.XV);", (4, 11), "PIDA_REAL has no parameter XV"),
+        ("A(PV := V);", (2, 23), "V is read by a block, and begins with something that is no literal"),
         ("A(PV := X.Y);", (4, 9), "X.Y is no variable that the program declares, and no parameter"),
         ("A(PV := Z);", (4, 9), "Z is a BOOL; numbers are wanted"),
         ("A(TRK_IN := NOT X);", (4, 17), "NOT takes a BOOL; put a comparison into parentheses: NOT (PV < 4.0)"),
@@ -448,7 +449,7 @@ def test_names_that_read_like_truths_stay_names():
 )
 def test_refused(statements, place, says):
     with pytest.raises(ListingError, match=re.escape(says)) as error:
-        read_st(body(statements, "S : STRING; T : TIME;"))
+        read_st(body(statements, "S : STRING; T : TIME; V : REAL := X;"))
     assert "C" * 71 not in str(error.value)
     assert (error.value.line, error.value.column) == place
 

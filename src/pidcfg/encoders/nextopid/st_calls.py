@@ -243,8 +243,7 @@ class SkippedCode:
 
     def skip_statement(self, tokens: Sequence[Token]) -> None:
         """Skips a statement that does not concern the library, but remembers the variables that it assigns."""
-        if tokens[0].line not in self.lines[-1:]:
-            self.lines.append(tokens[0].line)
+        self.lines.append(tokens[0].line)
         depth, padded = 0, (*tokens, *(Token(END, "", token.line, token.column) for token in [tokens[-1]] * 3))
         for at, token in enumerate(tokens):
             previous = tokens[at - 1].text if at else ""
