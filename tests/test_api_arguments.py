@@ -13,7 +13,7 @@ import pytest
 
 import pidcfg
 from pidcfg.encoders.regmap import BIT
-from pidcfg.output.arguments import KINDS, OPTIONAL, ArgumentError, ArgumentTypeError
+from pidcfg.output.arguments import ANNOTATION_KINDS, OPTIONAL, ArgumentError, ArgumentTypeError
 from pidcfg.tuning.rules import METHODS
 from pidcfg.vendors import VENDORS
 from shell import captured
@@ -83,7 +83,7 @@ def called(call, parameter, value):
 @pytest.mark.parametrize(("call", "parameter"), PARAMETERS)
 def test_an_argument_of_another_type_is_refused_by_its_name(call, parameter):
     annotation = str(parameter.annotation)
-    is_kind, wanted = KINDS[annotation.removesuffix(OPTIONAL)]
+    is_kind, wanted = ANNOTATION_KINDS[annotation.removesuffix(OPTIONAL)]
     refused = 0
     for value in VALUES:
         message = ""
@@ -108,7 +108,7 @@ def test_every_annotation_has_a_row_and_every_row_is_used():
     live = [parameter for call in calls for parameter in inspect.signature(call).parameters.values()]
     annotations = [*(param.values[1].annotation for param in PARAMETERS), *(parameter.annotation for parameter in live)]
     used = {str(annotation).removesuffix(OPTIONAL) for annotation in annotations}
-    assert used == {*KINDS}
+    assert used == {*ANNOTATION_KINDS}
 
 
 def test_all_calls_are_tried():

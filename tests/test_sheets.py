@@ -20,8 +20,8 @@ import pidcfg
 from pidcfg.cli.main import cli
 from pidcfg.output.report import Title
 from pidcfg.output.report.formats import write_workbook
-from pidcfg.output.sheet_reader import SheetFaultsError, read_configuration, word_of
-from pidcfg.output.sheets import as_csv, as_workbook, key_of, number_or_text, whole_text
+from pidcfg.output.sheet_reader import SheetFaultsError, cell_word, read_configuration
+from pidcfg.output.sheets import as_csv, as_workbook, expanded_text, key_of, number_or_text
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.signs import FORMULA_STARTS
 from pidcfg.text.source import read_document
@@ -166,7 +166,7 @@ def test_the_name_of_a_file_may_be_a_word_that_columns_have():
     doc = read_document(text.replace("name: Curing oven", "name: manual", 1).encode(), "a.yaml")
     assert doc.data["name"] == "manual"
     back = read_configuration(as_csv(doc, VENDORS["dpide"]).encode(), "loops", None, DEFAULT)
-    assert config(back.text) == config(whole_text(doc))
+    assert config(back.text) == config(expanded_text(doc))
 
 
 @pytest.mark.parametrize("text", ["0017", "1e3", "+5", "1_000", "0x10", "inf", "nan", ".5", "\uff11", "True ", "yes"])
@@ -193,7 +193,7 @@ def test_a_number_comes_back_however_it_is_written(number, tmp_path):
     assert wanted.loops[0].tuning.gain == Decimal(number)
     for data in sheets(tmp_path / "boiler.yaml"):
         assert config(read_configuration(data, "loops", None, DEFAULT).text) == wanted
-    assert config(whole_text(read_document(text.encode(), "boiler.yaml"))) == wanted
+    assert config(expanded_text(read_document(text.encode(), "boiler.yaml"))) == wanted
 
 
 def test_rows_that_fail_alike_are_named_behind_the_first():
@@ -570,7 +570,7 @@ def test_names_that_look_like_numbers_stay():
         whole = made(text).text
         assert [loop.name for loop in config(whole).loops] == names
         doc = read_document(whole.replace("'%'", '"%"').replace("'", "").encode(), "x.yaml")
-        assert [loop.name for loop in config(whole_text(doc)).loops] == names
+        assert [loop.name for loop in config(expanded_text(doc)).loops] == names
         for data in (as_csv(doc, VENDORS["dl06"], comma=True).encode(), as_workbook(doc, VENDORS["dl06"])):
             assert [loop.name for loop in config(read_configuration(data, "x", None, DEFAULT).text).loops] == names
 
@@ -696,17 +696,17 @@ COOLS = {"direct": "reverse", "reverse": "direct", "true": "false", "false": "tr
 def test_german_values_are_the_vendors_own(vendor):
     key = key_of("Wirkrichtung", VENDORS[vendor])
     for word in ("heizen", "Heizen", "heating"):
-        assert word_of(word, key, VENDORS[vendor]) == HEATS[vendor]
+        assert cell_word(word, key, VENDORS[vendor]) == HEATS[vendor]
     for word in ("kühlen", "KÜHLEN", "kuehlen", "cooling"):
-        assert word_of(word, key, VENDORS[vendor]) == COOLS[HEATS[vendor]]
-    assert word_of("irgendwie", key, VENDORS[vendor]) == "irgendwie"
+        assert cell_word(word, key, VENDORS[vendor]) == COOLS[HEATS[vendor]]
+    assert cell_word("irgendwie", key, VENDORS[vendor]) == "irgendwie"
     own = {"dpide": ("reverse", "false"), "nextopid": ("direkt", "true"), "generic": ("Ja", "true")}
     text, value = own.get(vendor, ("direkt", "direct"))
-    assert word_of(text, key, VENDORS[vendor]) == value
+    assert cell_word(text, key, VENDORS[vendor]) == value
     text, value = {"dpide": ("vorwärts", "true"), "generic": ("nein", "false"), "nextopid": ("umgekehrt", "false")}.get(
         vendor, ("umgekehrt", "reverse")
     )
-    assert word_of(text, key, VENDORS[vendor]) == value
+    assert cell_word(text, key, VENDORS[vendor]) == value
 
 
 @pytest.mark.parametrize(
@@ -714,16 +714,16 @@ def test_german_values_are_the_vendors_own(vendor):
     [("Automatik", "auto"), ("AUTO", "auto"), ("Hand", "manual"), ("Manuell", "manual"), ("Kaskade", "cascade")],
 )
 def test_german_modes(text, mode):
-    assert word_of(text, "mode", VENDORS["dl06"]) == mode
-    assert word_of(text, "description", VENDORS["dl06"]) == text
+    assert cell_word(text, "mode", VENDORS["dl06"]) == mode
+    assert cell_word(text, "description", VENDORS["dl06"]) == text
 
 
 @pytest.mark.parametrize(("text", "value"), [("ja", "true"), ("WAHR", "true"), ("Nein", "false"), ("falsch", "false")])
 def test_german_switches_are_those_of_keys_that_are_switches(text, value):
-    assert word_of(text, "bias_freeze", VENDORS["dl06"]) == value
-    assert word_of(text, "PID_EQ", VENDORS["dpide"]) == value
-    assert word_of(text, "Indep", VENDORS["nextopid"]) == value
-    assert word_of(text, "tuning.gain", VENDORS["dl06"]) == text
+    assert cell_word(text, "bias_freeze", VENDORS["dl06"]) == value
+    assert cell_word(text, "PID_EQ", VENDORS["dpide"]) == value
+    assert cell_word(text, "Indep", VENDORS["nextopid"]) == value
+    assert cell_word(text, "tuning.gain", VENDORS["dl06"]) == text
 
 
 def test_a_german_sheet_is_a_configuration():

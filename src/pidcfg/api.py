@@ -134,12 +134,12 @@ def tune(
         "ultimate_gain": ultimate_gain,
         "ultimate_period": ultimate_period,
     }
-    wish = processes.robustness_of(vary, ms, samples, given=METHODS[method].searches)
+    robustness = processes.robustness_of(vary, ms, samples, is_robust=METHODS[method].searches)
     values = {key: processes.check_number(key, value) for key, value in numbers.items() if value is not None}
-    request = processes.record_request(columns, rest, start, until, given=record is not None)
+    request = processes.record_request(columns, rest, start, until, has_record=record is not None)
     step = None if record is None else (*source_data(record, name, files, limits.listing_bytes + 1), request)
-    known = processes.known_process(values, model, transfer, given=record is not None)
-    return gains.tune_gains(method, form, replace(known, robustness=wish), step, target, limits)
+    process = processes.check_process(values, model, transfer, has_record=record is not None)
+    return gains.tune_gains(method, form, replace(process, robustness=robustness), step, target, limits)
 
 
 def _gains_file(
@@ -251,15 +251,15 @@ def check(
     from pidcfg.validate.engine import document_of
 
     doc = document_of(source, name, files, limits)
-    chosen = CheckSettings(comments, [code.upper() for code in select], [code.upper() for code in ignore])
+    settings = CheckSettings(comments, [code.upper() for code in select], [code.upper() for code in ignore])
     if baseline is None:
-        return check_loaded(doc, reader_of(files), chosen)
+        return check_loaded(doc, reader_of(files), settings)
     from pidcfg.validate.baseline import BaselineError
 
     text = source_data(baseline, None, files, limits.listing_bytes + 1)[0].decode("utf-8-sig", "replace")
     folder = baseline.parent.as_posix() if isinstance(baseline, Path) else None
     try:
-        return check_loaded(doc, reader_of(files), replace(chosen, baseline=text, folder=folder))
+        return check_loaded(doc, reader_of(files), replace(settings, baseline=text, folder=folder))
     except BaselineError as error:
         raise ArgumentError(f"`baseline`: {error}", "baseline") from None
 
@@ -282,8 +282,8 @@ def fix(
     from pidcfg.validate.engine import document_of
 
     doc = document_of(source, name, files, limits)
-    most = limits.listing_bytes + 1
-    data = source_data(source, name, files, most)[0] if isinstance(source, Path | str | bytes) else data_of(doc.text)
+    limit = limits.listing_bytes + 1
+    data = source_data(source, name, files, limit)[0] if isinstance(source, Path | str | bytes) else data_of(doc.text)
     fixed = correct_file(data, doc, reader_of(files), lambda d: not codes or d.code in codes)
     return FixResult(doc, fixed.data, fixed.fixed, fixed.remaining)
 
@@ -349,9 +349,9 @@ def encode(
     from pidcfg.validate.engine import check_source
 
     refuse_unknown("format", format, format_names())
-    checked, most = check_source(source, name, files, limits), limits.listing_bytes + 1
-    added_to = None if into is None else source_data(into, into_name, files, most)
-    baseline = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
+    checked, max_bytes = check_source(source, name, files, limits), limits.listing_bytes + 1
+    added_to = None if into is None else source_data(into, into_name, files, max_bytes)
+    baseline = None if changed_from is None else source_data(changed_from, changed_from_name, files, max_bytes)
     plc_map = None
     if map is not None or format == MODBUS:
         from pidcfg.validate.map_files import map_of_source
@@ -389,8 +389,8 @@ def decode(
     if format is not None:
         refuse_unknown("format", format, formats_of(family).FORMATS)
     entries = files_of(source, name, files, limits)
-    other = None if like is None else check_source(like, None, files, limits)
-    return decode_files(entries, family, DecodeOptions(format, other, annotate, pou=pou), options or {}, limits)
+    like_config = None if like is None else check_source(like, None, files, limits)
+    return decode_files(entries, family, DecodeOptions(format, like_config, annotate, pou=pou), options or {}, limits)
 
 
 @check_arguments
@@ -451,12 +451,12 @@ def diff(
 
     refuse_below(1, jobs=jobs)
     family = None if vendor is None else vendor_named(vendor)
-    other = None if like is None else check_source(like, None, files, limits)
+    like_config = None if like is None else check_source(like, None, files, limits)
     before_side, after_side = (
         side_of(source, label, files, limits) for source, label in zip((before, after), names, strict=True)
     )
     result = compare_sides(
-        (before_side[0], after_side[0]), (before_side[1], after_side[1]), DiffOptions(family, other, live), limits
+        (before_side[0], after_side[0]), (before_side[1], after_side[1]), DiffOptions(family, like_config, live), limits
     )
     return with_verdict(result, progress, jobs) if verify and result.ok else result
 
@@ -612,8 +612,8 @@ def report(
     from pidcfg.output.reporting import report_sources
     from pidcfg.validate.engine import document_of
 
-    block = Title(title, project, customer, plant, document, revision, author, date, VERSION)
+    title_block = Title(title, project, customer, plant, document, revision, author, date, VERSION)
     documents = [document_of(source, None, files, limits) for source in sources]
     if not documents:
         raise ArgumentError("`sources` is empty; give a scenario or a configuration", "sources")
-    return report_sources(documents, reader_of(files), block, progress, pictures=pictures, on_disk=files is None)
+    return report_sources(documents, reader_of(files), title_block, progress, pictures=pictures, on_disk=files is None)

@@ -82,17 +82,17 @@ def vendor_options(vendor: Vendor, column: str, options: Mapping[str, object]) -
     return values
 
 
-def refuse_below(least: int, **values: int | None) -> None:
+def refuse_below(minimum: int, **values: int | None) -> None:
     """Raises `ArgumentError` for an argument below a whole number; None is none at all."""
     for name, value in values.items():
-        if value is not None and value < least:
-            range_text = "above 0" if least == 1 else f"from {least} on"
+        if value is not None and value < minimum:
+            range_text = "above 0" if minimum == 1 else f"from {minimum} on"
             raise ArgumentError(f"`{name}` is {value}; write a whole number {range_text}", name)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What the public calls take, by the annotations of their parameters: another type is refused before anything runs.
-# `KINDS` has a row for every annotation; ``| None`` at its end is no part of it.
+# `ANNOTATION_KINDS` has a row for every annotation; ``| None`` at its end is no part of it.
 
 OPTIONAL = " | None"
 PAIR_LENGTH = 2
@@ -124,7 +124,7 @@ def is_flag(value: object) -> bool:
     return isinstance(value, bool)
 
 
-def is_whole(value: object) -> bool:
+def is_integer(value: object) -> bool:
     """A whole number; true and false are none."""
     return isinstance(value, int) and not isinstance(value, bool)
 
@@ -186,9 +186,9 @@ def one_or_list_of(is_kind: Kind) -> Kind:
     return lambda value: is_kind(value) or list_of(is_kind)(value)
 
 
-def is_sources(value: object) -> bool:
+def is_source_map(value: object) -> bool:
     """Files by whole numbers."""
-    return isinstance(value, Mapping) and all(is_whole(key) and is_source(one) for key, one in value.items())
+    return isinstance(value, Mapping) and all(is_integer(key) and is_source(one) for key, one in value.items())
 
 
 def is_optional_text(value: object) -> bool:
@@ -207,13 +207,13 @@ def is_files(value: object) -> bool:
 
 TEXT_KIND, DATA_KIND = "a text", "a pathlib.Path, str or bytes"
 # fmt: off
-KINDS: Mapping[str, tuple[Kind, str]] = {
+ANNOTATION_KINDS: Mapping[str, tuple[Kind, str]] = {
     "str":                           (is_text,                     TEXT_KIND),
     "Form":                          (is_text,                     TEXT_KIND),
     "Model":                         (is_text,                     TEXT_KIND),
     "EngineName":                    (is_text,                     TEXT_KIND),
     "bool":                          (is_flag,                     "True or False"),
-    "int":                           (is_whole,                    "a whole number"),
+    "int":                           (is_integer,                  "a whole number"),
     "float":                         (is_number,                   "a number"),
     "Source":                        (is_source,                   f"{DATA_KIND}, or the document of a result"),
     "Path | str | bytes":            (is_data,                     DATA_KIND),
@@ -224,7 +224,7 @@ KINDS: Mapping[str, tuple[Kind, str]] = {
     "tuple[str | None, str | None]": (pair_of(is_optional_text),   "two texts, or None for one without a name"),
     "tuple[float, float]":           (pair_of(is_number),          "two numbers"),
     "Mapping[str, object]":          (is_mapping,                  "a mapping"),
-    "Mapping[int, Source]":          (is_sources,                  f"a mapping of whole numbers to {DATA_KIND}"),
+    "Mapping[int, Source]":          (is_source_map,               f"a mapping of whole numbers to {DATA_KIND}"),
     "Files":                         (is_files,                    "texts by their names, or a reader"),
     "Limits":                        (is_limits,                   "a pidcfg.text.reader.Limits"),
     "Sink":                          (is_sink,                     "an open text stream"),
@@ -256,7 +256,7 @@ def refuse_types(call: Callable[..., object], args: tuple[object, ...], kwargs: 
         annotation = str(parameter.annotation)
         if value is None and annotation.endswith(OPTIONAL):
             continue
-        is_kind, expected = KINDS[annotation.removesuffix(OPTIONAL)]
+        is_kind, expected = ANNOTATION_KINDS[annotation.removesuffix(OPTIONAL)]
         for argument in value if parameter.kind is parameter.VAR_POSITIONAL else (value,):
             if not is_kind(argument):
                 raise ArgumentTypeError(f"`{name}` is {short(argument)}; give {expected}", name)
@@ -277,8 +277,8 @@ def files_of(
     names = [name] * len(sources) if name is None or isinstance(name, str) else list(name)
     if not sources or len(names) != len(sources):
         raise ArgumentError("`source` and `name` are lists of the same length, and not empty", "source", "name")
-    most_bytes = limits.listing_bytes + 1
-    return [source_data(one, label, files, most_bytes) for one, label in zip(sources, names, strict=True)]
+    max_bytes = limits.listing_bytes + 1
+    return [source_data(one, label, files, max_bytes) for one, label in zip(sources, names, strict=True)]
 
 
 # --- What every public call does first: it refuses arguments of other types, and sets decimals as it needs them -------

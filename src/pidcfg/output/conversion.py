@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 SignalState = float | str | bool
 """What a signal shows."""
-SEVERAL_LINES = "of the values that the report says were written"
+SEVERAL_LINES_NOTE = "of the values that the report says were written"
 """Why two sides differ where no line alone does it."""
 
 
@@ -57,7 +57,7 @@ def verified_data(loop: VerifiedLoop) -> Data:
 
 
 def _line_data(line: Change | None) -> Data:
-    return {"line": None, "note": SEVERAL_LINES} if line is None else {"line": line.field, "note": line.note}
+    return {"line": None, "note": SEVERAL_LINES_NOTE} if line is None else {"line": line.field, "note": line.note}
 
 
 def _difference_data(difference: SignalDifference) -> Data:
@@ -66,13 +66,13 @@ def _difference_data(difference: SignalDifference) -> Data:
         "stage": difference.stage,
         "signal": difference.signal,
         "at": round(difference.at, 6),
-        "from": _rounded(difference.before),
-        "to": _rounded(difference.after),
+        "from": _round_value(difference.before),
+        "to": _round_value(difference.after),
         "percent": worst,
     }
 
 
-def _rounded(value: SignalState) -> SignalState:
+def _round_value(value: SignalState) -> SignalState:
     return value if isinstance(value, bool | str) else float(f"{value:.10g}")
 
 
@@ -83,7 +83,7 @@ LOOP_ITEM = "  - "
 """How a loop begins in a file that pidcfg writes."""
 
 
-def comment_of(line: str, known: Collection[str] = ()) -> str | None:
+def comment_of(line: str, ignored: Collection[str] = ()) -> str | None:
     """The comment of a line; None: there is none, or it is a known one.
 
     One behind a value speaks of that key and value, which another vendor writes otherwise: they come along.
@@ -93,20 +93,20 @@ def comment_of(line: str, known: Collection[str] = ()) -> str | None:
     if start is None:
         return None
     text, value = line[start + 1 :].strip(), " ".join(line[:start].split()).removeprefix("- ")
-    if text in known:
+    if text in ignored:
         return None
     return f"{value}  # {text}" if value and text else text
 
 
-def split_comments(doc: Document, loops: int, known: Collection[str] = ()) -> tuple[list[str], list[list[str]]]:
-    """The comments above the loops, and those of each loop: before it, and behind its values; ``known`` stay behind."""
+def split_comments(doc: Document, loops: int, ignored: Collection[str] = ()) -> tuple[list[str], list[list[str]]]:
+    """The comments above the loops, and those of each loop: before it, and behind its values; not the ``ignored``."""
     lines = doc.lines
     starts = [_first_line(doc, lines, i) for i in range(loops)]
     texts: list[list[str]] = []
     for i, start in enumerate(starts):
         end = starts[i + 1] if i + 1 < loops else len(lines)
-        texts.append(_comments_of(lines[start:end], known))
-    return _comments_of(lines[: starts[0]] if starts else lines, known), texts
+        texts.append(_comments_of(lines[start:end], ignored))
+    return _comments_of(lines[: starts[0]] if starts else lines, ignored), texts
 
 
 def _first_line(doc: Document, lines: list[str], loop: int) -> int:
@@ -117,8 +117,8 @@ def _first_line(doc: Document, lines: list[str], loop: int) -> int:
     return line
 
 
-def _comments_of(lines: list[str], known: Collection[str]) -> list[str]:
-    return [text for line in lines if (text := comment_of(line, known))]
+def _comments_of(lines: list[str], ignored: Collection[str]) -> list[str]:
+    return [text for line in lines if (text := comment_of(line, ignored))]
 
 
 def insert_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
@@ -320,10 +320,10 @@ def refused_loops(outcome: Converted, result: Checked) -> dict[int, str]:
     """The loops that the target's own rules refuse, by their places in the source; empty: it is no loop's fault."""
     refused: dict[int, str] = {}
     for finding in errors_in(result.findings):
-        top, *below = finding.path or ("",)
-        if top != "loops" or not below or not isinstance(below[0], int):
+        top, *rest = finding.path or ("",)
+        if top != "loops" or not rest or not isinstance(rest[0], int):
             return {}
-        refused.setdefault(outcome.source_places[below[0]], f"{finding.code}: {finding.message}")
+        refused.setdefault(outcome.source_places[rest[0]], f"{finding.code}: {finding.message}")
     return refused
 
 

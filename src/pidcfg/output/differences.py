@@ -372,12 +372,12 @@ def _with_states(
     if subjects[0].vendor is not subjects[1].vendor:
         partners = {one[i]: two[j] for i, j in match_loops(one, two) if i is not None and j is not None}
     states: dict[str, list[State]] = {}
-    is_several = all(subject.reading for subject in subjects)
+    both_listings = all(subject.reading for subject in subjects)
     for i, (subject, other) in enumerate((subjects, reversed(subjects))):
         for owner, state in states_of(subject, other):
             for name in [owner] if owner else (one, two)[i]:
                 row = name if i else partners.get(name, name)
-                states.setdefault(row, []).append(replace(state, side=names[i] if is_several else ""))
+                states.setdefault(row, []).append(replace(state, side=names[i] if both_listings else ""))
     unchanged = [Compared(name, "same") for name in states if name not in {row.loop for row in rows}]
     yield from (row.with_states(tuple(states.get(row.loop, ()))) for row in (*rows, *unchanged))
 

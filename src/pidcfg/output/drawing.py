@@ -103,10 +103,10 @@ def charts_of(result: Any, loops: Collection[str] = ()) -> list[Chart]:
     """The charts of a result, of these ``loops`` alone; raises `ArgumentError` where it has none, or lacks a loop."""
     all_charts = _all_charts(result)
     if not all_charts:
-        raise ArgumentError(f"`result` has nothing to be drawn: {_why_none(result)}", "result")
-    known = list(dict.fromkeys(chart.loop for chart in all_charts))
-    if unknown := [loop for loop in loops if loop not in known]:
-        raise ArgumentError(f"`loops` has {unknown[0]!r}; there are {', '.join(known)}", "loops")
+        raise ArgumentError(f"`result` has nothing to be drawn: {_no_charts_reason(result)}", "result")
+    drawn_loops = list(dict.fromkeys(chart.loop for chart in all_charts))
+    if unknown := [loop for loop in loops if loop not in drawn_loops]:
+        raise ArgumentError(f"`loops` has {unknown[0]!r}; there are {', '.join(drawn_loops)}", "loops")
     return [chart for chart in all_charts if not loops or chart.loop in loops]
 
 
@@ -123,7 +123,7 @@ def _all_charts(result: Any) -> list[Chart]:
     return [loop.chart for loop in getattr(result, "verified", None) or ()]
 
 
-def _why_none(result: Any) -> str:
+def _no_charts_reason(result: Any) -> str:
     if isinstance(result, SimulateResult | CertifyResult):
         return "it has not run; see `findings`" if not _has_run(result) else "run it with record=True"
     if hasattr(result, "verified"):

@@ -50,7 +50,7 @@ def finding_data(d: Diagnostic) -> Data:
     }
 
 
-def one_or_several(name: str, rows: Sequence[Data]) -> Data:
+def scenarios_data(name: str, rows: Sequence[Data]) -> Data:
     """The public layout, version 1, of scenarios: the object of one alone, a list of several under ``name``."""
     if len(rows) == 1:
         return {"version": 1, **rows[0]}

@@ -76,7 +76,7 @@ class TuneResult:
     """What holds on which plants, of gains by the method robust."""
     written: RetunedFile | None = None
     """The configuration with the gains in one of its loops, where one was given."""
-    around: LoopConditions | None = None
+    conditions: LoopConditions | None = None
     """What of that loop the gains are made for."""
     forecast: Forecast | None = None
     """What its words do on the process."""
@@ -123,8 +123,8 @@ class TuneResult:
             data["for"] = self.vendor.to_json()
         if self.written is not None:
             data["written"] = self.written.to_json()
-        if self.forecast is not None and self.around is not None:
-            data["loop"] = asdict(self.around)
+        if self.forecast is not None and self.conditions is not None:
+            data["loop"] = asdict(self.conditions)
             data["forecast"] = self.forecast.to_json()
         return data
 
@@ -183,7 +183,7 @@ def _identified_data(fit: Identification) -> Data:
 def tune_gains(
     method: str,
     form: Form | None,
-    known: KnownProcess,
+    facts: KnownProcess,
     step: tuple[bytes, str, Request] | None,
     target: Target,
     limits: Limits,
@@ -192,35 +192,35 @@ def tune_gains(
 
     The step tells gain, time constant and dead time.
     """
-    fit = record = around = None
+    fit = record = conditions = None
     if step is not None:
-        known, fit, record = _use_record(method, known, step, limits)
+        facts, fit, record = _use_record(method, facts, step, limits)
     if target.file is not None:
         target.refuse_ranges()
-        known, around = _use_loop(known, target, target.file, limits)
-    if known.robustness is None:
+        facts, conditions = _use_loop(facts, target, target.file, limits)
+    if facts.robustness is None:
         target.refuse_ranges()
-        result = replace(compute_gains(method, form, known), identified=fit, record=record)
+        result = replace(compute_gains(method, form, facts), identified=fit, record=record)
     else:
         from pidcfg.output.robust import search_gains
 
-        search = search_gains(METHODS[method], form, known, fit, target, limits)
+        search = search_gains(METHODS[method], form, facts, fit, target, limits)
         target = search.target
-        result = replace(_search_result(METHODS[method], known, search), identified=fit, record=record)
+        result = replace(_search_result(METHODS[method], facts, search), identified=fit, record=record)
     if fit is not None:
         result = replace(result, warnings=(*result.warnings, *fit.cautions))
-    if target.file is None or around is None:
+    if target.file is None or conditions is None:
         vendor_gains = target.vendor_gains(result.gains, heating=result.heating)
         warnings = (
-            *target.warn_of_sampling(known.numbers.get("sample_time")),
+            *target.warn_of_sampling(facts.numbers.get("sample_time")),
             *warn_of_unit(target.vendor, vendor_gains),
         )
         return replace(result, vendor=vendor_gains, warnings=(*result.warnings, *warnings))
-    return _put_into_loop(result, target, target.file, around, limits, "" if step is None else step[1])
+    return _put_into_loop(result, target, target.file, conditions, limits, "" if step is None else step[1])
 
 
 def _use_record(
-    method: str, known: KnownProcess, step: tuple[bytes, str, Request], limits: Limits
+    method: str, facts: KnownProcess, step: tuple[bytes, str, Request], limits: Limits
 ) -> tuple[KnownProcess, Identification, Record]:
     """What is known, with the numbers that a recorded step tells."""
     from pidcfg.tuning.identify import identify_record
@@ -234,13 +234,13 @@ def _use_record(
             f"for one that settles: use {', '.join(names[:-1])} or {names[-1]} ({'; '.join(fit.remarks)})"
         )
     for key in IDENTIFIED_NUMBERS:
-        if key in known.numbers:
+        if key in facts.numbers:
             raise ArgumentError(f"`{key}` and `record` do not go together", key, "record")
     identified = [key for key in IDENTIFIED_NUMBERS if not (fit.integrating and key == "time_constant")]
     identified += ["second_time_constant"] if fit.process.second_time_constant else []
-    numbers = {**{key: getattr(fit.process, key) for key in identified}, **known.numbers}
-    known = replace(known, numbers=numbers, model="integrating" if fit.integrating else None)
-    return known, fit, record
+    numbers = {**{key: getattr(fit.process, key) for key in identified}, **facts.numbers}
+    facts = replace(facts, numbers=numbers, model="integrating" if fit.integrating else None)
+    return facts, fit, record
 
 
 def _record_scale(result: TuneResult, name: str) -> RecordScale | None:
@@ -254,25 +254,25 @@ def _record_scale(result: TuneResult, name: str) -> RecordScale | None:
 
 
 def _put_into_loop(
-    result: TuneResult, target: Target, into: GainsFile, around: LoopConditions, limits: Limits, recorded: str
+    result: TuneResult, target: Target, file: GainsFile, conditions: LoopConditions, limits: Limits, record_name: str
 ) -> TuneResult:
     """The result with the file that has the gains in a loop, and what its words do on the process.
 
-    ``recorded``: the name of the record, if it is of one.
+    ``record_name``: the name of the record, if it is of one.
     """
     from pidcfg.output.retune import forecast_words, retune_loop
 
-    written, values = retune_loop(result.gains, target, into, limits, heating=result.heating)
+    written, values = retune_loop(result.gains, target, file, limits, heating=result.heating)
     plant = result.plant
     if plant is not None and not result.heating:
         plant = replace(plant, gain=-plant.gain)
-    forecast = forecast_words(written, around, plant, result.gains, _record_scale(result, recorded))
+    forecast = forecast_words(written, conditions, plant, result.gains, _record_scale(result, record_name))
     judgement = result.judgement if forecast.why else replace(result.judgement, answer=forecast.answer)
     return replace(
         result,
         written=written,
         vendor=gains_as_held(written.vendor, values, heating=result.heating),
-        around=around,
+        conditions=conditions,
         forecast=forecast,
         judgement=judgement,
         warnings=(*result.warnings, *forecast.warnings()),
@@ -280,64 +280,64 @@ def _put_into_loop(
 
 
 def _use_loop(
-    known: KnownProcess, target: Target, into: GainsFile, limits: Limits
+    facts: KnownProcess, target: Target, file: GainsFile, limits: Limits
 ) -> tuple[KnownProcess, LoopConditions]:
     """What is known, with the sample time and the PV filter of the loop that is to have the gains."""
     from pidcfg.output.retune import LoopConditions, loop_tuning
 
-    around = LoopConditions.of(loop_tuning(target, into, limits)[1])
-    if around.sample_time is None or known.robustness is not None:
-        return known, around
-    numbers = known.numbers
-    refuse_other_sample_time(numbers.get("sample_time"), around.sample_time, into.name)
-    if "dead_time" in numbers or known.transfer is not None:
-        numbers = {**numbers, "sample_time": around.sample_time}
-    return replace(known, numbers=numbers, filter_time=around.filter_time), around
+    conditions = LoopConditions.of(loop_tuning(target, file, limits)[1])
+    if conditions.sample_time is None or facts.robustness is not None:
+        return facts, conditions
+    numbers = facts.numbers
+    refuse_other_sample_time(numbers.get("sample_time"), conditions.sample_time, file.name)
+    if "dead_time" in numbers or facts.transfer is not None:
+        numbers = {**numbers, "sample_time": conditions.sample_time}
+    return replace(facts, numbers=numbers, filter_time=conditions.filter_time), conditions
 
 
-def _search_result(method: Method, known: KnownProcess, search: SearchResult) -> TuneResult:
+def _search_result(method: Method, facts: KnownProcess, search: SearchResult) -> TuneResult:
     """The result of a search, beside its judgement by the continuous loop on the process itself."""
-    gains = search.robust.found.result.gains
+    gains = search.robust.tuning.result.gains
     judgement = judge_gains(method, search.form, gains, search.process)
-    notes = (*warnings_of_authors(search.process), *warnings_of_sensitivity(search.robust.found.result.ms))
+    notes = (*warnings_of_authors(search.process), *warnings_of_sensitivity(search.robust.tuning.result.ms))
     plant = transfer_of(replace(search.process, sample_time=0.0))
     return TuneResult(
-        method, search.form, known.numbers, gains, search.model, judgement, notes, robust=search.robust, plant=plant
+        method, search.form, facts.numbers, gains, search.model, judgement, notes, robust=search.robust, plant=plant
     )
 
 
-def compute_gains(name: str, form: Form | None, known: KnownProcess) -> TuneResult:
+def compute_gains(name: str, form: Form | None, facts: KnownProcess) -> TuneResult:
     """The result of a rule; raises `ArgumentError` where a number is missing, `TuningError` beyond the rule's range."""
     method = METHODS[name]
     if form is not None and form not in method.forms:
         raise ArgumentError(f"{name} has no rule for {form}; it has {' and '.join(method.forms)}")
-    known = reduce_transfer(method, form, known)
-    model = model_of(method, known)
-    refuse_missing(method, known.numbers, model)
-    numbers, unfiltered = known.numbers, process_of(known.numbers, model)
-    process = filtered_process(unfiltered, known.filter_time) if method.of_ultimate is None else unfiltered
+    facts = reduce_transfer(method, form, facts)
+    model = model_of(method, facts)
+    refuse_missing(method, facts.numbers, model)
+    numbers, unfiltered = facts.numbers, process_of(facts.numbers, model)
+    process = filtered_process(unfiltered, facts.filter_time) if method.of_ultimate is None else unfiltered
     cycle = Cycle(numbers.get("ultimate_gain", 0.0), numbers.get("ultimate_period", 0.0))
-    chosen, gains = _gains_of_form(method, form, process, cycle)
+    chosen_form, gains = _gains_of_form(method, form, process, cycle)
     if method.of_ultimate is None:
-        plant: Transfer | None = known.transfer or transfer_of(replace(unfiltered, sample_time=0.0))
-        filtered_plant = known.transfer
-        if plant is not None and known.filter_time:
-            filtered_plant = replace(plant, poles=(*plant.poles, known.filter_time))
-        judgement = judge_gains(method, chosen, gains, process, filtered_plant)
+        plant: Transfer | None = facts.transfer or transfer_of(replace(unfiltered, sample_time=0.0))
+        filtered_plant = facts.transfer
+        if plant is not None and facts.filter_time:
+            filtered_plant = replace(plant, poles=(*plant.poles, facts.filter_time))
+        judgement = judge_gains(method, chosen_form, gains, process, filtered_plant)
         warnings = (*warnings_of_authors(process), *judgement.warnings())
-        return TuneResult(method, chosen, numbers, gains, model, judgement, warnings, plant=plant)
+        return TuneResult(method, chosen_form, numbers, gains, model, judgement, warnings, plant=plant)
     cycle_process = process_of_cycle(abs(numbers["gain"]), cycle) if "gain" in numbers else None
-    judgement = judge_gains(method, chosen, gains, cycle_process)
+    judgement = judge_gains(method, chosen_form, gains, cycle_process)
     plant = None if cycle_process is None else transfer_of(cycle_process)
-    return TuneResult(method, chosen, numbers, gains, None, judgement, tuple(judgement.warnings()), plant=plant)
+    return TuneResult(method, chosen_form, numbers, gains, None, judgement, tuple(judgement.warnings()), plant=plant)
 
 
 def _gains_of_form(method: Method, form: Form | None, process: Process, cycle: Cycle) -> tuple[Form, Gains]:
     """The gains of a form, or of the first from PID down that the rule has for this process."""
     *earlier, last = (form,) if form else tuple(f for f in FORMS if f in method.forms)
-    for chosen in earlier:
+    for chosen_form in earlier:
         try:
-            return chosen, method.gains(chosen, process, cycle)
+            return chosen_form, method.gains(chosen_form, process, cycle)
         except ValueError:
             continue
     try:

@@ -13,7 +13,7 @@ from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.findings import errors_in, findings_data, short_repr
-from pidcfg.output.retune import number_as_written
+from pidcfg.output.retune import format_like
 from pidcfg.schemas.base import number_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Plant, Scenario
@@ -87,7 +87,7 @@ class HeldNumber:
         """How the file says a number that the register holds, in the unit that stands there; 0 is switched off."""
         if not value and self.part != "gain":
             return self.loop.off_texts[0 if self.part == "integral" else 1]
-        return number_as_written(self.text, value, self.unit, self.hold)
+        return format_like(self.text, value, self.unit, self.hold)
 
     @property
     def _name(self) -> str:
@@ -96,8 +96,8 @@ class HeldNumber:
     def to_json(self) -> Data:
         """Its place and its numbers."""
         numbers = {key: getattr(self, key) for key in ("value", "low", "high", "step")}
-        plain = {key: None if number is None else float(number) for key, number in numbers.items()}
-        return {"part": self.part, "path": self.path, "key": self.key, "unit": self.unit, "text": self.text, **plain}
+        floats = {key: None if number is None else float(number) for key, number in numbers.items()}
+        return {"part": self.part, "path": self.path, "key": self.key, "unit": self.unit, "text": self.text, **floats}
 
 
 @frozen
@@ -175,25 +175,25 @@ def _loops_gains(checked: Checked, loaded: LoadedScenario | None = None) -> tupl
             if tuning.current_values == (None, None, None) and tuning.obstacle
             else _held_numbers(checked.document, model, i, tuning)
         )
-        robust: Margins | None = None
+        loop_margins: Margins | None = None
         why = "" if loaded is None or loaded.scenario is None else tuning.obstacle
         if not why and loaded is not None and loaded.scenario is not None:
-            robust, why = _loop_margins(tuning, loaded.scenario, axes.get(loop.name), loop.name)
-        loops.append(LoopGains(loop.name, numbers, robust, why))
+            loop_margins, why = _loop_margins(tuning, loaded.scenario, axes.get(loop.name), loop.name)
+        loops.append(LoopGains(loop.name, numbers, loop_margins, why))
     return tuple(loops)
 
 
 def _held_numbers(document: Document, model: type[BaseModel], i: int, tuning: LoopTuning) -> tuple[HeldNumber, ...]:
     """The three numbers of a loop."""
     numbers = []
-    for part, name, unit, now in zip(PARTS, tuning.words.names, tuning.units(), tuning.current_values, strict=True):
+    for part, name, unit, current in zip(PARTS, tuning.words.names, tuning.units(), tuning.current_values, strict=True):
         key, limits = tuning.words.key(name), tuning.words.limits(model, name)
         path = ("loops", i, *parse_path(key))
         text = value_at(document.data, path)
         ends = (None, None) if limits is None else (limits.low, limits.high)
         low, high = (None if end is None else number_of(end) for end in ends)
         step, written = tuning.words.step(name), None if text is None else str(text)
-        numbers.append(HeldNumber(part, dotted_text(path), key, unit, written, now, low, high, step, tuning))
+        numbers.append(HeldNumber(part, dotted_text(path), key, unit, written, current, low, high, step, tuning))
     return tuple(numbers)
 
 
@@ -234,16 +234,16 @@ def _loop_margins(tuning: LoopTuning, scenario: Scenario, axes: Axes | None, loo
 
 def _plant_transfer(plant: Plant) -> Transfer | None:
     """A plant of lags, or an integrator; None: another one."""
-    gain, dead = float(plant.gain), float(plant.dead_time)
+    gain, dead_time = float(plant.gain), float(plant.dead_time)
     if not is_usable(gain):
         return None
     lag = float(plant.time_constant or 0)
     if plant.model == "first_order" and lag:
-        return Transfer(gain, (), (lag,), 0, dead)
+        return Transfer(gain, (), (lag,), 0, dead_time)
     if plant.model == "second_order" and plant.time_constants is not None:
-        return Transfer(gain, (), tuple(float(time) for time in plant.time_constants), 0, dead)
+        return Transfer(gain, (), tuple(float(time) for time in plant.time_constants), 0, dead_time)
     if plant.model == "integrator":
-        return Transfer(gain, (), (), 1, dead)
+        return Transfer(gain, (), (), 1, dead_time)
     return None
 
 

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from pidcfg.pictures import Chart
     from pidcfg.text.diagnostics import Diagnostic
 
-MOST_ROWS = 200
+MAX_ROWS = 200
 """Of a table, before the rest is counted."""
-LEFT_STYLE = "<style>.pidcfg td,.pidcfg th{text-align:left!important;vertical-align:top}</style>"
+LEFT_ALIGN_STYLE = "<style>.pidcfg td,.pidcfg th{text-align:left!important;vertical-align:top}</style>"
 """Notebooks put everything in a cell of a table to its right end, sentences too."""
 FRAME_STYLE = "width:100%;border:0"
 HEAD_HEIGHT, PICTURE_HEIGHT, PANEL_HEIGHT, STRIP_HEIGHT, NOTE_HEIGHT = 90, 225, 125, 22, 18
@@ -34,10 +34,10 @@ def table_html(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """A table of texts; of very many rows some."""
     cells = [[cell_html(value) for value in row] for row in rows]
     head = "".join(f"<th>{cell_html(column)}</th>" for column in columns)
-    lines = "".join(f"<tr>{''.join(f'<td>{value}</td>' for value in row)}</tr>" for row in cells[:MOST_ROWS])
-    more = f"<p>{len(cells) - MOST_ROWS} more rows</p>" if len(cells) > MOST_ROWS else ""
+    lines = "".join(f"<tr>{''.join(f'<td>{value}</td>' for value in row)}</tr>" for row in cells[:MAX_ROWS])
+    more = f"<p>{len(cells) - MAX_ROWS} more rows</p>" if len(cells) > MAX_ROWS else ""
     rows_html = f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>{more}"
-    return f'<div class="pidcfg">{LEFT_STYLE}{rows_html}</div>' if cells else ""
+    return f'<div class="pidcfg">{LEFT_ALIGN_STYLE}{rows_html}</div>' if cells else ""
 
 
 def heading_html(title: str, text: str) -> str:
@@ -78,14 +78,14 @@ def differences_html(result: Any) -> str:
         rows += [
             (loop.loop, d.risk, d.key or d.field, d.before, f"{d.after} {d.unit}", d.address) for d in loop.differences
         ]
-        rows += [(loop.loop, loop.status, "", "", "", "")] if _stands_alone(loop) else []
+        rows += [(loop.loop, loop.status, "", "", "", "")] if _has_status_only(loop) else []
     verdict = "the same" if result.same else ""
     return heading_html(f"{result.before} → {result.after}", verdict) + table_html(
         ("loop", "risk", "key", "before", "after", "register"), rows
     )
 
 
-def _stands_alone(loop: Any) -> bool:
+def _has_status_only(loop: Any) -> bool:
     return loop.status in {"added", "removed", "renamed", "moved"} and not (loop.states or loop.differences)
 
 

@@ -63,19 +63,19 @@ def held_words(checked: Checked) -> Iterator[Held]:
             if point.path is not None:
                 yield _register_of(encoding.space, block, point)
     data = checked.document.data or {}
-    places: dict[str, Path] = {
+    paths_by_name: dict[str, Path] = {
         str(item.get(NAME)): (section, i)
         for section in (LOOPS, "blocks")
         for i, item in enumerate(data.get(section) or ())
         if isinstance(item, dict)
     }
     for entry in encoding.entries:
-        place = places.get(entry.address.removesuffix(f".{entry.field}"))
-        if place is not None:
+        item_path = paths_by_name.get(entry.address.removesuffix(f".{entry.field}"))
+        if item_path is not None:
             content = entry.raw.text if isinstance(entry.raw, Wire) else content_text(entry.type, entry.raw)
             row = _parameters_of(checked.vendor).get(entry.field)
             title_and_basis = (row.title, str(row.basis or "")) if row is not None else ("", "")
-            path = (*place, *parse_path(entry.field))
+            path = (*item_path, *parse_path(entry.field))
             yield Held(path, entry.device or entry.address, content, None, entry.loop or "", *title_and_basis)
 
 
@@ -160,8 +160,8 @@ def loops_of(doc: Document) -> list[LoopPlace]:
             path = (LOOPS, i, NAME)
             entry = doc.root.child(LOOPS)
             node = entry[1].child(i) if entry is not None else None
-            last = doc.locate(path).line if node is None else _last_line(node[1])
-            places.append(LoopPlace(name, doc.locate(path), path, last))
+            last_line = doc.locate(path).line if node is None else _last_line(node[1])
+            places.append(LoopPlace(name, doc.locate(path), path, last_line))
     return places
 
 
@@ -177,13 +177,13 @@ def configuration_of(doc: Document, reader: Reader) -> Document | None:
     name = (doc.data or {}).get(CONFIG)
     if not isinstance(name, str):
         return None
-    place = reader.resolve(doc.file, name)
+    path = reader.resolve(doc.file, name)
     try:
-        data = read_other(reader, place, doc.limits.listing_bytes + 1)
+        data = read_other(reader, path, doc.limits.listing_bytes + 1)
     except (OSError, ValueError):
         return None
-    other = read_document(data, place, doc.limits)
-    return other if is_configuration(other) else None
+    config = read_document(data, path, doc.limits)
+    return config if is_configuration(config) else None
 
 
 def references(doc: Document, names: Collection[str]) -> list[Reference]:
@@ -191,30 +191,30 @@ def references(doc: Document, names: Collection[str]) -> list[Reference]:
     if doc.data is None or not names:
         return []
     alternatives = "|".join(map(re.escape, sorted(names, key=len, reverse=True)))
-    word = re.compile(rf"(?<![\w.\-/#])(?:{alternatives})(?![\w\-/#])")
-    unique = {reference.span: reference for reference in _references_below(doc, doc.data, doc.root, (), word)}
+    pattern = re.compile(rf"(?<![\w.\-/#])(?:{alternatives})(?![\w\-/#])")
+    unique = {reference.span: reference for reference in _iter_references(doc, doc.data, doc.root, (), pattern)}
     return sorted(unique.values(), key=lambda reference: reference.span)
 
 
-def _references_below(
-    doc: Document, data: object, node: Node, above: Path, word: re.Pattern[str]
+def _iter_references(
+    doc: Document, data: object, node: Node, path: Path, pattern: re.Pattern[str]
 ) -> Iterator[Reference]:
     if isinstance(data, dict) and isinstance(node.children, dict):
         for key, value in data.items():
-            event, below = node.children.get(key, (None, None))
+            event, child = node.children.get(key, (None, None))
             if event is not None:
                 yield from _references_in_text(
-                    doc, key, span_of(event), (*above, key), word, whole=_path_keys(above) in LOOP_MAPPINGS
+                    doc, key, span_of(event), (*path, key), pattern, allow_bare=_path_keys(path) in LOOP_MAPPINGS
                 )
-            if below is not None and key not in OTHER_KEYS:
-                yield from _references_below(doc, value, below, (*above, key), word)
+            if child is not None and key not in OTHER_KEYS:
+                yield from _iter_references(doc, value, child, (*path, key), pattern)
     elif isinstance(data, list) and isinstance(node.children, list):
-        for i, (value, below) in enumerate(zip(data, node.children, strict=False)):
-            yield from _references_below(doc, value, below, (*above, i), word)
-    elif isinstance(data, str) and above:
-        names = _path_keys(above)
+        for i, (value, child) in enumerate(zip(data, node.children, strict=False)):
+            yield from _iter_references(doc, value, child, (*path, i), pattern)
+    elif isinstance(data, str) and path:
+        names = _path_keys(path)
         whole = bool(names) and (names[-1] in LOOP_KEYS or names[0] == CONNECT or names in LOOP_LISTS)
-        yield from _references_in_text(doc, data, node.span, above, word, whole=whole and names != (NAME,))
+        yield from _references_in_text(doc, data, node.span, path, pattern, allow_bare=whole and names != (NAME,))
 
 
 def _path_keys(path: Path) -> tuple[str, ...]:
@@ -223,24 +223,24 @@ def _path_keys(path: Path) -> tuple[str, ...]:
 
 
 def _references_in_text(
-    doc: Document, text: str, span: Span, path: Path, word: re.Pattern[str], *, whole: bool
+    doc: Document, text: str, span: Span, path: Path, pattern: re.Pattern[str], *, allow_bare: bool
 ) -> Iterator[Reference]:
     """The names in a key or a value, where it is written in one line as it reads.
 
-    ``whole``: a loop's name means the loop there; elsewhere only one of its parameters does, ``TIC_1.MV``.
+    ``allow_bare``: a loop's name means the loop there; elsewhere only one of its parameters does, ``TIC_1.MV``.
     """
     if span.line != span.end_line:
         return
-    row = doc.lines[span.line - 1]
-    start = row.find(text, span.column - 1, span.end_column - 1)
+    line = doc.lines[span.line - 1]
+    start = line.find(text, span.column - 1, span.end_column - 1)
     if start < 0:
         return
     defines = len(path) == 3 and path[0] == LOOPS and path[2] == NAME
-    for match in word.finditer(text):
+    for match in pattern.finditer(text):
         of_parameter = text[match.end() : match.end() + 1] == "."
-        if (whole or of_parameter) and (not defines or match.group() == text):
-            place = Span(span.line, start + match.start() + 1, span.line, start + match.end() + 1)
-            yield Reference(match.group(), doc.file, place, path, defines)
+        if (allow_bare or of_parameter) and (not defines or match.group() == text):
+            name_span = Span(span.line, start + match.start() + 1, span.line, start + match.end() + 1)
+            yield Reference(match.group(), doc.file, name_span, path, defines)
 
 
 # --- A loop under another name, in every file that names it: all of them or none --------------------------------------

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 # --- What is said of a process: its numbers, kind or transfer function, and what a rule still needs of them -----------
 
-DEFAULT_MS, LEAST_MS, MOST_MS = 1.6, 1.1, 3.0
+DEFAULT_MS, MIN_MS, MAX_MS = 1.6, 1.1, 3.0
 """Of the maximum sensitivity: below, next to nothing is left of the controller; above, the loop hardly settles."""
-MOST_SAMPLES = 100_000
+MAX_SAMPLES = 100_000
 PROCESS_NUMBERS = ("gain", "time_constant", "second_time_constant", "dead_time")
 """Numbers that a transfer function stands for."""
 
@@ -70,41 +70,41 @@ class Robustness:
     """Of `certify`, which confirms the gains; 0: it does not."""
 
 
-def robustness_of(vary: str | None, ms: float | None, samples: int, *, given: bool) -> Robustness | None:
+def robustness_of(vary: str | None, ms: float | None, samples: int, *, is_robust: bool) -> Robustness | None:
     """What is asked of robust gains; None for other methods, which raise `ArgumentError` where something is."""
     for name, value in (("vary", vary), ("ms", ms)):
-        if value is not None and not given:
+        if value is not None and not is_robust:
             raise ArgumentError(f"`{name}` is for the method robust", name)
     limit = DEFAULT_MS if ms is None else as_float(ms)
-    if not LEAST_MS <= limit <= MOST_MS:
-        raise ArgumentError(f"`ms`: {limit:g}; write a number from {LEAST_MS:g} to {MOST_MS:g}, such as 1.6", "ms")
-    if not 0 <= samples <= MOST_SAMPLES:
-        raise ArgumentError(f"`samples` is {samples}; write a whole number from 0 to {MOST_SAMPLES}", "samples")
-    return Robustness(vary, limit, samples) if given else None
+    if not MIN_MS <= limit <= MAX_MS:
+        raise ArgumentError(f"`ms`: {limit:g}; write a number from {MIN_MS:g} to {MAX_MS:g}, such as 1.6", "ms")
+    if not 0 <= samples <= MAX_SAMPLES:
+        raise ArgumentError(f"`samples` is {samples}; write a whole number from 0 to {MAX_SAMPLES}", "samples")
+    return Robustness(vary, limit, samples) if is_robust else None
 
 
 def record_request(
-    columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool
+    columns: str | None, rest: float | None, start: str | None, until: str | None, *, has_record: bool
 ) -> Request:
     """What is said of a record; raises `ArgumentError` where there is none, or for an output that is no number."""
     given_options = {"columns": columns, "rest": rest, "start": start, "until": until}
     for name, value in given_options.items():
-        if value is not None and not given:
+        if value is not None and not has_record:
             raise ArgumentError(f"`{name}` is for `record`", name, "record")
     if rest is not None and not abs(as_float(rest)) <= LARGEST:
         raise ArgumentError(f"`rest`: {rest:g}; write the output before the record", "rest")
     return Request(columns, None if rest is None else float(rest), start, until)
 
 
-def known_process(
-    numbers: Mapping[str, float], model: Model | None, transfer: str | None, *, given: bool
+def check_process(
+    numbers: Mapping[str, float], model: Model | None, transfer: str | None, *, has_record: bool
 ) -> KnownProcess:
     """What is said of the process.
 
     Raises `ArgumentError` for what does not go together, `TuningError` for a transfer function that cannot be read.
     """
     for name, value in (("model", model), ("transfer", transfer)):
-        if value is not None and given:
+        if value is not None and has_record:
             raise ArgumentError(f"`{name}` and `record` do not go together", name, "record")
     if transfer is None:
         return KnownProcess(numbers, model)
@@ -139,15 +139,15 @@ def as_float(value: float) -> float:
         return inf
 
 
-SAME_TIME_SHARE = 0.01
+SAMPLE_TIME_TOLERANCE = 0.01
 """Relative difference of two sample times that count as one."""
 
 
-def refuse_other_sample_time(stated: float | None, loop_time: float, file: str | None) -> None:
+def refuse_other_sample_time(given_time: float | None, loop_time: float, file: str | None) -> None:
     """Raises `ArgumentError` for a sample time that is not the loop's own."""
-    if stated is not None and abs(stated - loop_time) > SAME_TIME_SHARE * stated:
+    if given_time is not None and abs(given_time - loop_time) > SAMPLE_TIME_TOLERANCE * given_time:
         prefix = "" if file is None else f"{file}: "
-        message = f"`sample_time` is {stated:g} s, and {prefix}the loop samples every {loop_time:g} s: leave it out"
+        message = f"`sample_time` is {given_time:g} s, and {prefix}the loop samples every {loop_time:g} s: leave it out"
         raise ArgumentError(message, "sample_time")
 
 
@@ -163,26 +163,26 @@ def filtered_process(process: Process, filter_time: float) -> Process:
     return replace(reduced, sample_time=process.sample_time, closed_loop=process.closed_loop)
 
 
-def reduce_transfer(method: Method, form: Form | None, known: KnownProcess) -> KnownProcess:
+def reduce_transfer(method: Method, form: Form | None, facts: KnownProcess) -> KnownProcess:
     """With the numbers of the process that a transfer function is reduced to by the half rule."""
-    if known.transfer is None:
-        return known
+    if facts.transfer is None:
+        return facts
     order = 2 if "second-order" in method.models and form in {None, "PID"} else 1
-    process = half_rule(known.transfer, order)
+    process = half_rule(facts.transfer, order)
     reduced = {key: getattr(process, key) for key in PROCESS_NUMBERS if getattr(process, key)}
     if process.integrating:
         del reduced["time_constant"]
-    return replace(known, numbers={**reduced, **known.numbers}, model=process.model)
+    return replace(facts, numbers={**reduced, **facts.numbers}, model=process.model)
 
 
-def model_of(method: Method, known: KnownProcess) -> Model:
+def model_of(method: Method, facts: KnownProcess) -> Model:
     """The kind of process; raises `ArgumentError` where the numbers contradict it, or the rule is not for it."""
-    second = "second_time_constant" in known.numbers
-    model: Model = known.model or ("second-order" if second else "first-order")
-    if model == "integrating" and "time_constant" in known.numbers:
+    is_second_order = "second_time_constant" in facts.numbers
+    model: Model = facts.model or ("second-order" if is_second_order else "first-order")
+    if model == "integrating" and "time_constant" in facts.numbers:
         message = "an integrating process has no `time_constant`; its `gain` is the slope"
         raise ArgumentError(message, "time_constant", "gain")
-    if model == "first-order" and second:
+    if model == "first-order" and is_second_order:
         raise ArgumentError("a first-order process has no `second_time_constant`", "second_time_constant")
     if model == "integrating" and "integrating" not in method.models and not method.of_ultimate:
         names = ", ".join(row.name for row in METHODS.values() if "integrating" in row.models)
@@ -207,9 +207,9 @@ def refuse_missing(method: Method, numbers: Mapping[str, float], model: Model) -
 
 def process_of(numbers: Mapping[str, float], model: Model) -> Process:
     """The numbers as a process of this kind, its gain without a sign."""
-    sizes: dict[str, Any] = {field.name: abs(numbers.get(field.name, 0.0)) for field in fields(Process)}
+    magnitudes: dict[str, Any] = {field.name: abs(numbers.get(field.name, 0.0)) for field in fields(Process)}
     integrating = {"time_constant": 1.0} if model == "integrating" else {}
-    return Process(**{**sizes, **integrating, "integrating": bool(integrating)})
+    return Process(**{**magnitudes, **integrating, "integrating": bool(integrating)})
 
 
 # --- Where the gains of a rule go: the terms of a PLC, or a loop of a configuration -----------------------------------

@@ -166,19 +166,19 @@ class ReportInputs:
 
     def _add_configuration(self, configuration: ConfigurationInput) -> None:
         self._add_source(configuration.file)
-        place = self._path_of(configuration.file)
-        if place not in self.sheets:
-            self.sheets[place] = configuration.sheet
+        path = self._path_of(configuration.file)
+        if path not in self.sheets:
+            self.sheets[path] = configuration.sheet
             self.findings += configuration.findings
 
 
-def add_all(inputs: Sequence[ReadInput], *, on_disk: bool = True) -> ReportInputs:
+def collect_inputs(inputs: Sequence[ReadInput], *, on_disk: bool = True) -> ReportInputs:
     """Everything together; a configuration that is given is the one that scenarios of this report run."""
-    given = {entry.file.name: entry for entry in inputs if isinstance(entry, ConfigurationInput)}
+    configs = {entry.file.name: entry for entry in inputs if isinstance(entry, ConfigurationInput)}
     content = ReportInputs(on_disk=on_disk)
     for entry in inputs:
         content.add_file(
-            entry, given.get(entry.outcome.config, entry.configuration) if isinstance(entry, RunInput) else None
+            entry, configs.get(entry.outcome.config, entry.configuration) if isinstance(entry, RunInput) else None
         )
     return content
 
@@ -196,12 +196,12 @@ def shortener(names: Sequence[str]) -> Callable[[str], str]:
     return lambda name: Path(os.path.relpath(name, base)).as_posix() if Path(name).is_absolute() else name
 
 
-def content_of(inputs: ReportInputs, block: Title) -> Content:
+def content_of(inputs: ReportInputs, title_block: Title) -> Content:
     """The report on what was read, with names of files as it shows them."""
-    complete = compose_report(
-        block, list(inputs.files.values()), list(inputs.sheets.values()), inputs.runs, inputs.findings
+    content = compose_report(
+        title_block, list(inputs.files.values()), list(inputs.sheets.values()), inputs.runs, inputs.findings
     )
-    return rename_files(complete, shortener([file.name for file in complete.files]))
+    return rename_files(content, shortener([file.name for file in content.files]))
 
 
 # --- The result of `pidcfg.report` ------------------------------------------------------------------------------------
@@ -272,7 +272,7 @@ def _json_cell(value: object) -> str | int | float | None:
 def report_sources(
     documents: Sequence[Document],
     reader: Reader,
-    block: Title,
+    title_block: Title,
     progress: Callable[[float], None] | None,
     *,
     pictures: bool,
@@ -296,7 +296,7 @@ def report_sources(
         part_progress = None if progress is None else _part_progress(progress, i, len(documents))
         settings = Settings(max_loop_steps=doc.limits.loop_steps, progress=part_progress, runs=len(documents))
         inputs.append(run_input(file, loaded, settings, configuration, pictures=pictures))
-    return ReportResult(content_of(add_all(inputs, on_disk=on_disk), block))
+    return ReportResult(content_of(collect_inputs(inputs, on_disk=on_disk), title_block))
 
 
 def _part_progress(progress: Callable[[float], None], done: int, total: int) -> Callable[[float], None]:

@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
 
-SAME_SPAN = 1e-9
-LAST_DIGIT = 10.0 ** (1 - DIGITS)
+SPAN_TOLERANCE = 1e-9
+LAST_DIGIT_TOLERANCE = 10.0 ** (1 - DIGITS)
 """Relative difference of numbers that are the same to all their digits."""
 
 
@@ -105,78 +105,78 @@ class RetunedFile:
 
 
 def retune_loop(
-    gains: Gains, target: Target, into: GainsFile, limits: Limits, *, heating: bool | None
+    gains: Gains, target: Target, file: GainsFile, limits: Limits, *, heating: bool | None
 ) -> tuple[RetunedFile, list[FittedNumber]]:
     """The file with the gains of a rule in a loop, and the three numbers as the loop holds them.
 
     Raises `ArgumentError` for a loop that is not there and ranges that contradict the file, `TuningError` for a file
     that cannot be read, a loop that the gains are not for, and a number that does not fit.
     """
-    doc = read_document(into.data, into.name, limits)
+    doc = read_document(file.data, file.name, limits)
     checked_file = check_document(doc)
-    vendor, index = _loop_of(checked_file, into)
+    vendor, index = _loop_of(checked_file, file)
     if target.vendor is not None and target.vendor is not vendor:
-        raise ArgumentError(f"`vendor` is {target.vendor.key}, and {into.name} is for {vendor.key}", "vendor")
+        raise ArgumentError(f"`vendor` is {target.vendor.key}, and {file.name} is for {vendor.key}", "vendor")
     config: Any = checked_file.config
     name, tuning = config.loops[index].name, encoder_of(vendor).tuning_of(config, config.loops[index])
-    where = f"{into.name}: {name}"
+    where = f"{file.name}: {name}"
     _refuse_loop(where, gains, tuning, heating=heating)
     tuning = _with_ranges(where, tuning, target)
-    fitted = fit_loop(gains, vendor.model, tuning)
-    problems = [f"{value.key}: {value.problem}" for value in fitted if value.problem is not None]
+    fits = fit_loop(gains, vendor.model, tuning)
+    problems = [f"{value.key}: {value.problem}" for value in fits if value.problem is not None]
     if problems:
-        other = fit_in_other_unit(gains, vendor.model, tuning, fitted[1])
-        if other is not None:
-            unit, held = "minutes" if other.unit == "min" else "seconds", decimal_text(other.stored or other.wanted)
-            problems.append(f"with `reset_unit: {unit}` it is {held} {other.unit}")
+        refit = fit_in_other_unit(gains, vendor.model, tuning, fits[1])
+        if refit is not None:
+            unit, held = ("minutes" if refit.unit == "min" else "seconds", decimal_text(refit.stored or refit.wanted))
+            problems.append(f"with `reset_unit: {unit}` it is {held} {refit.unit}")
         raise TuningError(f"{where}: {'; '.join(problems)}; nothing was written")
-    values = _file_numbers(where, doc, index, gains, tuning, fitted)
-    data = _write_values(where, doc, into.data, index, values)
-    after = read_document(data, into.name, limits)
-    findings = _findings_after(doc, after, name, into.reader)
+    values = _file_numbers(where, doc, index, gains, tuning, fits)
+    data = _write_values(where, doc, file.data, index, values)
+    new_doc = read_document(data, file.name, limits)
+    findings = _findings_after(doc, new_doc, name, file.reader)
     action = None if heating is None else tuning.words.heating if heating else tuning.words.cooling
-    return RetunedFile(into.name, name, vendor, into.data, data, values, after, findings, action), fitted
+    return RetunedFile(file.name, name, vendor, file.data, data, values, new_doc, findings, action), fits
 
 
-def loop_tuning(target: Target, into: GainsFile, limits: Limits) -> tuple[Vendor, LoopTuning]:
+def loop_tuning(target: Target, file: GainsFile, limits: Limits) -> tuple[Vendor, LoopTuning]:
     """The vendor of a file, and how its loop holds its gains; raises as `retune_loop` does."""
-    checked_file = check_document(read_document(into.data, into.name, limits))
-    vendor, index = _loop_of(checked_file, into)
+    checked_file = check_document(read_document(file.data, file.name, limits))
+    vendor, index = _loop_of(checked_file, file)
     config: Any = checked_file.config
     loop = config.loops[index]
-    return vendor, _with_ranges(f"{into.name}: {loop.name}", encoder_of(vendor).tuning_of(config, loop), target)
+    return vendor, _with_ranges(f"{file.name}: {loop.name}", encoder_of(vendor).tuning_of(config, loop), target)
 
 
-def _loop_of(checked: Checked, into: GainsFile) -> tuple[Vendor, int]:
+def _loop_of(checked: Checked, file: GainsFile) -> tuple[Vendor, int]:
     """The vendor of a file, and the place of the loop."""
     vendor, config = checked.vendor, checked.config
     if vendor is None or config is None:
         (first, *more) = [d for d in checked.findings if d.severity is Severity.ERROR]
-        further = f", and {len(more)} more" if more else ""
-        place = f"{into.name}:{first.span.line}:{first.span.column}"
+        more_text = f", and {len(more)} more" if more else ""
+        location = f"{file.name}:{first.span.line}:{first.span.column}"
         raise TuningError(
-            f"{place}: {first.message} ({first.code}{further}); correct the file first, nothing was written"
+            f"{location}: {first.message} ({first.code}{more_text}); correct the file first, nothing was written"
         )
     names = [loop.name for loop in config.loops]
     if not names:
-        raise TuningError(f"{into.name} has no loop; nothing was written")
+        raise TuningError(f"{file.name} has no loop; nothing was written")
     loop_names = ", ".join(names)
-    if into.loop is None:
+    if file.loop is None:
         if len(names) > 1:
-            raise ArgumentError(f"{into.name} has several loops, say which with `loop`: {loop_names}", "loop")
+            raise ArgumentError(f"{file.name} has several loops, say which with `loop`: {loop_names}", "loop")
         return vendor, 0
-    if names.count(into.loop) != 1:
-        nearest = closest_name(into.loop, names)
-        suggestion = f"; did you mean {nearest}?" if nearest and nearest != into.loop else ""
-        raise ArgumentError(f"`loop` {into.loop!r}: {into.name} has {loop_names}{suggestion}", "loop")
-    return vendor, names.index(into.loop)
+    if names.count(file.loop) != 1:
+        nearest = closest_name(file.loop, names)
+        suggestion = f"; did you mean {nearest}?" if nearest and nearest != file.loop else ""
+        raise ArgumentError(f"`loop` {file.loop!r}: {file.name} has {loop_names}{suggestion}", "loop")
+    return vendor, names.index(file.loop)
 
 
 def _refuse_loop(where: str, gains: Gains, tuning: LoopTuning, *, heating: bool | None) -> None:
     """Raises `TuningError` for a loop that would not act as the rule means."""
-    wrong = tuning.obstacle or (tuning.no_derivative if gains.derivative_time else "")
-    if wrong:
-        raise TuningError(f"{where}: {wrong}, which the gains are not for; nothing was written")
+    obstacle = tuning.obstacle or (tuning.no_derivative if gains.derivative_time else "")
+    if obstacle:
+        raise TuningError(f"{where}: {obstacle}, which the gains are not for; nothing was written")
     if heating is None or tuning.raises_pv is None or heating is tuning.raises_pv:
         return
     action = tuning.words.heating if heating else tuning.words.cooling
@@ -190,12 +190,12 @@ def _refuse_loop(where: str, gains: Gains, tuning: LoopTuning, *, heating: bool 
 def _with_ranges(where: str, tuning: LoopTuning, target: Target) -> LoopTuning:
     """With the spans that are given, where the file does not say them."""
     sides = ("pv_range", target.pv_range, tuning.pv_span), ("output_range", target.output_range, tuning.output_span)
-    for name, given, present in sides:
-        span = None if given is None else Decimal(str(given[1])) - Decimal(str(given[0]))
+    for name, given_range, file_span in sides:
+        span = None if given_range is None else Decimal(str(given_range[1])) - Decimal(str(given_range[0]))
         if span is None or tuning.words.gain_unit == "engineering":
             continue
-        if present is not None and not isclose(present, span, rel_tol=SAME_SPAN):
-            widths = f"{decimal_text(span)} wide, and that of {where} {decimal_text(present)}"
+        if file_span is not None and not isclose(file_span, span, rel_tol=SPAN_TOLERANCE):
+            widths = f"{decimal_text(span)} wide, and that of {where} {decimal_text(file_span)}"
             raise ArgumentError(f"`{name}` is {widths}: leave it out", name)
         tuning = replace(tuning, pv_span=span) if name == "pv_range" else replace(tuning, output_span=span)
     if tuning.words.gain_unit == "span" and tuning.pv_span is None:
@@ -205,24 +205,24 @@ def _with_ranges(where: str, tuning: LoopTuning, target: Target) -> LoopTuning:
 
 
 def _file_numbers(
-    where: str, doc: Document, index: int, gains: Gains, tuning: LoopTuning, fitted: list[FittedNumber]
+    where: str, doc: Document, index: int, gains: Gains, tuning: LoopTuning, fits: list[FittedNumber]
 ) -> tuple[FileNumber, ...]:
     """How the file says the three numbers, before and after; what it says already stays as it is written."""
     numbers = []
     integral, derivative = tuning.off_texts
-    words_off = (None, integral if isinf(gains.integral_time) else None, None if gains.derivative_time else derivative)
-    for name, value, now, word in zip(tuning.words.names, fitted, tuning.current_values, words_off, strict=True):
+    off_texts = (None, integral if isinf(gains.integral_time) else None, None if gains.derivative_time else derivative)
+    for name, value, current, text in zip(tuning.words.names, fits, tuning.current_values, off_texts, strict=True):
         old = value_at(doc.data, _loop_path(index, value.key))
-        if now is None:
+        if current is None:
             raise TuningError(f"{where}: {value.key} is the expression {old}: change it there; nothing was written")
         stored = value.stored or Decimal(0)
-        stored_as = partial(tuning.words.stored_value, name)
-        new = old if now == stored else word or number_as_written(old, stored, value.unit, stored_as)
+        round_to_stored = partial(tuning.words.stored_value, name)
+        new = old if current == stored else text or format_like(old, stored, value.unit, round_to_stored)
         numbers.append(FileNumber(value.key, value.unit, old, None if new is None else str(new)))
     return tuple(numbers)
 
 
-def number_as_written(old: str | None, value: Decimal, unit: str, stored: Callable[[Decimal], Decimal]) -> str:
+def format_like(old: str | None, value: Decimal, unit: str, round_to_stored: Callable[[Decimal], Decimal]) -> str:
     """A number as the file writes it: in the unit that stood there, with the fewest digits that make the same word."""
     match = DURATION.fullmatch(old or "")
     if match is None or unit not in SECONDS:
@@ -232,10 +232,10 @@ def number_as_written(old: str | None, value: Decimal, unit: str, stored: Callab
     for digits in range(1, DIGITS + 1):
         number = Context(digits).divide(value, factor)
         try:
-            stored_value = stored(number * factor)
+            stored_value = round_to_stored(number * factor)
         except EncodeError:
             continue
-        if isclose(stored_value, value, rel_tol=LAST_DIGIT):
+        if isclose(stored_value, value, rel_tol=LAST_DIGIT_TOLERANCE):
             return f"{decimal_text(number)}{gap}{match[2]}"
     return decimal_text(value)
 
@@ -248,11 +248,11 @@ def _write_values(where: str, doc: Document, data: bytes, index: int, values: tu
     """The bytes of the file with the values that change."""
     paths = [_loop_path(index, value.key) for value in values]
     texts = {path: value.new for path, value in zip(paths, values, strict=True) if value.is_changed and value.new}
-    after: Mapping[Path, Path] = dict(zip(paths[1:], paths, strict=False))
+    predecessors: Mapping[Path, Path] = dict(zip(paths[1:], paths, strict=False))
     if not texts:
         return data
     try:
-        return with_values(data, doc, texts, _behind_present(doc, after))
+        return with_values(data, doc, texts, _present_predecessors(doc, predecessors))
     except PlacingError as error:
         numbers = ", ".join(f"{value.key}: {value.new}" for value in values if value.is_changed)
         raise TuningError(
@@ -260,15 +260,15 @@ def _write_values(where: str, doc: Document, data: bytes, index: int, values: tu
         ) from None
 
 
-def _behind_present(doc: Document, after: Mapping[Path, Path]) -> dict[Path, Path]:
+def _present_predecessors(doc: Document, predecessors: Mapping[Path, Path]) -> dict[Path, Path]:
     """The key that each goes behind, past those that are missing and stay so."""
-    places = {}
-    for path, place in after.items():
-        before = place
-        while value_at(doc.data, before) is None and before in after:
-            before = after[before]
-        places[path] = before
-    return places
+    anchors = {}
+    for path, predecessor in predecessors.items():
+        anchor = predecessor
+        while value_at(doc.data, anchor) is None and anchor in predecessors:
+            anchor = predecessors[anchor]
+        anchors[path] = anchor
+    return anchors
 
 
 def _findings_after(before: Document, after: Document, loop: str, reader: Reader) -> tuple[Diagnostic, ...]:
@@ -284,25 +284,25 @@ def _findings_after(before: Document, after: Document, loop: str, reader: Reader
 
 # --- What the words of a loop do on its process: a step of the set point and one of the load, on the virtual PLC ------
 
-STEP_SHARE, LEAST_COUNTS = 0.1, 40
+STEP_SHARE, MIN_STEP_COUNTS = 0.1, 40
 """Of the PV's range, and counts of the PV at least: how far the set point steps."""
-LEAST_COUNT_RANGE = 1000
+MIN_COUNT_RANGE = 1000
 """An output with such a range may be one of counts, and rests at a whole one."""
-HEADROOM_SHARE = 0.7
+MAX_MOVE_SHARE = 0.7
 """Of the way from the middle of the output to its limits, that the first move of a step may take."""
 LENGTH_FACTOR = 12
 """Times the slowest time of loop and process: how long each of the two steps is looked at."""
-MOST_LOOP_STEPS = 150_000
+MAX_LOOP_STEPS = 150_000
 """Of a run: more take too long, and a loop that samples so often is as good as a continuous one."""
-ATTEMPTS, SHORTER_FACTOR = 3, 0.9
+MAX_ATTEMPTS, STEP_SHRINK_FACTOR = 3, 0.9
 """Runs with a shorter step where the output meets a limit, each of this part of what it would take."""
 HUNTING_SHARE = 0.05
 """Of the IAE, that the error of the second half, were it all the time, would make."""
-LOOKS_PER_STEP = 8
+CHUNKS_PER_STEP = 8
 """At a step, from its beginning to its end."""
-SETTLED_SHARE = 0.05
+SETTLING_BAND_SHARE = 0.05
 """Of the step: within which a PV has settled."""
-BESIDE_SHARE, LEAST_SHARE, UNLIMITED_RANGE = 0.5, 0.01, 1e5
+RANGE_MARGIN_SHARE, MIN_STEP_SHARE, UNLIMITED_RANGE = 0.5, 0.01, 1e5
 """Of a range: how far beside it all of a record's PV is in other units, and the least step of an output in its own; and
 a range that is none."""
 KNOWN_UNITS = {
@@ -331,10 +331,10 @@ class LoopConditions:
     @classmethod
     def of(cls, loop: LoopTuning) -> LoopConditions:
         """Of a loop as its file holds it."""
-        share, seconds, raises = loop.pv_share, loop.sample_time, loop.raises_pv
-        filtered = seconds is not None and 0 < share < 1
-        action = None if raises is None else loop.words.heating if raises else loop.words.cooling
-        lag = -(seconds or 0.0) / log(1 - share) if filtered else 0.0
+        pv_share, seconds, raises_pv = loop.pv_share, loop.sample_time, loop.raises_pv
+        is_filtered = seconds is not None and 0 < pv_share < 1
+        action = None if raises_pv is None else loop.words.heating if raises_pv else loop.words.cooling
+        lag = -(seconds or 0.0) / log(1 - pv_share) if is_filtered else 0.0
         return cls(seconds, lag, action, 100.0 if loop.output_span is None else float(loop.output_span))
 
 
@@ -395,57 +395,57 @@ class RecordScale(NamedTuple):
         self, where: str, pv_range: tuple[float, float], output_span: float, units: Mapping[str, str]
     ) -> None:
         """Raises `TuningError` for numbers that are surely in other units: their gain would be wrong by as much."""
-        if difference := self._other_units(units) or self._other_numbers(pv_range, output_span):
+        if difference := self._unit_contradiction(units) or self._range_contradiction(pv_range, output_span):
             raise TuningError(
                 f"{where}: {self.file} is in other units: {difference}; bring the record to the units of the loop "
                 "(counts or shares of 1 may have been recorded); nothing was written"
             )
 
-    def _other_units(self, units: Mapping[str, str]) -> str:
+    def _unit_contradiction(self, units: Mapping[str, str]) -> str:
         """What the headers say that the loop contradicts."""
         for side, unit in zip(("output", "pv"), self.units, strict=True):
-            known, there = (KNOWN_UNITS.get(text.casefold()) for text in (unit, units.get(side, "")))
-            if known and there and known != there:
+            record_unit, loop_unit = (KNOWN_UNITS.get(text.casefold()) for text in (unit, units.get(side, "")))
+            if record_unit and loop_unit and record_unit != loop_unit:
                 return (
                     f"its header has {unit} for the {'PV' if side == 'pv' else side}, which is in {units[side]} there"
                 )
         return ""
 
-    def _other_numbers(self, pv_range: tuple[float, float], output_span: float) -> str:
+    def _range_contradiction(self, pv_range: tuple[float, float], output_span: float) -> str:
         """What lies far beside the loop's ranges."""
         low, high = pv_range
-        margin = (high - low) * BESIDE_SHARE
+        margin = (high - low) * RANGE_MARGIN_SHARE
         if high - low < UNLIMITED_RANGE and (self.pv[0] > high + margin or self.pv[1] < low - margin):
             return f"the PV goes from {self.pv[0]:.6g} to {self.pv[1]:.6g}, and its range there is {low:g} to {high:g}"
-        if output_span < UNLIMITED_RANGE and not LEAST_SHARE <= self.step / output_span <= 1 + BESIDE_SHARE:
+        if output_span < UNLIMITED_RANGE and not MIN_STEP_SHARE <= self.step / output_span <= 1 + RANGE_MARGIN_SHARE:
             share = f"{100 * self.step / output_span:.3g} % of the {output_span:g} that it has there"
             return f"the output steps by {self.step:.6g}, {share}"
         return ""
 
 
 def forecast_words(
-    written: RetunedFile,
-    around: LoopConditions,
+    retuned: RetunedFile,
+    conditions: LoopConditions,
     plant: Transfer | None,
     gains: Gains,
-    recorded: RecordScale | None = None,
+    scale: RecordScale | None = None,
 ) -> Forecast:
     """What the words do on a process, whose gain has its sign; raises `TuningError` for a record in other units."""
     if plant is None:
         return Forecast("the gain of the process is not known")
     if plant.zeros:
         return Forecast("a transfer function with zeros is no plant of a run")
-    checked = check_document(written.document)
+    checked = check_document(retuned.document)
     if checked.vendor is None or checked.encoding is None or not checked.encoding.is_complete:
-        return Forecast(f"{written.file} has errors")
+        return Forecast(f"{retuned.file} has errors")
     controller, image = checked.vendor.module("controller"), checked.encoding.image
-    trial = Trial(controller.load(image), written.loop, around, plant, gains)
-    if recorded is not None:
-        where = f"{written.file}: {written.loop}"
-        units = units_of(checked.config.loops[trial.i])
-        recorded.refuse_other_units(where, (trial.bottom, trial.top), (trial.high - trial.low) * trial.unit, units)
+    trial = Trial(controller.load(image), retuned.loop, conditions, plant, gains)
+    if scale is not None:
+        where = f"{retuned.file}: {retuned.loop}"
+        units = units_of(checked.config.loops[trial.index])
+        scale.refuse_other_units(where, (trial.pv_low, trial.pv_high), (trial.high - trial.low) * trial.unit, units)
     forecast = _run_trial(trial, controller, image)
-    for _ in range(ATTEMPTS):
+    for _ in range(MAX_ATTEMPTS):
         if forecast.why or not trial.shorten_step(forecast):
             break
         forecast = _run_trial(trial, controller, image)
@@ -457,7 +457,7 @@ def _run_trial(trial: Trial, controller: Any, image: object) -> Forecast:
     try:
         scenario = Scenario.model_validate(trial.scenario())
         steps = trial.steps(base_step(scenario, trial.plc))
-        if steps * len(trial.plc.loops) > MOST_LOOP_STEPS:
+        if steps * len(trial.plc.loops) > MAX_LOOP_STEPS:
             return Forecast(f"a run of {steps:,} steps would take too long")
         run = begin_run(
             scenario, lambda: controller.load(image, plc_options(scenario, controller)), controller, RUN_SETTINGS
@@ -473,29 +473,29 @@ RUN_SETTINGS = Settings(with_verdicts=False, reference=False)
 class Trial:
     """A loop alone with its process: from rest, a step of its set point, and then one at its output."""
 
-    def __init__(self, plc: Plc, loop: str, around: LoopConditions, plant: Transfer, gains: Gains) -> None:
-        self.plc, self.loop, self.i = plc, loop, plc.loops.index(loop)
-        output_scale = plc.outputs[self.i] if plc.outputs else (0.0, around.output_span)
-        self.unit = around.output_span / abs(output_scale[1] - output_scale[0])
+    def __init__(self, plc: Plc, loop: str, conditions: LoopConditions, plant: Transfer, gains: Gains) -> None:
+        self.plc, self.loop, self.index = plc, loop, plc.loops.index(loop)
+        output_scale = plc.outputs[self.index] if plc.outputs else (0.0, conditions.output_span)
+        self.unit = conditions.output_span / abs(output_scale[1] - output_scale[0])
         self.plant = replace(plant, gain=plant.gain * self.unit)
         self.gains = replace(gains, gain=gains.gain / self.unit)
-        self.low, self.high = plc.output_limits(self.i, plc.signal_values)
-        self.bottom, self.top, counts = plc.scales[self.i]
-        span, middle = self.top - self.bottom, (self.low + self.high) / 2
-        self.resting_output = middle if self.high - self.low < LEAST_COUNT_RANGE else float(round(middle))
+        self.low, self.high = plc.output_limits(self.index, plc.signal_values)
+        self.pv_low, self.pv_high, counts = plc.scales[self.index]
+        span, middle = self.pv_high - self.pv_low, (self.low + self.high) / 2
+        self.resting_output = middle if self.high - self.low < MIN_COUNT_RANGE else float(round(middle))
         self.load_step = STEP_SHARE * (self.high - self.low)
-        headroom = HEADROOM_SHARE * (self.high - self.low) / 2
-        most_step = headroom / max(self.gains.gain, 0.0 if plant.integrators else 1 / abs(self.plant.gain))
-        self.least_step = LEAST_COUNTS * span / counts
-        self.step = max(min(STEP_SHARE * span, most_step), self.least_step)
-        self.first_setpoint = (self.top + self.bottom - self.step) / 2
+        headroom = MAX_MOVE_SHARE * (self.high - self.low) / 2
+        max_step = headroom / max(self.gains.gain, 0.0 if plant.integrators else 1 / abs(self.plant.gain))
+        self.min_step = MIN_STEP_COUNTS * span / counts
+        self.step = max(min(STEP_SHARE * span, max_step), self.min_step)
+        self.first_setpoint = (self.pv_high + self.pv_low - self.step) / 2
 
     def shorten_step(self, forecast: Forecast) -> bool:
         """Takes a smaller step where the output met a limit; whether there is one."""
-        shorter = max(forecast.largest_step * SHORTER_FACTOR, self.least_step)
+        shorter = max(forecast.largest_step * STEP_SHRINK_FACTOR, self.min_step)
         if forecast.largest_step >= self.step or shorter >= self.step:
             return False
-        self.step, self.first_setpoint = shorter, (self.top + self.bottom - shorter) / 2
+        self.step, self.first_setpoint = shorter, (self.pv_high + self.pv_low - shorter) / 2
         return True
 
     def part_length(self) -> float:
@@ -505,7 +505,7 @@ class Trial:
         if not isinf(gains.integral_time):
             loop_gain = abs(plant.gain * gains.gain)
             times += [gains.integral_time, (1 if plant.integrators else gains.integral_time) / loop_gain]
-        seconds = self.plc.configs[self.i].period / TICKS
+        seconds = self.plc.configs[self.index].period / TICKS
         return float(ceil(LENGTH_FACTOR * max(times) / seconds + LENGTH_FACTOR) * seconds)
 
     def steps(self, step: int) -> int:
@@ -517,7 +517,7 @@ class Trial:
         length, load = self.part_length(), self._rest_load()
         plants = self._plants(load)
         start: list[Data] = [{"at": 0, "loop": self.loop, "set": {"setpoint": self.first_setpoint}}]
-        if self.plc.goals[self.i] != "auto":
+        if self.plc.goals[self.index] != "auto":
             start.insert(0, {"at": 0, "loop": self.loop, "mode": "auto"})
         return {
             "pidcfg": 1,
@@ -555,18 +555,18 @@ class Trial:
             rows.append({"model": "integrator"})
         rows = rows or [{"model": "dead_time"}]
         inputs = [f"{self.loop}.{self.plc.out_name}", *(f"process_{n}" for n in range(1, len(rows)))]
-        own = {"gain": plant.gain, "dead_time": plant.dead_time, "load": load}
+        process_values = {"gain": plant.gain, "dead_time": plant.dead_time, "load": load}
         for n, row in enumerate(rows):
-            row.update(own if n == 0 else {"gain": 1.0})
-            rest = self.first_setpoint if n + 1 == len(rows) or not plant.integrators else 0.0
-            row.update({"name": f"process_{n + 1}", "input": inputs[n], "initial": rest})
+            row.update(process_values if n == 0 else {"gain": 1.0})
+            initial = self.first_setpoint if n + 1 == len(rows) or not plant.integrators else 0.0
+            row.update({"name": f"process_{n + 1}", "input": inputs[n], "initial": initial})
         return rows
 
     def measure(self, run: Run) -> Forecast:
         """Runs, and reads the meter of the loop when its set point steps, when the load does, and at the end."""
-        meter, signals = run.machine.meters[self.i], run.net.signal_values
+        meter, signals = run.machine.meters[self.index], run.net.signal_values
         first, second = (int(n * self.part_length() * TICKS) // run.step for n in (1, 2))
-        run.chunk = max(1, (second - first) // LOOKS_PER_STEP)
+        run.chunk = max(1, (second - first) // CHUNKS_PER_STEP)
         errors, overshoot_percent, output_before, settled, late_iae = [0.0], None, 0.0, True, [(0, 0.0), (0, 0.0)]
         up = down = 0.0
         for k in run.steps_to_end():
@@ -579,28 +579,28 @@ class Trial:
                 late_iae[0] = (k, meter.iae)
             elif k == second:
                 errors.append(meter.iae)
-                overshoot_percent = overshoot(meter, Band(self.i, SETTLED_SHARE))
-                settled = settling_time(meter, run.machine.bands[self.i], k - 1, run.dt) is not None
+                overshoot_percent = overshoot(meter, Band(self.index, SETTLING_BAND_SHARE))
+                settled = settling_time(meter, run.machine.bands[self.index], k - 1, run.dt) is not None
                 up, down = meter.out_high - output_before, output_before - meter.out_low
             elif second < k <= (3 * second - first) / 2:
                 late_iae[1] = (k, meter.iae)
         step = abs(meter.sp_after - meter.sp_before)
         if overshoot_percent is None or not step:
             return Forecast("the set point does not move: see its limits")
-        room = min((self.high - output_before) / max(up, 1e-12), (output_before - self.low) / max(down, 1e-12))
-        of_setpoint, of_load = (
+        headroom = min((self.high - output_before) / max(up, 1e-12), (output_before - self.low) / max(down, 1e-12))
+        setpoint_iae, load_iae = (
             None if isinf(self.gains.integral_time) else (b - a) * run.dt / unit
             for a, b, unit in zip(errors, (*errors[1:], meter.iae), (step, self.load_step * self.unit), strict=True)
         )
-        ends = zip((second, run.last), (*errors[1:], meter.iae), late_iae, strict=True)
-        rest = max((iae - before) / (k - begin) for k, iae, (begin, before) in ends)
+        windows = zip((second, run.last), (*errors[1:], meter.iae), late_iae, strict=True)
+        final_error = max((iae - before) / (k - begin) for k, iae, (begin, before) in windows)
         return Forecast(
-            answer=Answer(overshoot_percent, of_setpoint, of_load),
+            answer=Answer(overshoot_percent, setpoint_iae, load_iae),
             step=(meter.sp_before, meter.sp_after),
-            largest_step=step * room,
+            largest_step=step * headroom,
             settled=settled,
-            final_error=rest,
-            hunts=rest * (second - first) > HUNTING_SHARE * (errors[1] - errors[0]),
-            pv_range=(self.bottom, self.top),
+            final_error=final_error,
+            hunts=final_error * (second - first) > HUNTING_SHARE * (errors[1] - errors[0]),
+            pv_range=(self.pv_low, self.pv_high),
             limits=(self.low, self.high),
         )

@@ -8,7 +8,7 @@ from array import array
 from copy import deepcopy
 from typing import TYPE_CHECKING
 
-from pidcfg.output.findings import finding_data, one_or_several, short_repr
+from pidcfg.output.findings import finding_data, scenarios_data, short_repr
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.text.frozen import frozen
@@ -149,7 +149,7 @@ def signal_rows(outcome: Outcome, text: Callable[[float], str]) -> Iterator[tupl
 
 def runs_data(outcomes: Sequence[Outcome]) -> Data:
     """The public layout, version 1: one object for one scenario, for several a list of them under ``runs``."""
-    return one_or_several("runs", [_run_data(outcome) for outcome in outcomes])
+    return scenarios_data("runs", [_run_data(outcome) for outcome in outcomes])
 
 
 def _run_data(outcome: Outcome) -> Data:
@@ -258,16 +258,16 @@ def batches_data(outcomes: Sequence[BatchOutcome], files: Mapping[tuple[str, int
     ``files``: where samples were written, by scenario file and number.
     """
     known = files or {}
-    return one_or_several("batches", [_batch_data(outcome, known) for outcome in outcomes])
+    return scenarios_data("batches", [_batch_data(outcome, known) for outcome in outcomes])
 
 
 def _batch_data(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
     certification = outcome.certification
-    end = {"findings": [finding_data(d) for d in outcome.findings], "passed": outcome.passed}
+    ending = {"findings": [finding_data(d) for d in outcome.findings], "passed": outcome.passed}
     if certification is None:
         empty: Data = {"expectations": [], "metrics": {}, "standing": [], "uncertainties": [], "worst": []}
         counts: Data = {"samples": 0, "seed": None, "all_passed": 0, "failed_to_run": 0, "reasons": []}
-        return {"scenario": None, "file": outcome.file, **counts, **empty, **end}
+        return {"scenario": None, "file": outcome.file, **counts, **empty, **ending}
     return {
         "scenario": certification.scenario,
         "file": outcome.file,
@@ -310,5 +310,5 @@ def _batch_data(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> 
             }
             for w in certification.worst
         ],
-        **end,
+        **ending,
     }

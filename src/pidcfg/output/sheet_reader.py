@@ -15,9 +15,9 @@ from typing import Any
 from pidcfg.output.sheets import (
     TEXT_KEYS,
     UnknownColumnError,
-    is_known,
+    is_column_header,
     key_of,
-    order_of,
+    key_order,
     switch_keys,
     to_yaml_value,
     unit_of,
@@ -69,7 +69,7 @@ class Cell:
     """Of a workbook, which leaves no doubt of what it is."""
 
     @property
-    def place(self) -> str:
+    def name(self) -> str:
         """As spreadsheets call it."""
         letters, number = "", self.column
         while number:
@@ -112,10 +112,10 @@ def read_sheet(data: bytes, name: str, limits: Limits) -> Sheet:
     """The table of a file; raises `SheetError`."""
     if len(data) > limits.listing_bytes:
         raise SheetError(f"{name} is larger than {limits.listing_bytes} bytes")
-    left_out: tuple[str, ...] = ()
+    other_sheets: tuple[str, ...] = ()
     separator = remark = ""
     if data.startswith(WORKBOOK_SIGN):
-        rows, left_out = _workbook_rows(data, name, limits)
+        rows, other_sheets = _workbook_rows(data, name, limits)
     else:
         text, remark = _text_of(data, name)
         separator = _separator_of(text)
@@ -126,9 +126,9 @@ def read_sheet(data: bytes, name: str, limits: Limits) -> Sheet:
         raise SheetError(f"{name} has more than {limits.nodes} cells")
     texts = [cell.text for row in rows for cell in row if not cell.is_number]
     commas = [text for text in texts if COMMA_NUMBER.fullmatch(text)]
-    points = any(POINT_NUMBER.fullmatch(text) and not GROUPED_NUMBER.fullmatch(text) for text in texts)
-    certain = not points and (separator == ";" or not all(map(THOUSANDS_NUMBER.fullmatch, commas)))
-    return Sheet(rows, bool(commas), certain, left_out, remark)
+    has_points = any(POINT_NUMBER.fullmatch(text) and not GROUPED_NUMBER.fullmatch(text) for text in texts)
+    is_certain = not has_points and (separator == ";" or not all(map(THOUSANDS_NUMBER.fullmatch, commas)))
+    return Sheet(rows, bool(commas), is_certain, other_sheets, remark)
 
 
 def _text_of(data: bytes, name: str) -> tuple[str, str]:
@@ -154,10 +154,10 @@ def _separator_of(text: str) -> str:
 def _csv_rows(text: str, separator: str, name: str) -> Iterator[list[Cell]]:
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
-        before = 0
+        last_line = 0
         for row in reader:
-            yield _row_cells(row, before + 1)
-            before = reader.line_num
+            yield _row_cells(row, last_line + 1)
+            last_line = reader.line_num
     except csv.Error as error:
         raise SheetError(f"{name}, line {reader.line_num}: {error}") from None
 
@@ -169,7 +169,7 @@ def _row_cells(row: Sequence[object], number: int) -> list[Cell]:
 
 def _workbook_rows(data: bytes, name: str, limits: Limits) -> tuple[list[list[Cell]], tuple[str, ...]]:
     """The first sheet with what its formulas gave when it was saved, and the names of others that hold anything."""
-    book, written = _load_workbooks(data, name, limits)
+    book, formula_book = _load_workbooks(data, name, limits)
     sheet = book.worksheets[0]
     if sheet.merged_cells.ranges:
         raise SheetError(
@@ -179,12 +179,12 @@ def _workbook_rows(data: bytes, name: str, limits: Limits) -> tuple[list[list[Ce
     if _cell_count(sheet) > limits.nodes:
         last = Cell("", sheet.max_row, sheet.max_column)
         raise SheetError(
-            f"{name}: its cells reach to {last.place}, and it may have {limits.nodes}; delete the rows and columns "
+            f"{name}: its cells reach to {last.name}, and it may have {limits.nodes}; delete the rows and columns "
             "behind the loops"
         )
     rows = []
-    for row, as_written in zip(sheet.iter_rows(), written.worksheets[0].iter_rows(), strict=True):
-        cells = [_workbook_cell(*pair, name) for pair in zip(row, as_written, strict=True)]
+    for row, formula_row in zip(sheet.iter_rows(), formula_book.worksheets[0].iter_rows(), strict=True):
+        cells = [_workbook_cell(*pair, name) for pair in zip(row, formula_row, strict=True)]
         rows.append([cell for cell in cells if cell is not None])
     other_sheets = book.worksheets[1:]
     return rows, tuple(
@@ -198,14 +198,14 @@ def _load_workbooks(data: bytes, name: str, limits: Limits) -> tuple[Any, Any]:
 
     try:
         _refuse_bombs(data, name, limits)
-        book, written = load_workbook(io.BytesIO(data), data_only=True), load_workbook(io.BytesIO(data))
+        book, formula_book = load_workbook(io.BytesIO(data), data_only=True), load_workbook(io.BytesIO(data))
     except SheetError:
         raise
     except Exception:  # noqa: BLE001 - openpyxl lets through whatever its parsers raise
         raise SheetError(f"{name} is no workbook that can be read; save it as XLSX or CSV") from None
     if not book.worksheets:
         raise SheetError(f"{name} has no sheet with cells")
-    return book, written
+    return book, formula_book
 
 
 def _refuse_bombs(data: bytes, name: str, limits: Limits) -> None:
@@ -227,29 +227,29 @@ def _cell_count(sheet: Any) -> int:
     return int(sheet.max_row * sheet.max_column)
 
 
-def _workbook_cell(cell: Any, written: Any, name: str) -> Cell | None:
+def _workbook_cell(cell: Any, formula_cell: Any, name: str) -> Cell | None:
     """A cell of a workbook, None for an empty one; raises `SheetError` for one that shows something else."""
     value = cell.value
-    place = f"{name}, row {cell.row}, cell {cell.coordinate}"
+    location = f"{name}, row {cell.row}, cell {cell.coordinate}"
     if value is None:
-        if written.value is not None:
+        if formula_cell.value is not None:
             raise SheetError(
-                f"{place}: the formula has no result in the file; open it in a spreadsheet and save it, "
+                f"{location}: the formula has no result in the file; open it in a spreadsheet and save it, "
                 "or write the number"
             )
         return None
     if cell.data_type == "e":
-        raise SheetError(f"{place}: the formula gives {value}; mend it, or write the number")
+        raise SheetError(f"{location}: the formula gives {value}; mend it, or write the number")
     if isinstance(value, date | time | timedelta):
-        raise SheetError(f"{place}: the cell holds a date or a time of day, {value}; write a number or a text")
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if number and "%" in cell.number_format:
+        raise SheetError(f"{location}: the cell holds a date or a time of day, {value}; write a number or a text")
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if is_number and "%" in cell.number_format:
         raise SheetError(
-            f"{place}: the cell shows percent and holds {value}; give it the format of a number, and write the one "
+            f"{location}: the cell shows percent and holds {value}; give it the format of a number, and write the one "
             "that is meant"
         )
     text = APOSTROPHE.sub("", _value_text(value).strip(), count=1)
-    return Cell(text, cell.row, cell.column, number) if text else None
+    return Cell(text, cell.row, cell.column, is_number) if text else None
 
 
 def _value_text(value: object) -> str:
@@ -262,18 +262,18 @@ def _value_text(value: object) -> str:
 
 # --- A sheet of loops to a configuration: one loop a row, and above the header what concerns the whole file -----------
 
-MISSING_KEY, EQUAL_NAMES = "PID021", "PID106"
+MISSING_KEY_CODE, EQUAL_NAMES_CODE = "PID021", "PID106"
 """The codes of a key that is not there, and of a name that two loops have, which the sheet's reader tells itself."""
 HEAD_KEYS = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "templates")
 """Keys of the whole file, each with its value in the cell behind it, above the header."""
 NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
-MOST_NAMED = 10
+MAX_LISTED = 10
 """Rows, or loops, that are listed of those of which the same is told."""
 FAMILY_HEADERS = {"vendor", "plc family", "hersteller"}
 """Headers of a column that says the vendor: the same in every row."""
-LEFT_OUT_SIGN = "#"
+COMMENT_COLUMN_SIGN = "#"
 """Begins the header of a column that is for people alone."""
-LEAST_KNOWN = 2
+MIN_KNOWN_COLUMNS = 2
 """Known columns by which a row is the header."""
 SIDE_HEADERS = {"pv": "range low and range high", "output": "output.range low and output.range high"}
 """The sides of a loop, and the headers of their ranges."""
@@ -308,7 +308,7 @@ SWITCH_SPELLINGS = {"true": "ja wahr yes", "false": "nein falsch no"}
 """The same of a switch."""
 
 
-def word_of(text: str, key: str, vendor: Vendor) -> str:
+def cell_word(text: str, key: str, vendor: Vendor) -> str:
     """What a cell of a column means in the vendor's own words; a text that no list has stays as it is."""
     spelling = text.strip().casefold()
     if key == "mode":
@@ -324,9 +324,9 @@ def word_of(text: str, key: str, vendor: Vendor) -> str:
     return _word_of_spelling(SWITCH_SPELLINGS, spelling) or text if key in switch_keys(vendor) else text
 
 
-def _word_of_spelling(table: Mapping[str, str], spelled: str) -> str | None:
+def _word_of_spelling(table: Mapping[str, str], spelling: str) -> str | None:
     """The word under which a table has a spelling."""
-    return next((word for word, spellings in table.items() if spelled in spellings.split()), None)
+    return next((word for word, spellings in table.items() if spelling in spellings.split()), None)
 
 
 # --- The configuration of a sheet -------------------------------------------------------------------------------------
@@ -379,7 +379,7 @@ def read_configuration(data: bytes, name: str, vendor_key: str | None, limits: L
     errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     if reader.faults or checked.config is None:
         raise SheetFaultsError(reader.all_faults(errors))
-    findings = tuple(replace(d, message=message) for d, message in reader.by_column(errors))
+    findings = tuple(replace(d, message=message) for d, message in reader.merge_findings(errors))
     return SheetConfiguration(text, vendor, len(loops), findings, tuple(remarks))
 
 
@@ -390,8 +390,8 @@ def _split_rows(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence
         raise SheetError(
             f"{name} has no header; one row names the columns, such as name, gain, reset, range low, range high"
         )
-    body = next((number for number, row in enumerate(sheet.rows) if not _is_head(row)), headers[0])
-    number = body if body in headers else headers[0]
+    body_start = next((number for number, row in enumerate(sheet.rows) if not _is_head(row)), headers[0])
+    number = body_start if body_start in headers else headers[0]
     rows = list(sheet.rows[number + 1 :])
     if not rows:
         raise SheetError(f"{name} has a header and no loops below it")
@@ -399,13 +399,13 @@ def _split_rows(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence
 
 
 def _is_header(row: Sequence[Cell]) -> bool:
-    known_cells = [cell for cell in row if any(is_known(cell.text, vendor) for vendor in VENDORS.values())]
-    return len(known_cells) >= LEAST_KNOWN and not (_is_head(row) and row[0].text != "name")
+    known_cells = [cell for cell in row if any(is_column_header(cell.text, vendor) for vendor in VENDORS.values())]
+    return len(known_cells) >= MIN_KNOWN_COLUMNS and not (_is_head(row) and row[0].text != "name")
 
 
 def _is_head(row: Sequence[Cell]) -> bool:
     """Whether a row may concern the whole file: a key of the file and its value."""
-    return row[0].text.partition(".")[0] in HEAD_KEYS and len(row) <= LEAST_KNOWN
+    return row[0].text.partition(".")[0] in HEAD_KEYS and len(row) <= MIN_KNOWN_COLUMNS
 
 
 def _find_vendor(
@@ -417,7 +417,7 @@ def _find_vendor(
     cells += [row[1] for row in head if row[0].text == "vendor" and len(row) > 1]
     contradiction = next((cell for cell in cells if cell.text.lower() != cells[0].text.lower()), None)
     if contradiction is not None:
-        one, two = (f"cell {cell.place} says {cell.text}" for cell in (cells[0], contradiction))
+        one, two = (f"cell {cell.name} says {cell.text}" for cell in (cells[0], contradiction))
         raise SheetError(f"{name}: {one} and {two}; a file has one vendor, so write a sheet for each")
     return cells[0].text.lower() if cells else None
 
@@ -439,7 +439,7 @@ def _vendor_of(sheet_key: str | None, option_key: str | None, name: str) -> Vend
 
 def _list_first(names: Sequence[str]) -> str:
     """The first of some names, and how many more there are."""
-    return ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
+    return ", ".join(names[:MAX_LISTED]) + (f" and {len(names) - MAX_LISTED} more" if len(names) > MAX_LISTED else "")
 
 
 def _needs_plc(vendor: Vendor) -> bool:
@@ -458,7 +458,7 @@ class _Reader:
     def __init__(self, sheet: Sheet, name: str, vendor: Vendor, limits: Limits) -> None:
         self.sheet, self.name, self.vendor, self.limits = sheet, name, vendor, limits
         self.faults: list[tuple[Cell, str]] = []
-        self.places: dict[Path, tuple[Cell, str]] = {}
+        self.cells_by_path: dict[Path, tuple[Cell, str]] = {}
         """The cell of each value, and the header of its column."""
         self.rows: list[Cell] = []
         self.unknown_columns: set[int] = set()
@@ -470,7 +470,7 @@ class _Reader:
 
     def add_fault(self, cell: Cell, message: str) -> None:
         """Something wrong with a cell."""
-        self.faults.append((cell, f"{self.name}, row {cell.row}, cell {cell.place}: {message}"))
+        self.faults.append((cell, f"{self.name}, row {cell.row}, cell {cell.name}: {message}"))
 
     def all_faults(self, errors: Sequence[Diagnostic]) -> list[str]:
         """What is wrong with the cells, and with the file that they make, in the order of the sheet.
@@ -479,43 +479,43 @@ class _Reader:
         """
         faulty = {(cell.row, cell.column) for cell, _ in self.faults}
         rows = {cell.row for cell, _ in self.faults}
-        rows_told = [(cell.row, cell.column, message) for cell, message in self.faults]
+        row_messages = [(cell.row, cell.column, message) for cell, message in self.faults]
         own_findings = [
-            d for d in errors if not (d.code == MISSING_KEY and (self.unknown_columns or self._row_of(d) in rows))
+            d for d in errors if not (d.code == MISSING_KEY_CODE and (self.unknown_columns or self._row_of(d) in rows))
         ]
         own_findings = [
-            d for d in own_findings if d.code != EQUAL_NAMES and not {d.path, d.path[:-1]} & self.half_pairs
+            d for d in own_findings if d.code != EQUAL_NAMES_CODE and not {d.path, d.path[:-1]} & self.half_pairs
         ]
         own_findings = [
             d
             for d in own_findings
-            if (place := self._place_of(d)) is None or (place[0].row, place[0].column) not in faulty
+            if (source := self._cell_of(d)) is None or (source[0].row, source[0].column) not in faulty
         ]
-        for d, message in self.by_column(own_findings):
-            place = self._place_of(d)
-            rows_told.append((self._row_of(d), place[0].column if place else 0, message))
-        return [message for *_, message in sorted(rows_told)]
+        for d, message in self.merge_findings(own_findings):
+            source = self._cell_of(d)
+            row_messages.append((self._row_of(d), source[0].column if source else 0, message))
+        return [message for *_, message in sorted(row_messages)]
 
-    def _place_of(self, d: Diagnostic) -> tuple[Cell, str] | None:
+    def _cell_of(self, d: Diagnostic) -> tuple[Cell, str] | None:
         """The cell that a finding is about, and the header of its column."""
         path: Path = d.path
-        while path and path not in self.places:
+        while path and path not in self.cells_by_path:
             path = path[:-1]
-        return self.places[path] if path else None
+        return self.cells_by_path[path] if path else None
 
     def _row_of(self, d: Diagnostic) -> int:
         """The row that a finding is about; 0: none."""
-        place = self._place_of(d)
-        if place is None and len(d.path) > 1 and d.path[0] == "loops":
+        source = self._cell_of(d)
+        if source is None and len(d.path) > 1 and d.path[0] == "loops":
             return self.rows[int(d.path[1])].row
-        return 0 if place is None else place[0].row
+        return 0 if source is None else source[0].row
 
     def read_columns(self, header: Sequence[Cell]) -> dict[int, tuple[str, str]]:
         """Key and header by the number of a column."""
         columns: dict[int, tuple[str, str]] = {}
         headers: dict[str, str] = {}
         for cell in header:
-            if _is_family(cell) or cell.text.startswith(LEFT_OUT_SIGN):
+            if _is_family(cell) or cell.text.startswith(COMMENT_COLUMN_SIGN):
                 self.unknown_columns.add(cell.column)
                 continue
             try:
@@ -555,23 +555,23 @@ class _Reader:
                 path = (*path, end)
             else:
                 set_value(loop, path, self.read_value(cell, key, header))
-            self.places["loops", number, *path] = (cell, header)
+            self.cells_by_path["loops", number, *path] = (cell, header)
         self._check_pairs(loop, row[0], (), number)
-        return self._in_order(loop)
+        return self._sort_sections(loop)
 
     def refuse_equal_names(self, loops: Sequence[Data]) -> None:
         """Each loop has a name of its own."""
-        first: dict[str, Cell] = {}
+        cells: dict[str, Cell] = {}
         for i, loop in enumerate(loops):
-            cell = self.places.get(("loops", i, "name"), (self.rows[i], ""))[0]
+            cell = self.cells_by_path.get(("loops", i, "name"), (self.rows[i], ""))[0]
             name = str(loop.get("name", ""))
-            if name and name in first:
-                self.add_fault(cell, f"{name} is the name of the loop in row {first[name].row}, too; give each its own")
-            first.setdefault(name, cell)
+            if name and name in cells:
+                self.add_fault(cell, f"{name} is the name of the loop in row {cells[name].row}, too; give each its own")
+            cells.setdefault(name, cell)
 
     def check_scales(self, loops: list[Data], columns: dict[int, tuple[str, str]]) -> list[str]:
         """Asks for the range of a side that has a unit; an output of which no more is said is 0 to 100 %."""
-        added: list[str] = []
+        names: list[str] = []
         sections = {key.partition(" ")[0] for key, _ in columns.values()}
         masters = {str(loop.get("cascade_from")) for loop in loops}
         for i, loop in enumerate(loops):
@@ -580,33 +580,33 @@ class _Reader:
                 if side not in scaled_sides(self.vendor.model) or "use" in loop or "range" in scale:
                     continue
                 name = str(loop.get("name", i + 1))
-                is_open = not {"output.range", *(f"output.{key}" for key in OUTPUT_NUMBERS)} & sections
-                if side == "output" and is_open and unit in {None, "%"} and name not in masters:
-                    loops[i] = self._in_order({**loop, side: {**PERCENT_OUTPUT, **scale}})
-                    added.append(name)
+                lacks_range = not {"output.range", *(f"output.{key}" for key in OUTPUT_NUMBERS)} & sections
+                if side == "output" and lacks_range and unit in {None, "%"} and name not in masters:
+                    loops[i] = self._sort_sections({**loop, side: {**PERCENT_OUTPUT, **scale}})
+                    names.append(name)
                 elif unit is not None:
-                    cell = self.places["loops", i, side, "unit"][0]
+                    cell = self.cells_by_path["loops", i, side, "unit"][0]
                     self.add_fault(
                         cell,
                         f"{side}.unit is {unit}, and there is no {side}.range: add the columns {headers}, "
                         "what 0 % and 100 % of the signal stand for",
                     )
-        return [f"output.range is [0, 100] % in {_list_first(added)}, since the sheet says none"] if added else []
+        return [f"output.range is [0, 100] % in {_list_first(names)}, since the sheet says none"] if names else []
 
-    def _in_order(self, loop: Data) -> Data:
+    def _sort_sections(self, loop: Data) -> Data:
         """A loop with its sections as the schema has them, whatever the order of the columns."""
-        first: dict[str, int] = {}
-        for key, place in order_of(self.vendor).items():
-            first.setdefault(key.partition(".")[0].partition(" ")[0], place)
-        return dict(sorted(loop.items(), key=lambda item: first.get(item[0], len(first))))
+        section_order: dict[str, int] = {}
+        for key, index in key_order(self.vendor).items():
+            section_order.setdefault(key.partition(".")[0].partition(" ")[0], index)
+        return dict(sorted(loop.items(), key=lambda item: section_order.get(item[0], len(section_order))))
 
-    def _check_pairs(self, data: Data, row: Cell, above: tuple[str, ...], number: int) -> None:
+    def _check_pairs(self, data: Data, row: Cell, parent_keys: tuple[str, ...], number: int) -> None:
         for key, value in data.items():
             if isinstance(value, dict):
-                self._check_pairs(value, row, (*above, key), number)
+                self._check_pairs(value, row, (*parent_keys, key), number)
             elif isinstance(value, list) and None in value:
-                self.half_pairs.add(("loops", number, *above, key))
-                self.add_fault(row, f"{'.'.join((*above, key))} has one end only; give low and high")
+                self.half_pairs.add(("loops", number, *parent_keys, key))
+                self.add_fault(row, f"{'.'.join((*parent_keys, key))} has one end only; give low and high")
 
     def read_head(self, rows: Sequence[Sequence[Cell]]) -> Data:
         """What concerns the whole file."""
@@ -617,11 +617,11 @@ class _Reader:
                 self.add_fault(
                     row[0], f"{key!r} stands above the header and is no key of a file; there are {', '.join(HEAD_KEYS)}"
                 )
-            elif len(row) != LEAST_KNOWN:
+            elif len(row) != MIN_KNOWN_COLUMNS:
                 self.add_fault(row[0], f"{key} wants one value, in the cell behind it")
             elif key != "vendor":
                 set_value(content, parse_path(key), self.read_value(row[1], key))
-                self.places[parse_path(key)] = (row[1], key)
+                self.cells_by_path[parse_path(key)] = (row[1], key)
         return content
 
     def read_value(self, cell: Cell, key: str, header: str = "") -> object:
@@ -630,7 +630,7 @@ class _Reader:
             doc = read_document(f"value: {cell.text}".encode(), self.name, self.limits)
             self.value_count += doc.root.size - 1  # without the mapping that is put around it
             if self.value_count > self.limits.nodes:
-                raise SheetFaultsError([f"{self.name}: more than {self.limits.nodes} values up to cell {cell.place}"])
+                raise SheetFaultsError([f"{self.name}: more than {self.limits.nodes} values up to cell {cell.name}"])
             if doc.data is not None:
                 return doc.data["value"]
             self.add_fault(cell, doc.problems[0].message)
@@ -640,28 +640,28 @@ class _Reader:
         try:
             text = self.sheet.plain_number(cell)
             unit = unit_of(header)
-            return Plain(f"{text} {unit}" if unit and NUMBER.fullmatch(text) else word_of(text, key, self.vendor))
+            return Plain(f"{text} {unit}" if unit and NUMBER.fullmatch(text) else cell_word(text, key, self.vendor))
         except SheetError as error:
             self.add_fault(cell, str(error))
             return None
 
-    def by_column(self, errors: Sequence[Diagnostic]) -> list[tuple[Diagnostic, str]]:
+    def merge_findings(self, errors: Sequence[Diagnostic]) -> list[tuple[Diagnostic, str]]:
         """The findings as they are told: what says the same of several rows once, with the further rows."""
         groups: dict[tuple[str, Path, str], list[Diagnostic]] = {}
         for d in errors:
             key = (*d.path[:1], *d.path[2:]) if d.path[:1] == ("loops",) and len(d.path) > 1 else d.path
             groups.setdefault((d.code, key, d.message), []).append(d)
-        return [(same[0], self.with_row(same[0]) + self._further_rows(same[1:])) for same in groups.values()]
+        return [(group[0], self.row_text(group[0]) + self._other_rows(group[1:])) for group in groups.values()]
 
-    def _further_rows(self, same: Sequence[Diagnostic]) -> str:
-        rows = [str(self.rows[int(d.path[1])].row) for d in same]
+    def _other_rows(self, findings: Sequence[Diagnostic]) -> str:
+        rows = [str(self.rows[int(d.path[1])].row) for d in findings]
         return f"; so it is in row{'s' if rows[1:] else ''} {_list_first(rows)}" if rows else ""
 
-    def with_row(self, d: Diagnostic) -> str:
+    def row_text(self, d: Diagnostic) -> str:
         """A finding with the row and the cell that it is about."""
         text = d.message + (f"; {d.help}" if d.help else "")
-        place, row = self._place_of(d), self._row_of(d)
-        if place is not None:
-            cell, header = place
-            return f"{self.name}, row {cell.row}, cell {cell.place} ({header}): {text}"
+        source, row = self._cell_of(d), self._row_of(d)
+        if source is not None:
+            cell, header = source
+            return f"{self.name}, row {cell.row}, cell {cell.name} ({header}): {text}"
         return f"{self.name}{f', row {row}' if row else ''}: {text}"

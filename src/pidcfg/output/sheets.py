@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
 TIME_UNIT = re.compile("(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?", re.IGNORECASE)
 UNIT_IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
-BETWEEN_WORDS = re.compile(r"[\s_\-/]+")
+WORD_SEPARATORS = re.compile(r"[\s_\-/]+")
 TOPICS = (
     (
         re.compile(r"cascade|master|slave|primary|secondary|kaskade|führung|folgeregler", re.IGNORECASE),
@@ -48,7 +48,7 @@ TOPICS = (
     ),
 )
 """What headers speak of that may have no column of that name: the keys for it, its name, and where it is told."""
-LEAST_LIKENESS = 0.72
+MIN_LIKENESS = 0.72
 """How alike a header and a word must be for the word to be suggested."""
 
 
@@ -68,13 +68,13 @@ def _header_cure(header: str, vendor: Vendor) -> str:
     """What to do about a header that is no key."""
     keys, keys_by_text = _loop_keys(vendor), _keys_by_lower_case(vendor)
     text = _header_text(header)
-    for pattern, known, topic, place in TOPICS:
+    for pattern, candidates, topic, remark in TOPICS:
         if pattern.search(text):
-            key = next((candidate for candidate in known if candidate in keys), None)
-            return f"{topic} {place.format(key)}" if key else f"loops of {vendor.key} have no key for {topic}"
-    if BETWEEN_WORDS.sub("_", text.lower()) in BAND_WORDS:
+            key = next((candidate for candidate in candidates if candidate in keys), None)
+            return f"{topic} {remark.format(key)}" if key else f"loops of {vendor.key} have no key for {topic}"
+    if WORD_SEPARATORS.sub("_", text.lower()) in BAND_WORDS:
         return "a proportional band is no gain: 100 / band is the gain in % of the output per % of the PV"
-    matches = get_close_matches(text.lower(), [*keys_by_text, *_common_words(vendor)], 1, LEAST_LIKENESS)
+    matches = get_close_matches(text.lower(), [*keys_by_text, *_common_words(vendor)], 1, MIN_LIKENESS)
     if matches:
         return f"did you mean {keys_by_text.get(matches[0], matches[0])}?"
     return f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}; # before a header leaves it out"
@@ -88,7 +88,7 @@ def _header_text(header: str) -> str:
 def _key_of_header(header: str, vendor: Vendor) -> str | None:
     """The key that a header is, or that a common word stands for."""
     text = _header_text(header).lower()
-    spelling = BETWEEN_WORDS.sub("_", text)
+    spelling = WORD_SEPARATORS.sub("_", text)
     return (
         _keys_by_lower_case(vendor).get(text)
         or _keys_by_lower_case(vendor).get(spelling)
@@ -111,7 +111,7 @@ def unit_of(header: str) -> str | None:
     return time[1].lower() if time else match[1]
 
 
-def is_known(header: str, vendor: Vendor) -> bool:
+def is_column_header(header: str, vendor: Vendor) -> bool:
     """Whether a header is a column."""
     return _key_of_header(header, vendor) is not None
 
@@ -125,7 +125,7 @@ def _loop_keys(vendor: Vendor) -> tuple[str, ...]:
     return (*pairs, "use", *(f"{key}{end}" for key, pair in pairs.items() if pair for end in PAIR_ENDS))
 
 
-def order_of(vendor: Vendor) -> dict[str, int]:
+def key_order(vendor: Vendor) -> dict[str, int]:
     """The place of every key in the schema."""
     return {key: i for i, key in enumerate(_loop_keys(vendor))}
 
@@ -157,7 +157,7 @@ TEXT_KEYS = frozenset(("name", "description", "use"))
 """Keys whose values are texts, also where they look like numbers: 1.10 is no 1.1."""
 
 
-def whole_text(doc: Document) -> str:
+def expanded_text(doc: Document) -> str:
     """The file as YAML in which each loop has all of its values; comments stay behind."""
     return yaml_text(to_yaml_value(doc.data or {}))
 
@@ -191,7 +191,7 @@ def number_or_text(text: str) -> Any:
 
 # --- A configuration as a sheet: one loop a row, a column for each key that any loop has ------------------------------
 
-CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
+CREATION_TIME = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
 """Written into every workbook, so that the same input gives the same bytes."""
 BYTE_ORDER_MARK = "\ufeff"
 BRACKET_SIGNS = re.compile(r"[,\[\]{}]|: |:$| #")
@@ -211,38 +211,38 @@ def table_of(doc: Document, vendor: Vendor) -> tuple[list[tuple[str, Value]], li
         if key not in {"pidcfg", "vendor", "loops"}:
             head += _cells_of(value, key)
     rows = [dict(_cells_of(loop)) for loop in data["loops"]]
-    order = order_of(vendor)
-    names = {name: None for row in rows for name in row} | dict.fromkeys(_open_range(data["loops"], vendor))
-    columns = sorted(names, key=lambda name: (_column_order(name, order), name.endswith(PAIR_ENDS[1])))
+    key_indices = key_order(vendor)
+    names = {name: None for row in rows for name in row} | dict.fromkeys(_output_range_columns(data["loops"], vendor))
+    columns = sorted(names, key=lambda name: (_column_order(name, key_indices), name.endswith(PAIR_ENDS[1])))
     return head, columns, [[row.get(name, "") for name in columns] for row in rows]
 
 
-def _open_range(loops: Sequence[object], vendor: Vendor) -> list[str]:
+def _output_range_columns(loops: Sequence[object], vendor: Vendor) -> list[str]:
     """The columns of the output's range, be they empty, so that a sheet says that a loop has none."""
-    says_none = "output" in scaled_sides(vendor.model) and any(
+    lacks_range = "output" in scaled_sides(vendor.model) and any(
         value_at(loop, ("output", "range")) is None for loop in loops
     )
-    return [f"output.range{end}" for end in PAIR_ENDS] if says_none else []
+    return [f"output.range{end}" for end in PAIR_ENDS] if lacks_range else []
 
 
-def _column_order(name: str, order: dict[str, int]) -> int:
+def _column_order(name: str, key_indices: dict[str, int]) -> int:
     for end in PAIR_ENDS:
         name = name.removesuffix(end)
-    return order.get(name, len(order))
+    return key_indices.get(name, len(key_indices))
 
 
-def _cells_of(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
+def _cells_of(value: Any, path: str = "") -> Iterator[tuple[str, Value]]:
     """The values of a loop by key; a pair is two, any other list one in brackets."""
     if isinstance(value, dict):
         for key, inner in value.items():
-            yield from _cells_of(inner, f"{above}.{key}" if above else key)
+            yield from _cells_of(inner, f"{path}.{key}" if path else key)
     elif isinstance(value, list) and len(value) == PAIR_LENGTH and not any(isinstance(x, dict | list) for x in value):
-        yield from ((f"{above}{end}", _cell_value(inner)) for end, inner in zip(PAIR_ENDS, value, strict=True))
+        yield from ((f"{path}{end}", _cell_value(inner)) for end, inner in zip(PAIR_ENDS, value, strict=True))
     else:
-        text = above.rpartition(".")[2] in TEXT_KEYS and isinstance(value, Plain)
+        is_text = path.rpartition(".")[2] in TEXT_KEYS and isinstance(value, Plain)
         yield (
-            above,
-            to_flow_yaml(value) if isinstance(value, list) else _cell_text(value) if text else _cell_value(value),
+            path,
+            to_flow_yaml(value) if isinstance(value, list) else _cell_text(value) if is_text else _cell_value(value),
         )
 
 
@@ -298,7 +298,7 @@ def as_workbook(doc: Document, vendor: Vendor) -> bytes:
     stream = io.BytesIO()
     options = {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False, "strings_to_numbers": False}
     with xlsxwriter.Workbook(stream, options) as book:
-        book.set_properties({"created": CREATED})
+        book.set_properties({"created": CREATION_TIME})
         sheet = book.add_worksheet("loops")
         bold = book.add_format({"bold": True, "bg_color": "#E4E9EE", "bottom": 1})
         lines: list[list[Value]] = [*([key, value] for key, value in head), list(columns), *rows]

@@ -143,27 +143,27 @@ def encode_checked(checked: Checked, name: str, options: EncodeOptions) -> Encod
         if options.live:
             raise ArgumentError("`live` is for `changed_from` only", "live", "changed_from")
         return _with_texts(result, kind, options.into)
-    return _only_changed_words(result, kind, Subject(vendor, checked.config, encoding), options)
+    return _keep_changed_words(result, kind, Subject(vendor, checked.config, encoding), options)
 
 
-def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
+def modbus_of(checked: Checked, map_file: MapFile | None) -> FileKind:
     """The format ``modbus`` of a configuration, by its vendor's map or a stated one; raises `UnusableMapError`."""
     from pidcfg.encoders.listing import modbus_kind, named_modbus_kind
     from pidcfg.encoders.modbus_map import NamedNumbering
     from pidcfg.validate.map_files import numbering_of, space_of
 
-    if checked.vendor is not None and stated is None and MODBUS in (formats := formats_of(checked.vendor).FORMATS):
+    if checked.vendor is not None and map_file is None and MODBUS in (formats := formats_of(checked.vendor).FORMATS):
         kind: FileKind = formats[MODBUS]
         return kind
     if checked.vendor is None or checked.encoding is None:
         raise ValueError(f"{checked.document.file} has no memory")
-    numbering = numbering_of(checked.vendor, stated, checked.encoding.image, checked.document.file)
+    numbering = numbering_of(checked.vendor, map_file, checked.encoding.image, checked.document.file)
     if isinstance(numbering, NamedNumbering):
         return named_modbus_kind(numbering.cells)
     return modbus_kind(space_of(checked.vendor), numbering)
 
 
-def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
+def _keep_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
     """The result with what differs from a listing, or from what another configuration is encoded to."""
     if not kind.may_be_partial:
         formats = [other.name for other in formats_of(subject.vendor).FORMATS.values() if other.may_be_partial]
@@ -174,10 +174,10 @@ def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, 
     data, name = options.changed_from or (b"", "")
     is_configuration = PurePath(name).suffix.lower() in SUFFIXES
     if is_configuration:
-        old = check_document(read_document(data, name, result.document.limits))
-        if old.encoding is None or not old.encoding.is_complete:
-            return replace(result, findings=(*result.findings, *errors_in(old.findings)[:1]))
-        data = _words_of(old, subject.vendor)
+        baseline = check_document(read_document(data, name, result.document.limits))
+        if baseline.encoding is None or not baseline.encoding.is_complete:
+            return replace(result, findings=(*result.findings, *errors_in(baseline.findings)[:1]))
+        data = _words_of(baseline, subject.vendor)
     try:
         listing = read_listing(data, subject.vendor, result.document.limits)
     except ListingError as error:
@@ -186,12 +186,12 @@ def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, 
     return replace(_with_texts(replace(result, image=image), kind, None), merged=notes)
 
 
-def _words_of(old: Checked, vendor: Vendor) -> bytes:
+def _words_of(baseline: Checked, vendor: Vendor) -> bytes:
     """The listing of a configuration, which is one of this vendor."""
-    if old.vendor is not vendor or old.encoding is None:
-        title = "no vendor" if old.vendor is None else old.vendor.title
+    if baseline.vendor is not vendor or baseline.encoding is None:
+        title = "no vendor" if baseline.vendor is None else baseline.vendor.title
         raise ArgumentError(f"`changed_from` is a file of {title}, not of {vendor.title}", "changed_from")
-    text: str = format_of(vendor, "json").write(old.encoding.image, ())
+    text: str = format_of(vendor, "json").write(baseline.encoding.image, ())
     return text.encode()
 
 

@@ -72,9 +72,9 @@ def command(
     elif kind == "csv":
         text = sheets.as_csv(doc, vendor, comma=decimal_comma)
     else:
-        from pidcfg.output.sheets import whole_text
+        from pidcfg.output.sheets import expanded_text
 
-        text = whole_text(doc)
+        text = expanded_text(doc)
     if out is None:
         echo(str(text))
         return

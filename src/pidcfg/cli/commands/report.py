@@ -22,7 +22,7 @@ from pidcfg.output.reporting import (
     ReadInput,
     ReportInputs,
     RunInput,
-    add_all,
+    collect_inputs,
     configuration_input,
     content_of,
     named_input,
@@ -126,7 +126,7 @@ def gather_inputs(
         entries.append(entry if entry.is_piped else replace(entry, data=b""))
     names = frozenset(entry.name for entry in entries)
     inputs = list(_read_inputs(entries, (limits, names, max(scenarios, 1), pictures), jobs, progress))
-    return add_all(inputs)
+    return collect_inputs(inputs)
 
 
 def _read_inputs(

@@ -14,7 +14,7 @@ from pidcfg.cli.formats.findings import distinct_lines, markdown_cell, names_of
 from pidcfg.cli.plots import chart_text
 from pidcfg.conversion import KINDS_BY_HARM, LOSSES, text_of
 from pidcfg.conversion.operation import PREFIX
-from pidcfg.output.conversion import SEVERAL_LINES
+from pidcfg.output.conversion import SEVERAL_LINES_NOTE
 from pidcfg.text.signs import to_one_line
 from pidcfg.text.writer import json_text
 
@@ -142,7 +142,7 @@ def _named_lines(rows: Sequence[NamedDifference]) -> Iterator[str]:
 
 def _line_of(row: NamedDifference) -> tuple[str, str]:
     """The field and the note of the report's line that names a difference."""
-    return ("rounding", SEVERAL_LINES) if row.line is None else (row.line.field, row.line.note)
+    return ("rounding", SEVERAL_LINES_NOTE) if row.line is None else (row.line.field, row.line.note)
 
 
 def _rule_changes(rows: Sequence[Change]) -> list[Change]:

@@ -74,7 +74,7 @@ TIME_KEYS = ("time_constant", "time_constant_2", "dead_time")
 
 def robust_lines(gains: RobustGains, reason: str) -> Iterator[str]:
     """The loop, the plants, and what holds on them."""
-    data, robust = gains.to_json(), gains.found
+    data, robust = gains.to_json(), gains.tuning
     filter_text = "no PV filter" if data["pv_share"] == 1 else f"PV filter {data['pv_share']:.4g} per sample"
     yield f"  rule         holds: {reason}"
     yield f"  loop         samples every {data['sample_time']:g} s, {filter_text}"
@@ -88,15 +88,15 @@ def robust_lines(gains: RobustGains, reason: str) -> Iterator[str]:
     yield f"  worst IAE    {data['worst_iae']:.4g} after a step of 1 at the output{slowest}"
     if robust.words:
         yield from _grid_lines(data)
-    if gains.confirmed is not None:
-        yield f"  certified    {_confirmation_text(gains.confirmed)}"
-    for text in gains.assumed:
+    if gains.confirmation is not None:
+        yield f"  certified    {_confirmation_text(gains.confirmation)}"
+    for text in gains.assumptions:
         yield f"  assumed      {text}"
 
 
 def _plants_text(gains: RobustGains, count: int) -> str:
     """How many there are, and what they differ by."""
-    spreads = gains.found.spreads
+    spreads = gains.tuning.spreads
     if not spreads:
         return "the process alone; --vary says what is uncertain"
     corners = 2 ** len(spreads)
@@ -142,7 +142,7 @@ def _spread_text(name: str, low: float, high: float, *, negative: bool) -> str:
 
 def _plant_text(plant: dict[str, float], gains: RobustGains) -> str:
     """The numbers of a plant that vary."""
-    names = {spread.name.replace("second_time_constant", "time_constant_2") for spread in gains.found.spreads}
+    names = {spread.name.replace("second_time_constant", "time_constant_2") for spread in gains.tuning.spreads}
     signed = {**plant, "gain": -plant["gain"]} if gains.is_negative else plant
     numbers = [
         f"{k.replace('_', ' ')} {v:.5g}{' s' if k in TIME_KEYS else ''}" for k, v in signed.items() if k in names
@@ -175,8 +175,8 @@ def tuning_text(tuned: TuneResult) -> str:
         f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
     robustness = _robustness_lines(tuned.judgement)
-    if tuned.forecast is not None and tuned.around is not None:
-        robustness[-1:] = [robustness[-1], *_forecast_lines(tuned.around, tuned.forecast)]
+    if tuned.forecast is not None and tuned.conditions is not None:
+        robustness[-1:] = [robustness[-1], *_forecast_lines(tuned.conditions, tuned.forecast)]
     if tuned.robust is not None:  # the margins are those of the sampled loop, on the worst plant
         robustness[:2] = robust_lines(tuned.robust, tuned.judgement.reason)
     lines += ["", *robustness]
