@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from pidcfg.output.explanation.lookup import placed_decisions
+from pidcfg.output.explanation.lookup import decisions_with_modules
 from pidcfg.validate import rule_page
 from pidcfg.validate.catalog import GROUPS, find_rules, rule_anchor, text_of
 from pidcfg.vendors import VENDORS
@@ -109,7 +109,7 @@ def subject(module: str) -> str:
 
 def decisions() -> str:
     """What pidcfg does where a manual is silent or contradicts itself, and on what grounds."""
-    found, text = [(subject(module), decision) for module, decision in placed_decisions()], DECISIONS
+    found, text = [(subject(module), decision) for module, decision in decisions_with_modules()], DECISIONS
     for group in (EVERY, *(vendor.title for vendor in VENDORS.values()), CONVERSION):
         own = [decision for about, decision in found if about == group]
         text += f"\n## {group}\n" if own else ""

@@ -45,7 +45,7 @@ ALL = list(VENDORS)
 def pages(text, *, vendor=None, loop=False, starts=()):
     """The explanations of a thing."""
     return explain_question(
-        Question.of(text, loop=loop, starts=tuple(starts)), [vendor] if vendor else ALL, all_decisions
+        Question.of(text, at_example=loop, starts=tuple(starts)), [vendor] if vendor else ALL, all_decisions
     )
 
 
@@ -892,14 +892,14 @@ ELSEWHERE = ("pidcfg", "vendor", "plc.map", "cascade_from", "ramp_soak.")
 """The head of the file, and keys that several registers hold together."""
 
 
-@pytest.mark.parametrize("vendor", [key for key in ALL if hasattr(VENDORS[key].load("explainer"), "unstored")])
+@pytest.mark.parametrize("vendor", [key for key in ALL if hasattr(VENDORS[key].load("explainer"), "unstored_keys")])
 def test_every_key_is_in_a_register_or_told(vendor):
     book = VENDORS[vendor].load("explainer")
     held = {row.path for block in book.blocks for row in block.table.points if row.path}
     for path in {leaf.removeprefix("loops.") for leaf in leaves(VENDORS[vendor].model)}:
         in_register = any(f"{p}.".startswith(f"{path}.") or path.startswith(f"{p}.") for p in held)
-        assert in_register != (path in book.unstored) or path.startswith(ELSEWHERE), path
-    for path in book.unstored:
+        assert in_register != (path in book.unstored_keys) or path.startswith(ELSEWHERE), path
+    for path in book.unstored_keys:
         assert [page.holds for page in pages(path, vendor=vendor) if page.holds], path
 
 

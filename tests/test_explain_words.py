@@ -414,7 +414,7 @@ def test_every_message_with_its_code_and_place_leads_to_its_rule():
 
 def test_the_message_of_every_rule_leads_to_it():
     for code, rule in find_rules().items():
-        if len(wording.HOLE.sub("", rule.message)) >= wording.LEAST_LETTERS:
+        if len(wording.PLACEHOLDER.sub("", rule.message)) >= wording.MIN_LETTERS:
             assert code in wording.message_subjects(rule.message, list(VENDORS)), rule.message
 
 

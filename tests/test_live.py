@@ -27,16 +27,16 @@ from pidcfg.live.link import (
     Address,
     AddressError,
     Link,
-    Patience,
     PlcError,
     Request,
+    RetryPolicy,
     parse_address,
     parse_listen,
     serial_reason,
     unexpected_answer,
 )
 from pidcfg.live.pull import _operator_notes, _value_text, compare_with, read_plc, source_of
-from pidcfg.live.reading import READINGS, implausible_contents
+from pidcfg.live.reading import MAX_READINGS, implausible_contents
 from pidcfg.live.reading import Registers as LoopRegisters
 
 HOLDING, GAIN, SP, V7640 = "holding", 0o2010, 0o2002, 0o7640
@@ -174,7 +174,7 @@ def test_every_setting_word_counts_and_what_runs_does_not(desk, memory):
     checked = pidcfg.check_file(DL06)
     plc = source_of("modbus://127.0.0.1", checked, None, {})
     with desk.plc(Registers(memory[DL06])) as url:
-        image = read_plc(source_of(url, checked, None, {}), Patience())
+        image = read_plc(source_of(url, checked, None, {}), RetryPolicy())
     alike = set()
     for row in LOOP_TABLE.words:
         cells = (replace(c, raw=c.raw ^ 0x0010) if c.number == 0o2040 + row.offset else c for c in image.cells)
@@ -232,7 +232,9 @@ def test_settings_that_never_agree_are_refused_and_live_words_may_change(desk, m
 
     with (
         desk.plc(Registers(memory[DL06], restless((HOLDING, 0o2010)))) as url,
-        pytest.raises(PlcError, match=f"settings changed during each of {READINGS} readings: V2010 of FIC-102; look"),
+        pytest.raises(
+            PlcError, match=f"settings changed during each of {MAX_READINGS} readings: V2010 of FIC-102; look"
+        ),
     ):
         pidcfg.pull(url, like=DL06)
     with desk.plc(Registers(memory[DL06], restless((HOLDING, 0o2003)))) as url:
@@ -533,7 +535,7 @@ def test_numbers_whose_registers_stand_in_the_other_order(values, said):
 
 
 def test_a_request_asks_for_what_the_protocol_allows():
-    assert link_module.MOST_PER_REQUEST == {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
+    assert link_module.MAX_PER_REQUEST == {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
 
 
 def test_a_connection_that_is_not_made_is_closed(monkeypatch):
@@ -544,13 +546,13 @@ def test_a_connection_that_is_not_made_is_closed(monkeypatch):
 
     client = SimpleNamespace(ctx=SimpleNamespace(connect=connect), close=lambda: closed.append(True))
     monkeypatch.setattr(link_module, "_client_of", lambda *_: client)
-    with pytest.raises(link_module._Unanswered, match=r"^$"):
-        apart(Link(Address("h"), Patience())._connect())
+    with pytest.raises(link_module._NoAnswer, match=r"^$"):
+        apart(Link(Address("h"), RetryPolicy())._connect())
     assert closed == [True]
 
 
 def test_an_error_without_a_code_is_an_exception_all_the_same():
-    link = Link(Address("h"), Patience())
+    link = Link(Address("h"), RetryPolicy())
     with pytest.raises(
         PlcError, match=r"h:502: read coils .*: exception 0 \(not in the protocol\); look at the set-up"
     ):
@@ -566,7 +568,7 @@ def test_a_request_is_sent_again_at_once_and_to_a_busy_plc_a_little_later(desk, 
         await sleep(0)
 
     async def read(url):
-        async with Link(parse_address(url), Patience(2.0, 2)) as link:
+        async with Link(parse_address(url), RetryPolicy(2.0, 2)) as link:
             monkeypatch.setattr(link_module.asyncio, "sleep", noted)
             with pytest.raises(PlcError, match="tried 3 times"):
                 await link.read(Request("holding", 4000, 3, "V7640"))

@@ -42,7 +42,7 @@ from pidcfg.encoders.click.files import FORMATS
 from pidcfg.encoders.click.image import encode
 from pidcfg.encoders.codecs import single_bits
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
-from pidcfg.live.link import Address, Link, Patience, PlcError, Request, parse_address
+from pidcfg.live.link import Address, Link, PlcError, Request, RetryPolicy, parse_address
 from pidcfg.schemas.click import ClickFile
 from pidcfg.text.source import read_document
 from test_serve import served, virtual
@@ -417,7 +417,7 @@ def test_every_request_fits_into_the_protocol(desk):
         assert registers.requests == 6  # three blocks, read twice
 
         async def read():
-            async with Link(Address("127.0.0.1", int(url.rpartition(":")[2])), Patience()) as link:
+            async with Link(Address("127.0.0.1", int(url.rpartition(":")[2])), RetryPolicy()) as link:
                 return await link.read(Request("coil", 16484, 40, "C101 to C140"))
 
         assert len(apart(read())) == 40

@@ -567,9 +567,9 @@ def test_an_as_is_asked_for_little_at_once():
     result = pidcfg.encode(path)
     numbering = numbering_of(VENDORS["dpide"], MapFile(filled(path), "map"), result.image)
     registers = NamedRegisters(VENDORS["dpide"], numbering, result.image)
-    assert registers.most_per_request["holding"] == 100
+    assert registers.max_per_request["holding"] == 100
     whole = list(registers._requests(registers.names))
-    registers.most_per_request = {"holding": 4, "coil": 1}
+    registers.max_per_request = {"holding": 4, "coil": 1}
     parts = list(registers._requests(registers.names))
     assert max(request.count for request, _ in whole) > 4
     assert max(request.count for request, _ in parts) <= 4
@@ -683,7 +683,7 @@ def test_what_the_plc_or_its_operator_writes_may_change_while_it_is_read(desk):
     text = filled(path)
     image = pidcfg.encode(path).image
     registers = NamedRegisters(VENDORS["nextopid"], numbering_of(VENDORS["nextopid"], MapFile(text, "m"), image), image)
-    agreed = [registers._same_setting(name, {name: 0}, {name: 1}) for name in ("TIC_1.Direct", "TIC_1.Manual")]
+    agreed = [registers._is_same_setting(name, {name: 0}, {name: 1}) for name in ("TIC_1.Direct", "TIC_1.Manual")]
     assert agreed == [False, True], "a switch is one bit, and the lowest one"
     places = {cell.address: (place.table, place.register) for cell, place in numbered(path, text)}
 

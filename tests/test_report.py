@@ -95,7 +95,7 @@ def test_the_parameters_are_those_that_encode_writes(name):
 def test_a_setting_has_its_value_unit_place_and_meaning():
     found = settings(example("dl06/reactor"), 1)
     gain, alarm, mode = found["tuning.gain"], found["alarms.pv.high"], found["mode"]
-    assert (str(gain.value), gain.unit, gain.place, gain.given) == ("2.50", "%/%", "V2050", True)
+    assert (str(gain.value), gain.unit, gain.place, gain.is_given) == ("2.50", "%/%", "V2050", True)
     assert gain.meaning.startswith("Gain Kc")
     assert (str(alarm.value), alarm.unit, alarm.place) == ("130", "degC", "V2055")
     assert (mode.value, mode.place) == ("auto", "no register")
@@ -106,7 +106,7 @@ def test_a_setting_has_its_value_unit_place_and_meaning():
     assert found["ramp_soak.table"].value == "V3000"
     assert found["ramp_soak.steps[1].slope"].unit == "degC/s"
     assert found["ramp_soak.steps[1].slope"].place == "V3005"
-    assert found["algorithm"].given is False
+    assert found["algorithm"].is_given is False
 
 
 def test_a_setting_that_stands_for_a_register_has_its_place():

@@ -25,7 +25,7 @@ from pidcfg.output.report import (
     Title,
     Units,
     contents_of,
-    found_text,
+    measured_quantity,
     measurement_text,
     metric_unit,
     worst_trend,
@@ -120,7 +120,7 @@ def printer():
 @pytest.mark.parametrize("name", ["dl06/extruder", "click/tank", "ezlogix/oven", "nextopid/cascade", "dpide/oven"])
 def test_a_default_is_printed_with_full_only(name):
     report = content(name)
-    given = {s.path for _, loop in report.loops for g in loop.groups for s in g.settings if s.given}
+    given = {s.path for _, loop in report.loops for g in loop.groups for s in g.settings if s.is_given}
     default = {s.path for _, loop in report.loops for g in loop.groups for s in g.settings} - given
     assert default
     short, full = settings_of(report_page(report)), settings_of(report_page(report, full=True))
@@ -260,7 +260,7 @@ def test_a_metric_has_the_unit_of_its_loop(metric, unit):
 )
 def test_what_was_found_has_its_unit(text, value, shown):
     units = {"TIC-1": Units("degC", "%", {"TIC-1.PV": "degC", "TIC-1.OUT": "%"})}
-    assert found_text(Verdict(text, passed=True, value=value, loop="TIC-1"), units) == shown
+    assert measured_quantity(Verdict(text, passed=True, value=value, loop="TIC-1"), units) == shown
 
 
 def test_the_metrics_of_a_run_have_units(tmp_path):

@@ -268,7 +268,7 @@ def not_better(search, gains, error):
 
 def test_no_neighbour_is_better(dl06):
     """Words a few counts off either have a larger IAE on some plant, or an Ms above the limit."""
-    search, best = dl06.robust.found.search, dl06.robust.found.result
+    search, best = dl06.robust.tuning.search, dl06.robust.tuning.result
     for up, along in product(range(-3, 4), range(-12, 13, 3)):
         gains = Gains(best.gains.gain + up / 100, best.gains.integral_time + along / 10, 0.0)
         assert (up, along) == (0, 0) or not_better(search, gains, best.error), gains
@@ -283,14 +283,14 @@ def test_what_holds_is_told(dl06):
     assert (data["plants"], data["every_word"], data["ms_limit"]) == (205, True, 1.6)
     assert data["worst_ms"] <= 1.6
     assert data["cost_percent"] > -0.1
-    assert data["worst_iae"] == pytest.approx(dl06.robust.found.result.error)
+    assert data["worst_iae"] == pytest.approx(dl06.robust.tuning.result.error)
     assert dl06.vendor.values[0].stored == round(dl06.vendor.values[0].wanted, 2)
     json.dumps(dl06.to_json())
 
 
 def test_refining_finds_nothing_better():
     """Numbers in floating point: what is near the result and allowed has no IAE that is better by 0.1 %."""
-    found = tuned(vendor="click").robust.found
+    found = tuned(vendor="click").robust.tuning
     rng = random.Random(4)
     best = found.result
     for _ in range(60):
@@ -308,7 +308,7 @@ def test_every_vendor_gets_gains_that_it_holds(vendor):
     span = {"span": 2.0}.get(VENDORS[vendor].load("tuned").gain_unit, 1.0)
     assert stored[0] / span == pytest.approx(result.gains.gain, rel=1e-12 if vendor not in FLOATS else 1e-7)
     assert stored[1] == pytest.approx(result.gains.integral_time, rel=1e-7)
-    assert result.robust.found.result.ms <= 1.6
+    assert result.robust.tuning.result.ms <= 1.6
 
 
 SLOW = {"gain": 0.5, "time_constant": 5000, "dead_time": 500, "sample_time": 99, "vary": None}
@@ -321,8 +321,8 @@ def test_a_slow_loop_of_a_dl06_has_its_reset_in_minutes():
     assert (reset.unit, reset.problem) == ("min", None)
     assert 60 * float(reset.stored) == pytest.approx(found.gains.integral_time)
     assert 1900 < found.gains.integral_time < 2200
-    assert found.robust.found.cost_percent < 0.1
-    assert found.robust.assumed == ()
+    assert found.robust.tuning.cost_percent < 0.1
+    assert found.robust.assumptions == ()
 
 
 def test_the_longest_time_that_is_tried_is_one_that_the_plc_holds():
@@ -338,19 +338,19 @@ def test_the_longest_time_that_is_tried_is_one_that_the_plc_holds():
 )
 def test_a_file_s_reset_at_the_end_of_its_seconds_is_said(dl06, monkeypatch, integral, unit, said):
     """The unit of a file's loop stays, since a rule changes gains alone."""
-    best = dl06.robust.found
+    best = dl06.robust.tuning
     one = replace(best, result=replace(best.result, gains=Gains(1.0, integral, 0.0)))
     monkeypatch.setattr("pidcfg.output.robust.find_robust_gains", lambda *_: one)
     text = (files("pidcfg") / "cli/starters/dl06.yaml").read_text("utf-8")
     text = text.replace("rate: 2.0 ", "rate: 99 ").replace("reset_unit: seconds", f"reset_unit: {unit}")
     found = tuned(into=text.encode(), into_name="f.yaml", **SLOW)
-    assert any("reset_unit: minutes" in remark for remark in found.robust.assumed) == said
+    assert any("reset_unit: minutes" in remark for remark in found.robust.assumptions) == said
 
 
 def test_pid_is_better_than_pi():
     pi, pid = (tuned(form=form, vary=None, sample_time=1) for form in ("PI", "PID"))
-    assert pid.robust.found.result.error < 0.8 * pi.robust.found.result.error
-    assert pid.robust.found.result.ms <= 1.6
+    assert pid.robust.tuning.result.error < 0.8 * pi.robust.tuning.result.error
+    assert pid.robust.tuning.result.ms <= 1.6
 
 
 @pytest.mark.parametrize(
@@ -419,15 +419,15 @@ def test_words_that_are_too_coarse_are_said():
 def test_the_virtual_plc_has_the_error_that_is_told(vendor):
     """A step of a tenth of the output on plants that hardly differ; the words of a DL06 add a little."""
     result = tuned(vendor=vendor, vary="gain=99.9%..100.1%", samples=2)
-    done = result.robust.confirmed
+    done = result.robust.confirmation
     assert (done.plc, done.samples, done.held_count) == (vendor, 2, 2)
-    assert done.largest == pytest.approx(10 * result.robust.found.result.error, rel=0.03)
+    assert done.largest == pytest.approx(10 * result.robust.tuning.result.error, rel=0.03)
     assert "2 of 2 samples on a virtual " + vendor in tuning_text(result)
 
 
 def test_gains_that_do_worse_are_not_confirmed(dl06):
     """The limit is that of the gains which were found; a quarter of the gain has four times the error."""
-    found = dl06.robust.found
+    found = dl06.robust.tuning
     done = confirm_gains(found, PLANT, None, None, 2, DEFAULT)
     assert done.passed
     weak = replace(found.result, gains=replace(found.result.gains, gain=found.result.gains.gain / 4))

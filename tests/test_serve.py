@@ -28,16 +28,16 @@ from pidcfg.live import serving as serving_module
 from pidcfg.live import trend as trend_module
 from pidcfg.live.link import Address, PlcError
 from pidcfg.live.serving import (
-    FASTEST_SPEED,
-    MOST_LISTED,
-    MOST_WAITING,
+    MAX_LISTED_WRITES,
+    MAX_SPEED,
+    MAX_WAITING_REQUESTS,
     VirtualPlc,
     _run_in_real_time,
     _server_of,
     is_flood,
     serve_plcs,
 )
-from pidcfg.live.trend import Recording, _readings
+from pidcfg.live.trend import TrendOptions, _readings
 from pidcfg.sim.controllers.settings import RegisterError
 from pidcfg.study.scenario import load_scenario
 from pidcfg.text.reader import DEFAULT, reader_of
@@ -275,7 +275,7 @@ def test_each_function_reads_or_writes_its_table():
 def test_a_plc_that_was_never_moved_has_a_report():
     plc = virtual("click")
     report = plc.report()
-    assert (plc.run.last, report.duration, plc.unlisted) == (0, 0.0, 0)
+    assert (plc.run.last, report.duration, plc.unlisted_writes) == (0, 0.0, 0)
     plc = virtual("click")
     plc.advance(5)
     plc.report()
@@ -296,15 +296,15 @@ def test_a_set_point_that_is_written_begins_a_step_and_nothing_else_does(monkeyp
     plc.write("holding", DF101, halves(before + 7))
     assert plc.run.agenda.past_events[-1].at == pytest.approx(20 * plc.dt)
     assert plc.dt != 1.0
-    assert [trend_module.has_place(VENDORS["click"].load("numbering"), place) for place in (101, -7)] == [True, False]
+    assert [trend_module.is_mapped(VENDORS["click"].load("numbering"), place) for place in (101, -7)] == [True, False]
 
 
 def test_a_panel_that_writes_all_the_time_does_not_fill_the_memory():
     plc = virtual("click")
-    for k in range(MOST_LISTED + 50):
+    for k in range(MAX_LISTED_WRITES + 50):
         plc.write("holding", DF101, halves(100.0 + k % 2))
-    assert plc.unlisted == 50
-    assert len(plc.report().events) == MOST_LISTED
+    assert plc.unlisted_writes == 50
+    assert len(plc.report().events) == MAX_LISTED_WRITES
 
 
 def test_a_dl06_is_served_and_compared_and_goes_on(desk):
@@ -442,7 +442,7 @@ def test_rows_of_a_trend_that_are_late_are_left_out(monkeypatch):
         return link, numbers
 
     async def read():
-        registers, recording = SimpleNamespace(read_words=words), Recording(None, 1.0, 7.0, None)
+        registers, recording = SimpleNamespace(read_words=words), TrendOptions(None, 1.0, 7.0, None)
         async for at, _ in _readings(None, registers, [], recording):
             times.append(at)
 
@@ -506,17 +506,17 @@ def test_as_many_requests_as_the_protocol_allows_may_be_under_way(desk):
         socket.create_connection(("127.0.0.1", port), 5) as line,
     ):
         for _ in range(3):
-            line.sendall(READ * MOST_WAITING)
+            line.sendall(READ * MAX_WAITING_REQUESTS)
             assert answer(line)
-        line.sendall(READ * (MOST_WAITING + 1))
+        line.sendall(READ * (MAX_WAITING_REQUESTS + 1))
         while answer(line):
             pass
 
 
 def test_what_is_no_request_is_a_flood_by_its_length_alone():
     longest = bytes.fromhex("00070000 00fe") + bytes(254)
-    assert not is_flood(longest * MOST_WAITING)
-    assert is_flood(longest * MOST_WAITING + b"\0")
+    assert not is_flood(longest * MAX_WAITING_REQUESTS)
+    assert is_flood(longest * MAX_WAITING_REQUESTS + b"\0")
     for junk in (b"\xff", b"\0", b"GET / HTTP/1.1\r\n"):
         assert not is_flood(junk)
         assert is_flood(junk * 5000)
@@ -582,7 +582,7 @@ INF = float("inf")
 
 @pytest.mark.parametrize(
     "arguments",
-    [{"speed": 0.0}, {"speed": 1.01 * FASTEST_SPEED}, {"seconds": -1.0}, {"seconds": 0.0}, {"seconds": INF},
+    [{"speed": 0.0}, {"speed": 1.01 * MAX_SPEED}, {"seconds": -1.0}, {"seconds": 0.0}, {"seconds": INF},
      {"listen": "nowhere"}],
 )  # fmt: skip
 def test_arguments_that_make_no_sense(arguments):
@@ -702,10 +702,10 @@ def test_mbpoll_reads_and_writes(desk):
 @pytest.mark.parametrize(("unlisted", "tell"), [(3, None), (0, [].append)])
 def test_notes_of_a_plc_that_was_served(monkeypatch, unlisted, tell):
     async def ended(plcs, _listen, _speed, _seconds, _ready, told):
-        plcs[1].unlisted = unlisted
+        plcs[1].unlisted_writes = unlisted
         told("it cannot keep up")
 
     monkeypatch.setattr(serving_module, "serve_plcs", ended)
-    result = pidcfg.serve(SCENARIOS["click"], tell=tell, speed=FASTEST_SPEED)
+    result = pidcfg.serve(SCENARIOS["click"], tell=tell, speed=MAX_SPEED)
     assert result.notes == ("it cannot keep up", *(["3 more writes are not listed"] if unlisted else []))
     assert tell is None or tell.__self__ == ["it cannot keep up"]

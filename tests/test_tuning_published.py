@@ -132,7 +132,7 @@ def test_e6_has_the_lags_and_the_dead_time_that_are_printed(form):
 )
 def test_an_ms_above_the_limit_is_a_warning_of_every_method(name, form, numbers):
     found = pidcfg.tune(name, form, **numbers)
-    ms = found.robust.found.result.ms if found.robust else found.judgement.margins.ms
+    ms = found.robust.tuning.result.ms if found.robust else found.judgement.margins.ms
     assert any("swings when the process changes" in text for text in found.warnings) == (ms > 2.5)
     assert ms > 2.5 or name == "zn-closed"
 

@@ -84,7 +84,7 @@ def serial_reason(device: str) -> str:
 
 TCP, RTU = "modbus", "modbus+rtu"
 PORT = 502
-HIGHEST_UNIT, HIGHEST_SERIAL_UNIT = 255, 247
+MAX_UNIT, MAX_SERIAL_UNIT = 255, 247
 BAUD, PARITY = 19_200, "even"
 """Of a serial line that says nothing else."""
 PARITIES = {"none": "N", "odd": "O", "even": "E"}
@@ -151,7 +151,7 @@ def _tcp_address(url: str, parts: SplitResult, port: int | None) -> Address:
     except UnicodeError:
         raise AddressError(f"{url!r}: {parts.hostname!r} is no name of a host; {URL_FORMS}") from None
     values = _query_values(url, parts, ("unit",))
-    return Address(unquote(parts.hostname), port or PORT, _query_number(url, values, "unit", 1, 0, HIGHEST_UNIT))
+    return Address(unquote(parts.hostname), port or PORT, _query_number(url, values, "unit", 1, 0, MAX_UNIT))
 
 
 def _serial_address(url: str, parts: SplitResult) -> Address:
@@ -164,7 +164,7 @@ def _serial_address(url: str, parts: SplitResult) -> Address:
         raise AddressError(f"{url!r}: the parity is one of {', '.join(PARITIES)}")
     is_windows = device.upper().startswith("/COM")
     return Address(
-        unit=_query_number(url, values, "unit", 1, 1, HIGHEST_SERIAL_UNIT),
+        unit=_query_number(url, values, "unit", 1, 1, MAX_SERIAL_UNIT),
         device=device[1:] if is_windows else device,
         baud=_query_number(url, values, "baud", BAUD, 300, 4_000_000),
         parity=parity,
@@ -225,7 +225,7 @@ FUNCTIONS: dict[str, tuple[int, str]] = {
     "input": (4, "read input registers"),
 }
 """Number and name of the function that reads a table."""
-MOST_PER_REQUEST = {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
+MAX_PER_REQUEST = {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
 """What one request may ask for, by the protocol."""
 EXCEPTIONS = {
     1: "illegal function",
@@ -245,7 +245,7 @@ OTHER_DEVICE = "look at the name of the device, and who else has it open"
 
 
 @frozen
-class Patience:
+class RetryPolicy:
     """How long an answer may take in s, and how often a request is sent again."""
 
     timeout: float = 2.0
@@ -272,11 +272,11 @@ class Request:
 class Link:
     """A PLC at the other end of a line, as an asynchronous context; it is connected with the first request."""
 
-    def __init__(self, address: Address, patience: Patience) -> None:
+    def __init__(self, address: Address, policy: RetryPolicy) -> None:
         if find_spec("pymodbus") is None or (address.device and find_spec("serial") is None):
             package = "pyserial" if find_spec("pymodbus") else "pymodbus"
             raise PlcError(f"{address}: {package} is not installed; install pidcfg with its extra `live`")
-        self.address, self.patience = address, patience
+        self.address, self.policy = address, policy
         self._client: Any = None
         self._request_bytes = self._received = b""
         self._closed = asyncio.Event()
@@ -291,17 +291,17 @@ class Link:
 
     async def read(self, request: Request) -> list[int]:
         """The content of the registers; raises `PlcError`, `NoRegistersError` where they are not there."""
-        fault = _Unanswered("")
-        for attempt in range(self.patience.retries + 1):
+        fault = _NoAnswer("")
+        for attempt in range(self.policy.retries + 1):
             try:
                 if self._client is None:
                     await self._connect()
                 return await self._send_request(request)
-            except _Unanswered as error:
+            except _NoAnswer as error:
                 fault = error
                 if error.is_dead:
                     self._hang_up()
-                if attempt == self.patience.retries or error.is_last:
+                if attempt == self.policy.retries or error.is_last:
                     break
                 await asyncio.sleep(error.pause)
         tries = f", tried {attempt + 1} times" if attempt else ""
@@ -327,16 +327,16 @@ class Link:
         try:
             done, _ = await asyncio.wait({answer, closed}, return_when=asyncio.FIRST_COMPLETED)
             if answer not in done:
-                raise _Unanswered("the connection was closed", "PLCs take few connections: close other programs")
+                raise _NoAnswer("the connection was closed", "PLCs take few connections: close other programs")
             response = answer.result()
         except ModbusException:
             unexpected = unexpected_answer(self._request_bytes, self._received, is_serial=bool(self.address.device))
-            reason = f"no answer within {self.patience.timeout:g} s{unexpected and f', but {unexpected}'}"
+            reason = f"no answer within {self.policy.timeout:g} s{unexpected and f', but {unexpected}'}"
             suspects = ("the cable", "the unit number", "the baud rate", "the parity")[
                 : None if self.address.device else 2
             ]
             cure = f"look at {', '.join(suspects[:-1])} and {suspects[-1]}; here it is unit {unit}"
-            raise _Unanswered(reason, cure if self.address.device or not unexpected else NO_SERVER) from None
+            raise _NoAnswer(reason, cure if self.address.device or not unexpected else NO_SERVER) from None
         finally:
             for task in (answer, closed):
                 task.cancel()
@@ -350,33 +350,33 @@ class Link:
             code = int(getattr(response, "exception_code", 0))
             reason = f"exception {code} ({EXCEPTIONS.get(code, 'not in the protocol')})"
             if code in BUSY_EXCEPTIONS:
-                pause = min(0.1, self.patience.timeout)
-                raise _Unanswered(reason, "look what the PLC is busy with", is_dead=False, pause=pause)
+                pause = min(0.1, self.policy.timeout)
+                raise _NoAnswer(reason, "look what the PLC is busy with", is_dead=False, pause=pause)
             if code == NO_SUCH_REGISTER:
                 cause = "the PLC does not have all of them; look whether it is the PLC of the file"
                 raise NoRegistersError(f"{self.address}: {request}: {reason}: {cause}")
             raise PlcError(f"{self.address}: {request}: {reason}; look at the set-up of Modbus in the PLC")
         if response.function_code != FUNCTIONS[request.table][0]:
-            raise _Unanswered(f"the answer is one to function {response.function_code}", NO_SERVER)
+            raise _NoAnswer(f"the answer is one to function {response.function_code}", NO_SERVER)
         is_bits = request.table in {"coil", "discrete"}
         content = [int(value) for value in (response.bits if is_bits else response.registers)]
-        padded = -(-request.count // 8) * 8 if is_bits else request.count
-        if len(content) != padded:
-            raise _Unanswered(f"the answer holds {len(content)} of {padded} registers", NO_SERVER)
+        expected_count = -(-request.count // 8) * 8 if is_bits else request.count
+        if len(content) != expected_count:
+            raise _NoAnswer(f"the answer holds {len(content)} of {expected_count} registers", NO_SERVER)
         return content[: request.count]
 
     async def _connect(self) -> None:
         """A connection; it is not made anew by itself."""
         logging.getLogger("pymodbus.logging").addHandler(logging.NullHandler())  # this module says what is wrong
-        client = _client_of(self.address, self.patience, self._note_connection, self._note_packet)
+        client = _client_of(self.address, self.policy, self._note_connection, self._note_packet)
         try:
             is_connected = await client.ctx.connect()  # the client's own `connect` sleeps for 0.1 s
         except TERMINAL_ERRORS as error:
             reason = f"the line cannot be set up: {error.args[-1]}"
-            raise _Unanswered(reason, "look whether the device has this baud rate and parity", is_last=True) from None
+            raise _NoAnswer(reason, "look whether the device has this baud rate and parity", is_last=True) from None
         if not is_connected:
             client.close()
-            raise _Unanswered("")  # why is asked after the last try
+            raise _NoAnswer("")  # why is asked after the last try
         self._client = client
 
     def _note_connection(self, is_connected: bool) -> None:  # noqa: FBT001 - how pymodbus calls it
@@ -395,27 +395,25 @@ class Link:
             self._client.close()
             self._client = None
 
-    async def _failure_reason(self) -> _Unanswered:
+    async def _failure_reason(self) -> _NoAnswer:
         """Why there is no connection, in words."""
         if self.address.device:
             reason = await asyncio.to_thread(serial_reason, self.address.device)
-            return _Unanswered(reason, OTHER_DEVICE)
+            return _NoAnswer(reason, OTHER_DEVICE)
         try:
             connected = asyncio.open_connection(self.address.host, self.address.port)
-            _, writer = await asyncio.wait_for(connected, self.patience.timeout)
+            _, writer = await asyncio.wait_for(connected, self.policy.timeout)
         except socket.gaierror:
-            return _Unanswered(
-                f"the name {self.address.host} does not resolve", "write it otherwise, or the IP address"
-            )
+            return _NoAnswer(f"the name {self.address.host} does not resolve", "write it otherwise, or the IP address")
         except TimeoutError:
-            reason = f"no connection within {self.patience.timeout:g} s"
-            return _Unanswered(reason, "look at the cable, the address and the firewall")
+            reason = f"no connection within {self.policy.timeout:g} s"
+            return _NoAnswer(reason, "look at the cable, the address and the firewall")
         except OSError as error:
             is_refused = isinstance(error, ConnectionRefusedError)
             reason = "connection refused" if is_refused else str(error.strerror or error)
-            return _Unanswered(reason, "look at the address and the port, and whether Modbus TCP is enabled")
+            return _NoAnswer(reason, "look at the address and the port, and whether Modbus TCP is enabled")
         writer.close()
-        return _Unanswered("no connection", "try again")
+        return _NoAnswer("no connection", "try again")
 
 
 class SilentError(PlcError):
@@ -426,7 +424,7 @@ class NoRegistersError(PlcError):
     """Exception 2: the PLC does not have the registers."""
 
 
-class _Unanswered(Exception):  # noqa: N818 - it is no error before the last try
+class _NoAnswer(Exception):  # noqa: N818 - it is no error before the last try
     """A request without an answer; ``is_dead``: the connection is of no more use; ``is_last``: nor is another one."""
 
     def __init__(
@@ -438,14 +436,14 @@ class _Unanswered(Exception):  # noqa: N818 - it is no error before the last try
 
 def _client_of(
     address: Address,
-    patience: Patience,
+    policy: RetryPolicy,
     note_connection: Callable[[bool], None],
     note_packet: Callable[[bool, bytes], bytes],
 ) -> AsyncModbusTcpClient | AsyncModbusSerialClient:
     from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
     common: Data = {
-        "timeout": patience.timeout,
+        "timeout": policy.timeout,
         "retries": 0,
         "reconnect_delay": 0,
         "trace_connect": note_connection,
@@ -474,13 +472,13 @@ def run_async(work: Coroutine[object, object, R]) -> R:
     signals = _EndSignals()
     cancellable = signals.cancellable(work)
     try:
-        return signals.run(lambda: _run_in_thread(cancellable) if _is_in_a_loop() else asyncio.run(cancellable))
+        return signals.run(lambda: _run_in_thread(cancellable) if _has_running_loop() else asyncio.run(cancellable))
     finally:  # where no loop can be made, neither has begun
         cancellable.close()
         work.close()
 
 
-def _is_in_a_loop() -> bool:
+def _has_running_loop() -> bool:
     """Whether an event loop runs in this thread, as in a notebook."""
     try:
         asyncio.get_running_loop()

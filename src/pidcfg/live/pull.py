@@ -21,7 +21,7 @@ from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import Numbering, shorten_names
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
 from pidcfg.encoders.parameters import AnyImage
-from pidcfg.live.link import Address, AddressError, Link, Patience, parse_address, run_async
+from pidcfg.live.link import Address, AddressError, Link, RetryPolicy, parse_address, run_async
 from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents
 from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_unknown, vendor_named, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
@@ -40,7 +40,7 @@ from pidcfg.vendors import VENDORS, Vendor, format_of
 
 # --- What a PLC holds, as a configuration or a memory listing: the result of `pidcfg.pull` ----------------------------
 
-WITHOUT_REGISTER = "no register has them"
+NO_REGISTER_REASON = "no register has them"
 """Why settings are not read that stand in the program, in a dialog or a project."""
 PLC_PREFIX = "plc."
 """How keys of the whole PLC begin."""
@@ -91,15 +91,15 @@ class Plc:
         return ""
 
     @property
-    def unread(self) -> Mapping[str, tuple[str, ...]]:
+    def unread_settings(self) -> Mapping[str, tuple[str, ...]]:
         """Settings that are in no register, by name, under the reason."""
-        named = self.numbering if isinstance(self.numbering, NamedNumbering) else None
+        numbering = self.numbering if isinstance(self.numbering, NamedNumbering) else None
         reasons = {
-            "the map says that no register has them": () if named is None else named.unmapped,
-            "they are numbers of the program, without a device": () if named is None else named.literals,
+            "the map says that no register has them": () if numbering is None else numbering.unmapped,
+            "they are numbers of the program, without a device": () if numbering is None else numbering.literals,
         }
-        known = {name for names in reasons.values() for name in names}
-        reasons[WITHOUT_REGISTER] = tuple(name for name in self._settings_without_register() if name not in known)
+        listed = {name for names in reasons.values() for name in names}
+        reasons[NO_REGISTER_REASON] = tuple(name for name in self._settings_without_register() if name not in listed)
         return {why: names for why, names in reasons.items() if names}
 
     def _settings_without_register(self) -> Iterator[str]:
@@ -120,25 +120,25 @@ class Plc:
     @property
     def unread_notes(self) -> tuple[str, ...]:
         """Settings that a map leaves out, as notes."""
-        reasons = ((why, names) for why, names in self.unread.items() if why != WITHOUT_REGISTER)
+        reasons = ((why, names) for why, names in self.unread_settings.items() if why != NO_REGISTER_REASON)
         return tuple(f"not read, since {why}: {shorten_names([*names])}" for why, names in reasons)
 
 
 def plc_of(
     plc: str,
-    given: tuple[Source | None, str | None, Path | str | bytes | None],
+    like_vendor_map: tuple[Source | None, str | None, Path | str | bytes | None],
     options: Mapping[str, object] | None,
     files: Files,
     limits: Limits,
 ) -> Plc:
-    """The PLC that `pull` and `trend` read; ``given``: a configuration like it, its vendor, its map."""
-    like, vendor, stated = given
-    other = None if like is None else check_source(like, None, files, limits)
-    if other is None and vendor is None:
+    """The PLC that `pull` and `trend` read; ``like_vendor_map``: a configuration like it, its vendor, its map."""
+    like, vendor, map_source = like_vendor_map
+    like_config = None if like is None else check_source(like, None, files, limits)
+    if like_config is None and vendor is None:
         raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
     family = None if vendor is None else vendor_named(vendor)
-    document = None if other is None else other.document
-    return source_of(plc, other, family, options or {}, map_of_source(stated, document, files, limits))
+    document = None if like_config is None else like_config.document
+    return source_of(plc, like_config, family, options or {}, map_of_source(map_source, document, files, limits))
 
 
 def source_of(
@@ -146,7 +146,7 @@ def source_of(
     like: Checked | None,
     vendor: Vendor | None,
     options: Mapping[str, object],
-    stated: MapFile | None = None,
+    map_file: MapFile | None = None,
 ) -> Plc:
     """The PLC at a URL and what is known about it; raises `ArgumentError`, `UnusableMapError`."""
     family = vendor or (None if like is None else like.vendor)
@@ -158,7 +158,7 @@ def source_of(
     if like is not None and image is None:
         return Plc(address_of(plc), family, None, like, options)  # its findings say why; nothing is read
     file = "FILE" if like is None else like.document.file
-    return Plc(address_of(plc), family, numbering_of(family, stated, image, file), like, options)
+    return Plc(address_of(plc), family, numbering_of(family, map_file, image, file), like, options)
 
 
 def address_of(plc: str) -> Address:
@@ -169,13 +169,13 @@ def address_of(plc: str) -> Address:
         raise ArgumentError(f"`plc`: {error}", "plc") from None
 
 
-def patience_of(timeout: float, retries: int) -> Patience:
+def retry_policy(timeout: float, retries: int) -> RetryPolicy:
     """How long and how often; raises `ArgumentError`."""
     if not 0 < timeout <= 3600:
         raise ArgumentError(f"`timeout` is {timeout:g}; write seconds above 0 and up to 3600", "timeout")
     if not 0 <= retries <= 100:
         raise ArgumentError(f"`retries` is {retries}; write a whole number from 0 to 100", "retries")
-    return Patience(timeout, retries)
+    return RetryPolicy(timeout, retries)
 
 
 @frozen
@@ -214,7 +214,7 @@ class PullResult:
         return {"version": 1, "vendor": self.vendor, "plc": self.plc, "words": words}
 
 
-def pull_from(source: Plc, format_name: str, patience: Patience, limits: Limits) -> PullResult:
+def pull_from(source: Plc, format_name: str, policy: RetryPolicy, limits: Limits) -> PullResult:
     """Reads a PLC and writes what it holds in a format; raises `PlcError` where it cannot be read."""
     if format_name != YAML:
         kinds = [kind.name for kind in formats_of(source.vendor).FORMATS.values() if kind.is_complete]
@@ -222,7 +222,7 @@ def pull_from(source: Plc, format_name: str, patience: Patience, limits: Limits)
     result = PullResult(str(source.address), source.vendor.key)
     if source.like is not None and source.image is None:
         return replace(result, findings=tuple(errors_in(source.like.findings)))
-    image = read_plc(source, patience)
+    image = read_plc(source, policy)
     result = replace(result, image=image, notes=tuple(implausible_contents(image)))
     configuration = decode_files(
         [(source.registers.listing(image), str(source.address))],
@@ -237,13 +237,13 @@ def pull_from(source: Plc, format_name: str, patience: Patience, limits: Limits)
             findings=configuration.findings,
             data=configuration.data,
             text=configuration.text,
-            notes=(*source.unread_notes, *result.notes, *_unknown_mode(source), *configuration.notes),
+            notes=(*source.unread_notes, *result.notes, *_mode_note(source), *configuration.notes),
             warnings=configuration.warnings,
         )
     return _pull_listing(result, image, source, format_name, configuration.data)
 
 
-def _unknown_mode(source: Plc) -> tuple[str, ...]:
+def _mode_note(source: Plc) -> tuple[str, ...]:
     """A note where nothing that is confirmed tells in which mode the loops are."""
     if source.like is not None or getattr(source.vendor.module("encode"), "MODE_IS_CONFIRMED", True):
         return ()
@@ -251,11 +251,11 @@ def _unknown_mode(source: Plc) -> tuple[str, ...]:
     return (f"mode is manual, as after each start: {cause}",)
 
 
-def read_plc(source: Plc, patience: Patience) -> AnyImage:
+def read_plc(source: Plc, policy: RetryPolicy) -> AnyImage:
     """What a PLC holds; raises `PlcError`."""
 
     async def read_image() -> AnyImage:
-        async with Link(source.address, patience) as link:
+        async with Link(source.address, policy) as link:
             return await source.registers.read_image(link)
 
     return run_async(read_image())
@@ -267,13 +267,13 @@ def _pull_listing(result: PullResult, image: AnyImage, source: Plc, format_name:
     with suppress(DecodeError):  # words that give no configuration make a listing all the same
         if data is not None:
             reference = encoder_of(source.vendor).encode(read_settings(source.vendor.model, data, "")).image
-    known = image if reference is None else replace(image, settings=reference.settings, plc=reference.plc)
-    odd = next((cell for cell in known.cells if cell.no_number_hex), None)
-    if format_name == "json" and odd is not None:
+    complete_image = image if reference is None else replace(image, settings=reference.settings, plc=reference.plc)
+    odd_cell = next((cell for cell in complete_image.cells if cell.no_number_hex), None)
+    if format_name == "json" and odd_cell is not None:
         raise ArgumentError(
-            f"`format` json has no word for what {odd.address} holds, {odd.no_number_hex}; csv has", "format"
+            f"`format` json has no word for what {odd_cell.address} holds, {odd_cell.no_number_hex}; csv has", "format"
         )
-    return replace(result, image=known, text=format_of(source.vendor, format_name).write(known, ()))
+    return replace(result, image=complete_image, text=format_of(source.vendor, format_name).write(complete_image, ()))
 
 
 @check_arguments
@@ -297,19 +297,19 @@ def pull(
     often a request without an answer is sent again. Raises `PlcError`, and `ValueError` for a URL that is none.
     """
     source = plc_of(plc, (like, vendor, map), options, files, limits)
-    return pull_from(source, format, patience_of(timeout, retries), limits)
+    return pull_from(source, format, retry_policy(timeout, retries), limits)
 
 
 # --- A configuration against the PLC that it is for: the result of `pidcfg.compare` -----------------------------------
 
-DIFFERENT = "PID065"
+DIFF_CODE = "PID065"
 """A setting in which the PLC differs from its file."""
-UNREACHED = "PID066"
+UNREACHED_CODE = "PID066"
 """A PLC that is not reached, or does not give what is asked for."""
-UNREAD = "PID069"
+UNREAD_CODE = "PID069"
 """Settings that no register has."""
 UNREAD_CURE = "look at them in the vendor's software; --strict ends with 1 for them"
-DIFFERENT_CURE = "look who changed it: correct the file, or write its value into the PLC"
+DIFF_CURE = "look who changed it: correct the file, or write its value into the PLC"
 
 TROUBLE_CURE = "look what the PLC reports, `pidcfg explain` says what it means"
 
@@ -362,8 +362,8 @@ def compare_with(checked: Checked, source: Plc, image: AnyImage) -> CompareResul
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _loop_findings(loop, document, source.map_place)]
     notes = (*implausible_contents(image), *_operator_notes(diff))
-    unread = tuple(name for names in source.unread.values() for name in names)
-    warnings = tuple(sort_findings([*_unread_warnings(document, source.unread)]))
+    unread = tuple(name for names in source.unread_settings.values() for name in names)
+    warnings = tuple(sort_findings([*_unread_warnings(document, source.unread_settings)]))
     return CompareResult(plc, document, tuple(sort_findings(findings)), diff, notes, unread, warnings)
 
 
@@ -373,10 +373,10 @@ def _unread_warnings(document: Document, reasons: Mapping[str, Sequence[str]]) -
     for why, names in reasons.items():
         remaining = list(names)
         for i, loop in enumerate(loops):
-            own = [name for name in remaining if name.startswith(f"{loop}.")]
-            remaining = [name for name in remaining if name not in own]
-            if own:
-                keys = [name.removeprefix(f"{loop}.") for name in own]
+            loop_settings = [name for name in remaining if name.startswith(f"{loop}.")]
+            remaining = [name for name in remaining if name not in loop_settings]
+            if loop_settings:
+                keys = [name.removeprefix(f"{loop}.") for name in loop_settings]
                 yield _unread_finding(document, ("loops", i), keys, why, loop)
         if remaining:
             yield _unread_finding(document, (), remaining, why, "")
@@ -385,7 +385,7 @@ def _unread_warnings(document: Document, reasons: Mapping[str, Sequence[str]]) -
 def _unread_finding(document: Document, path: KeyPath, names: Sequence[str], why: str, loop: str) -> Diagnostic:
     message = f"could not be read, since {why}: {', '.join(names)}"
     return Diagnostic(
-        UNREAD, Severity.WARNING, message, document.file, document.locate(path), path, loop, help=UNREAD_CURE
+        UNREAD_CODE, Severity.WARNING, message, document.file, document.locate(path), path, loop, help=UNREAD_CURE
     )
 
 
@@ -425,7 +425,7 @@ def _loop_names(document: Document) -> list[str]:
 
 def _finding(document: Document, path: KeyPath, message: str, loop: str, key: str = "") -> Diagnostic:
     span = document.locate(path)
-    return Diagnostic(DIFFERENT, Severity.ERROR, message, document.file, span, path, loop, help=DIFFERENT_CURE, key=key)
+    return Diagnostic(DIFF_CODE, Severity.ERROR, message, document.file, span, path, loop, help=DIFF_CURE, key=key)
 
 
 def _difference_text(d: Difference, register: str) -> str:
@@ -457,16 +457,16 @@ def _operator_notes(diff: DiffResult) -> Iterator[str]:
             yield f"{loop.loop}: operated, and no difference: {values}"
 
 
-def read_and_compare(checked: Checked, source: Plc, patience: Patience) -> CompareResult:
+def read_and_compare(checked: Checked, source: Plc, policy: RetryPolicy) -> CompareResult:
     """Reads the PLC and compares; a file that has no memory is not compared, and nothing is read."""
     if source.image is None:
         return CompareResult(str(source.address), checked.document, tuple(errors_in(checked.findings)))
-    return compare_with(checked, source, read_plc(source, patience))
+    return compare_with(checked, source, read_plc(source, policy))
 
 
-def not_reached(file: str, message: str) -> Diagnostic:
+def unreached_finding(file: str, message: str) -> Diagnostic:
     """A file that could not be compared, as reports have it."""
-    return Diagnostic(UNREACHED, Severity.ERROR, message, file)
+    return Diagnostic(UNREACHED_CODE, Severity.ERROR, message, file)
 
 
 @check_arguments
@@ -487,4 +487,4 @@ def compare(
     """
     checked = check_source(source, name, files, limits)
     source_plc = source_of(plc, checked, None, {}, map_of_source(map, checked.document, files, limits))
-    return read_and_compare(checked, source_plc, patience_of(timeout, retries))
+    return read_and_compare(checked, source_plc, retry_policy(timeout, retries))

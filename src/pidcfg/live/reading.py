@@ -14,7 +14,7 @@ from pidcfg.encoders.modbus_map import place_text as shown_place
 from pidcfg.encoders.parameter_files import ParameterListing
 from pidcfg.encoders.parameters import AnyImage, Program, register_content
 from pidcfg.encoders.regmap import writer_of
-from pidcfg.live.link import MOST_PER_REQUEST, Link, NoRegistersError, PlcError, Request
+from pidcfg.live.link import MAX_PER_REQUEST, Link, NoRegistersError, PlcError, Request
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.paths import Data
 from pidcfg.text.references import Decision
@@ -31,19 +31,19 @@ D880 = Decision(
     "140.0 in the other order is 2.4e-41. No quantity of a loop is as small; a gateway that exchanges words is the "
     "usual cause, and each number for itself looks like a difference.",
 )
-NEXT_TO_ZERO = 1e-30
-MOST_QUOTED = 3
+TINY_NUMBER = 1e-30
+MAX_QUOTED = 3
 """Numbers that the remark names."""
 
 
 def implausible_contents(image: AnyImage) -> Iterator[str]:
     """Remarks on what was read."""
     numbers = {cell.address: cell.single_value for cell in image.cells if cell.single_value}
-    tiny = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NEXT_TO_ZERO]
+    tiny = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < TINY_NUMBER]
     if len(tiny) > len(numbers) / 2 and len(tiny) > 1:
-        more = f" and {len(tiny) - MOST_QUOTED} more" if len(tiny) > MOST_QUOTED else ""
+        more_text = f" and {len(tiny) - MAX_QUOTED} more" if len(tiny) > MAX_QUOTED else ""
         yield (
-            f"{', '.join(tiny[:MOST_QUOTED])}{more} are next to 0: the two registers of a number seem to stand in "
+            f"{', '.join(tiny[:MAX_QUOTED])}{more_text} are next to 0: the two registers of a number seem to stand in "
             "the other order; look at the set-up of the gateway, or state the order by --map"
         )
 
@@ -77,8 +77,8 @@ D872 = Decision(
     "taken from the last one. Without that there is no result.",
     "Somebody may be downloading, or an auto-tune writing its gains, while the blocks are read one after the other.",
 )
-READINGS = 5
-MOST_NAMES = 6
+MAX_READINGS = 5
+MAX_NAMES = 6
 
 
 class Registers:
@@ -94,7 +94,7 @@ class Registers:
     def __init__(self, vendor: Vendor, numbering: Numbering, like: Image | None, options: Mapping[str, object]) -> None:
         self.vendor, self.numbering, self.like, self.options = vendor, numbering, like, options
         self.areas: list[Area] = []
-        self.most_per_request: Mapping[str, int] = MOST_PER_REQUEST
+        self.max_per_request: Mapping[str, int] = MAX_PER_REQUEST
         self._find_areas = register_encoder_of(vendor).areas
         self.space = space_of(vendor)
 
@@ -117,21 +117,21 @@ class Registers:
     async def read(self, link: Link) -> dict[int, int]:
         """Raw contents by plain number; raises `PlcError`."""
         before = await self._read_once(link)
-        for _ in range(READINGS - 1):
+        for _ in range(MAX_READINGS - 1):
             words = await self._read_once(link)
-            changed = [n for n in {**before, **words} if not self._same_setting(n, before, words)]
+            changed = [n for n in {**before, **words} if not self._is_same_setting(n, before, words)]
             if not changed:
                 return words
             before = words
-        names = ", ".join(self._name_with_loop(n) for n in sorted(changed)[:MOST_NAMES])
-        message = f"settings changed during each of {READINGS} readings: {names}"
+        names = ", ".join(self._name_with_loop(n) for n in sorted(changed)[:MAX_NAMES])
+        message = f"settings changed during each of {MAX_READINGS} readings: {names}"
         raise PlcError(f"{link.address}: {message}; look who writes them: a download, an auto-tune, the ladder program")
 
     def _name_with_loop(self, number: int) -> str:
         loop = self.owners().get(number)
         return f"{self.name(number)} of {loop}" if loop else self.name(number)
 
-    def _same_setting(self, number: int, before: Mapping[int, int], after: Mapping[int, int]) -> bool:
+    def _is_same_setting(self, number: int, before: Mapping[int, int], after: Mapping[int, int]) -> bool:
         if number not in before or number not in after:
             return False
         mask = self._setting_bits[number]
@@ -140,13 +140,13 @@ class Registers:
     async def _read_once(self, link: Link) -> dict[int, int]:
         """One reading; blocks may say where others are."""
         words: dict[int, int] = {}
-        absent: set[int] = set()
+        absent_starts: set[int] = set()
         while True:
             try:
                 areas = self._find_areas(words, self.like, self.options)
             except DecodeError as error:
                 raise PlcError(f"{link.address}: {error}") from None
-            self.areas = [area for area in areas if area.start not in absent]
+            self.areas = [area for area in areas if area.start not in absent_starts]
             missing = [area for area in self.areas if any(n not in words for n in area.numbers)]
             if not missing:
                 break
@@ -155,9 +155,9 @@ class Registers:
             except NoRegistersError:
                 if not all(area.prefix for area in missing):
                     raise
-                absent |= {area.start for area in missing if not await self._is_there(link, area)}
-        written = tables_of(self.vendor).WRITTEN
-        self._setting_bits = {n: mask for area in self.areas for n, mask in area.kept_masks(written).items()}
+                absent_starts |= {area.start for area in missing if not await self._is_there(link, area)}
+        writers = tables_of(self.vendor).WRITTEN
+        self._setting_bits = {n: mask for area in self.areas for n, mask in area.kept_masks(writers).items()}
         return words
 
     async def _is_there(self, link: Link, area: Area) -> bool:
@@ -177,7 +177,7 @@ class Registers:
 
     def _requests(self, numbers: Iterable[int]) -> Iterator[tuple[Request, dict[int, Place]]]:
         """Registers that follow each other, as many at once as the protocol allows."""
-        owner = self.owners()
+        owners = self.owners()
         try:
             places = {n: self.numbering.place(n) for n in dict.fromkeys(numbers)}
         except LookupError as error:
@@ -190,11 +190,11 @@ class Registers:
                 place = places[n]
                 if place.table != first.table or place.register > end:
                     break
-                if place.register + place.width - first.register > self.most_per_request[first.table]:
+                if place.register + place.width - first.register > self.max_per_request[first.table]:
                     break
                 group.append(n)
                 end = max(end, place.register + place.width)
-            loops = dict.fromkeys(owner[n] for n in group if owner.get(n))
+            loops = dict.fromkeys(owners[n] for n in group if owners.get(n))
             description = self._span_text(group) + (f" of {', '.join(loops)}" if loops else "")
             yield Request(first.table, first.register, end - first.register, description), {n: places[n] for n in group}
             remaining = remaining[len(group) :]
@@ -234,9 +234,9 @@ class NamedRegisters(Registers):
     kind: ClassVar[type[Listing]] = ParameterListing
 
     def __init__(self, vendor: Vendor, numbering: NamedNumbering, like: Any) -> None:
-        self.vendor, self.named = vendor, numbering
+        self.vendor, self.named_numbering = vendor, numbering
         self.numbering: Any = numbering
-        self.most_per_request = getattr(vendor.module("points"), "MOST", MOST_PER_REQUEST)
+        self.max_per_request = getattr(vendor.module("points"), "MOST", MAX_PER_REQUEST)
         self.program: Program = like
         cells = [cell for cell in self.program.cells if not isinstance(cell.raw, Wire)]
         self.names: list[Any] = [cell.address for cell in cells if cell.address in numbering.places]
@@ -252,7 +252,7 @@ class NamedRegisters(Registers):
 
     def owners(self) -> Mapping[Any, str]:
         """The loop that each parameter is of."""
-        return {name: point.loop or "" for name, point in self.named.points.items()}
+        return {name: point.loop or "" for name, point in self.named_numbering.points.items()}
 
     async def read_image(self, link: Link) -> Any:
         """The program with the contents of the PLC; raises `PlcError`."""
@@ -264,11 +264,11 @@ class NamedRegisters(Registers):
 
     def parameter_value(self, name: str, raw: int, link: Link) -> Any:
         """The content of a parameter; raises `PlcError` where its registers hold no value of its type."""
-        kind = self.named.points[name].type
+        kind = self.named_numbering.points[name].type
         try:
             return register_content(kind, raw)
         except DecodeError as error:
-            place = shown_place(self.named.place(name))
+            place = shown_place(self.named_numbering.place(name))
             raise PlcError(f"{link.address}: {name}, {place}, is no {kind.name}: {error}") from None
 
 

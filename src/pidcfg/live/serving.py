@@ -13,8 +13,8 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.live.link import (
-    HIGHEST_SERIAL_UNIT,
-    HIGHEST_UNIT,
+    MAX_SERIAL_UNIT,
+    MAX_UNIT,
     PARITIES,
     RTU,
     TERMINAL_ERRORS,
@@ -76,7 +76,7 @@ class Part(NamedTuple):
 
 ENDLESS_SECONDS = Decimal(10) ** 9
 """Seconds of a run that ends when somebody ends it."""
-MOST_LISTED = 1000
+MAX_LISTED_WRITES = 1000
 """Writes that the report lists; so that a panel that writes all the time does not fill the memory."""
 
 
@@ -91,7 +91,7 @@ class VirtualPlc:
             scenario, loaded.new_plc, loaded.controller, Settings(engine="python", with_verdicts=False)
         )
         self.registers: Registers = loaded.vendor.load("virtual")(self.run.plc)
-        self.unlisted = 0
+        self.unlisted_writes = 0
         self._progress: Iterator[int] = self.run.steps_to_end()
         self._step = self.run.zero
         self._map: dict[RegisterPlace, list[Part]] = {}
@@ -177,10 +177,10 @@ class VirtualPlc:
         run = self.run
         if effect.mode is not None:
             run.journal.requested[loop] = effect.mode
-        if len(run.agenda.past_events) < MOST_LISTED:
+        if len(run.agenda.past_events) < MAX_LISTED_WRITES:
             run.agenda.past_events.append(Note(ten_digits(self.steps * self.dt), run.plc.loops[loop], effect.text))
         else:
-            self.unlisted += 1
+            self.unlisted_writes += 1
 
     def report(self) -> Report:
         """What has happened so far; the run is over then."""
@@ -195,9 +195,9 @@ TABLES |= {22: "holding", 23: "holding"}
 """The table that a function reads or writes."""
 SLICE_SECONDS = 0.02
 """Seconds for which requests may have to wait for the PLC."""
-MOST_SECONDS_BEHIND = 1.0
+MAX_LAG_SECONDS = 1.0
 """Seconds behind its time after which the PLC is said not to keep up."""
-MOST_WAITING, MBAP_BYTES, LONGEST_REQUEST = 16, 6, 254
+MAX_WAITING_REQUESTS, MBAP_BYTES, MAX_REQUEST_BYTES = 16, 6, 254
 """Requests of a client that may wait, by the protocol; bytes before the length of one, and what it is at most."""
 
 
@@ -235,7 +235,7 @@ async def serve_plcs(
     listen: Address,
     speed: float,
     seconds: float | None,
-    ready: Callable[[str], None],
+    on_ready: Callable[[str], None],
     tell: Callable[[str], None],
 ) -> None:
     """Serves PLCs, each as its unit, until it is cancelled or for so many seconds.
@@ -251,9 +251,9 @@ async def serve_plcs(
     if not is_listening:
         raise PlcError(f"{listen}: {_listen_failure(listen)}")
     try:
-        ready(_listen_place(server, listen))
-        moving = asyncio.gather(*(_run_in_real_time(plc, speed, tell) for plc in plcs.values()))
-        await (moving if seconds is None else asyncio.wait_for(moving, seconds))
+        on_ready(_listen_place(server, listen))
+        runs = asyncio.gather(*(_run_in_real_time(plc, speed, tell) for plc in plcs.values()))
+        await (runs if seconds is None else asyncio.wait_for(runs, seconds))
     except (asyncio.CancelledError, TimeoutError):
         pass
     finally:
@@ -277,9 +277,9 @@ def _server_of(plcs: Mapping[int, VirtualPlc], listen: Address) -> Any:
 def is_flood(data: bytes) -> bool:
     """Whether more requests of a client wait than it may have under way."""
     offset = 0
-    for _ in range(MOST_WAITING):
+    for _ in range(MAX_WAITING_REQUESTS):
         offset += MBAP_BYTES + min(
-            int.from_bytes(data[offset + MBAP_BYTES - 2 : offset + MBAP_BYTES], "big"), LONGEST_REQUEST
+            int.from_bytes(data[offset + MBAP_BYTES - 2 : offset + MBAP_BYTES], "big"), MAX_REQUEST_BYTES
         )
     return offset < len(data)
 
@@ -342,18 +342,18 @@ async def _run_in_real_time(plc: VirtualPlc, speed: float, tell: Callable[[str],
     """Moves the PLC on, ``speed`` times as fast as the clock."""
     begin, first, is_late = time.monotonic(), plc.steps, False
     while True:
-        due = first + int((time.monotonic() - begin) * speed / plc.dt)
+        due_step = first + int((time.monotonic() - begin) * speed / plc.dt)
         stop = time.monotonic() + SLICE_SECONDS
-        while plc.steps < due and time.monotonic() < stop:
+        while plc.steps < due_step and time.monotonic() < stop:
             plc.advance(1)
-        behind = (due - plc.steps) * plc.dt / speed
-        if behind > MOST_SECONDS_BEHIND:
+        lag = (due_step - plc.steps) * plc.dt / speed
+        if lag > MAX_LAG_SECONDS:
             rate = (plc.steps - first) * plc.dt / (time.monotonic() - begin)
             if not is_late:
                 tell(f"the simulation cannot keep up: {rate:.3g} times real time instead of {speed:g}")
             begin, first, is_late = time.monotonic(), plc.steps, True
         with suppress(asyncio.TimeoutError):
-            await asyncio.sleep(0 if plc.steps < due else min(plc.dt / speed, SLICE_SECONDS))
+            await asyncio.sleep(0 if plc.steps < due_step else min(plc.dt / speed, SLICE_SECONDS))
 
 
 # --- The virtual PLC of a scenario for others to read and to operate: the result of `pidcfg.serve` --------------------
@@ -395,55 +395,55 @@ class ServeResult:
 
 
 @frozen
-class Serving:
+class ServeOptions:
     """How a PLC is served: where, how fast, for how many seconds, and who is told what."""
 
     listen: Address
     speed: float
     seconds: float | None
-    ready: Callable[[str], None]
+    on_ready: Callable[[str], None]
     tell: Callable[[str], None]
 
 
 def serve_document(
     doc: Document,
-    serving: Serving,
+    options: ServeOptions,
     reader: Reader,
-    stated: MapFile | None = None,
+    map_file: MapFile | None = None,
     others: Mapping[int, Document] | None = None,
 ) -> ServeResult:
     """Serves the scenario of a document until it is interrupted; raises `PlcError` where it cannot listen.
 
-    ``stated``: the map, in place of the one that the configuration names; raises `UnusableMapError`. ``others``:
+    ``map_file``: the map, in place of the one that the configuration names; raises `UnusableMapError`. ``others``:
     further scenarios, by the units that they answer as.
     """
-    first = _prepare_plc(doc, reader, stated)
-    further = {unit: _prepare_plc(served, reader, None) for unit, served in (others or {}).items()}
-    if any(plc is None for _, plc in (first, *further.values())):
+    first = _prepare_plc(doc, reader, map_file)
+    other_plcs = {unit: _prepare_plc(served, reader, None) for unit, served in (others or {}).items()}
+    if any(plc is None for _, plc in (first, *other_plcs.values())):
         return ServeResult(
-            _not_served(first[0]),
-            others={unit: _not_served(loaded) for unit, (loaded, _) in further.items()},
+            _outcome_without_run(first[0]),
+            others={unit: _outcome_without_run(loaded) for unit, (loaded, _) in other_plcs.items()},
         )
-    units = {serving.listen.unit: first, **further}
+    units = {options.listen.unit: first, **other_plcs}
     notes: list[str] = []
 
     def tell(text: str) -> None:
         notes.append(text)
-        serving.tell(text)
+        options.tell(text)
 
     plcs = {unit: plc for unit, (_, plc) in units.items() if plc is not None}
-    run_async(serve_plcs(plcs, serving.listen, serving.speed, serving.seconds, serving.ready, tell))
+    run_async(serve_plcs(plcs, options.listen, options.speed, options.seconds, options.on_ready, tell))
     outcomes = [_finish_outcome(*served, notes) for served in units.values()]
-    return ServeResult(outcomes[0], tuple(notes), dict(zip(further, outcomes[1:], strict=True)))
+    return ServeResult(outcomes[0], tuple(notes), dict(zip(other_plcs, outcomes[1:], strict=True)))
 
 
-def _prepare_plc(doc: Document, reader: Reader, stated: MapFile | None) -> tuple[LoadedScenario, VirtualPlc | None]:
+def _prepare_plc(doc: Document, reader: Reader, map_file: MapFile | None) -> tuple[LoadedScenario, VirtualPlc | None]:
     """A scenario and its PLC; None where its findings say why there is none."""
     loaded = load_scenario(doc, reader)
     if loaded.scenario is None or loaded.image is None or loaded.vendor is None:
         return loaded, None
-    stated = stated or named_map(loaded.documents.get(loaded.config), reader)
-    numbering = numbering_of(loaded.vendor, stated, loaded.image, loaded.config)
+    map_file = map_file or named_map(loaded.documents.get(loaded.config), reader)
+    numbering = numbering_of(loaded.vendor, map_file, loaded.image, loaded.config)
     try:
         return loaded, VirtualPlc(loaded, numbering)
     except UnusableError as error:
@@ -451,7 +451,7 @@ def _prepare_plc(doc: Document, reader: Reader, stated: MapFile | None) -> tuple
         return loaded, None
 
 
-def _not_served(loaded: LoadedScenario) -> Outcome:
+def _outcome_without_run(loaded: LoadedScenario) -> Outcome:
     file = loaded.document.file
     return Outcome(file, loaded.config, findings=loaded.findings, documents=loaded.documents)
 
@@ -459,16 +459,16 @@ def _not_served(loaded: LoadedScenario) -> Outcome:
 def _finish_outcome(loaded: LoadedScenario, plc: VirtualPlc | None, notes: list[str]) -> Outcome:
     """What has happened to a PLC."""
     if plc is None:
-        return _not_served(loaded)
+        return _outcome_without_run(loaded)
     report = plc.report()
     loaded.add_problems(report.problems)
-    if plc.unlisted:
-        notes.append(f"{plc.unlisted} more writes are not listed")
+    if plc.unlisted_writes:
+        notes.append(f"{plc.unlisted_writes} more writes are not listed")
     findings = [*loaded.findings, *loaded.config_errors]
     return Outcome(loaded.document.file, loaded.config, report, findings, loaded.documents)
 
 
-FASTEST_SPEED = 1e6
+MAX_SPEED = 1e6
 """Times real time."""
 
 
@@ -496,25 +496,25 @@ def serve(
     is called with the place once clients can come, ``tell`` when the simulation cannot keep up. The scenario's duration
     and expectations do not count: whoever operates the PLC decides. Raises `PlcError` where nobody can listen.
     """
-    if not 0 < speed <= FASTEST_SPEED:
-        raise ArgumentError(f"`speed` is {speed:g}; write a number above 0 and up to {FASTEST_SPEED:g}", "speed")
+    if not 0 < speed <= MAX_SPEED:
+        raise ArgumentError(f"`speed` is {speed:g}; write a number above 0 and up to {MAX_SPEED:g}", "speed")
     if seconds is not None and not 0 < seconds < float("inf"):
         raise ArgumentError(f"`seconds` is {seconds:g}; write seconds above 0", "seconds")
     try:
-        place = parse_address(listen) if listen.startswith(RTU) else Address(*parse_listen(listen))
+        address = parse_address(listen) if listen.startswith(RTU) else Address(*parse_listen(listen))
     except AddressError as error:
         raise ArgumentError(f"`listen`: {error}", "listen") from None
-    highest = HIGHEST_SERIAL_UNIT if place.device else HIGHEST_UNIT
+    max_unit = MAX_SERIAL_UNIT if address.device else MAX_UNIT
     for number, argument in ((unit, "unit"), *((number, "others") for number in others or ())):
-        if number is not None and not 1 <= number <= highest:
-            raise ArgumentError(f"`{argument}` is {number}; write a whole number from 1 to {highest}", argument)
-    place = place if unit is None else replace(place, unit=unit)
-    if place.unit in (others or ()):
-        raise ArgumentError(f"`others` has unit {place.unit}, which is that of the first PLC", "others")
-    further = {number: document_of(one, None, files, limits) for number, one in (others or {}).items()}
-    serving = Serving(place, speed, seconds, ready or _ignore_text, tell or _ignore_text)
-    stated = None if map is None else map_of_source(map, None, files, limits)
-    return serve_document(document_of(source, name, files, limits), serving, reader_of(files), stated, further)
+        if number is not None and not 1 <= number <= max_unit:
+            raise ArgumentError(f"`{argument}` is {number}; write a whole number from 1 to {max_unit}", argument)
+    address = address if unit is None else replace(address, unit=unit)
+    if address.unit in (others or ()):
+        raise ArgumentError(f"`others` has unit {address.unit}, which is that of the first PLC", "others")
+    other_docs = {number: document_of(one, None, files, limits) for number, one in (others or {}).items()}
+    options = ServeOptions(address, speed, seconds, ready or _ignore_text, tell or _ignore_text)
+    map_file = None if map is None else map_of_source(map, None, files, limits)
+    return serve_document(document_of(source, name, files, limits), options, reader_of(files), map_file, other_docs)
 
 
 def _ignore_text(_: str) -> None:

@@ -17,7 +17,7 @@ from pidcfg.encoders.listing import csv_lines
 from pidcfg.encoders.modbus_map import NamedNumbering
 from pidcfg.encoders.parameters import register_content
 from pidcfg.live.link import Link, run_async
-from pidcfg.live.pull import patience_of, plc_of
+from pidcfg.live.pull import plc_of, retry_policy
 from pidcfg.live.reading import register_encoder_of
 from pidcfg.output.arguments import ArgumentError, check_arguments
 from pidcfg.output.findings import errors_in, findings_data, short_repr
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from pidcfg.encoders.parameters import AnyEncoding
-    from pidcfg.live.link import Patience
+    from pidcfg.live.link import RetryPolicy
     from pidcfg.live.pull import Plc
     from pidcfg.live.reading import Registers
     from pidcfg.schemas.iec import IecType
@@ -60,9 +60,9 @@ class Channel(NamedTuple):
     """A column: its title, the registers that it is of, and their contents as it shows them."""
 
     title: str
-    numbers: tuple[Any, ...]
+    register_keys: tuple[Any, ...]
     show: Callable[[Mapping[object, int]], str]
-    block: int | None = None
+    block_start: int | None = None
     """Where the block begins that they are in: its registers are read at once."""
 
 
@@ -93,26 +93,26 @@ class TrendResult:
 
 
 @frozen
-class Recording:
+class TrendOptions:
     """How a trend is taken: s between two rows, s altogether (None: until it is interrupted), and who gets what."""
 
     sink: Sink
     interval: float
     seconds: float | None
-    taken: Callable[[float, Mapping[str, str]], None]
+    on_row: Callable[[float, Mapping[str, str]], None]
     """Called after each row with its time and its values."""
 
 
-def record_trend(source: Plc, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
+def record_trend(source: Plc, trend_options: TrendOptions, policy: RetryPolicy, limits: Limits) -> TrendResult:
     """Records until the end or an interrupt, which keeps every row; raises `PlcError`, with the rows written too."""
     if source.like is not None and source.image is None:
         return TrendResult(str(source.address), tuple(errors_in(source.like.findings)))
-    return run_async(_record_rows(source, recording, patience, limits))
+    return run_async(_record_rows(source, trend_options, policy, limits))
 
 
-async def _record_rows(source: Plc, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
+async def _record_rows(source: Plc, trend_options: TrendOptions, policy: RetryPolicy, limits: Limits) -> TrendResult:
     result = TrendResult(str(source.address))
-    async with Link(source.address, patience) as link:
+    async with Link(source.address, policy) as link:
         registers = source.registers
         image = await registers.read_image(link)
         options = DecodeOptions(like=source.like, with_text=False)
@@ -128,36 +128,36 @@ async def _record_rows(source: Plc, recording: Recording, patience: Patience, li
             channels = [*_loop_channels(encoding, source), *_tag_channels(encoding, source)]
         columns = ("time", *(channel.title for channel in channels))
         result = replace(result, columns=columns)
-        recording.sink.write(csv_lines([columns]))
+        trend_options.sink.write(csv_lines([columns]))
         rows = 0
         try:
-            async for seconds, words in _readings(link, registers, channels, recording):
+            async for seconds, words in _readings(link, registers, channels, trend_options):
                 values = [channel.show(words) for channel in channels]
-                recording.sink.write(csv_lines([[f"{seconds:.3f}", *values]]))
+                trend_options.sink.write(csv_lines([[f"{seconds:.3f}", *values]]))
                 rows += 1
-                recording.taken(seconds, dict(zip(columns[1:], values, strict=True)))
+                trend_options.on_row(seconds, dict(zip(columns[1:], values, strict=True)))
         except asyncio.CancelledError:  # somebody has pressed Ctrl-C: what is there stays
             pass
         return replace(result, rows=rows)
 
 
-async def _readings(link: Link, registers: Registers, channels: Sequence[Channel], recording: Recording) -> Any:
+async def _readings(link: Link, registers: Registers, channels: Sequence[Channel], trend_options: TrendOptions) -> Any:
     """The words of all channels again and again, with the time of each reading since the first."""
     spans: dict[int, list[int]] = {}
     for channel in channels:
-        if channel.block is not None:
-            spans.setdefault(channel.block, []).extend(channel.numbers)
-    numbers = [n for channel in channels if channel.block is None for n in channel.numbers]
+        if channel.block_start is not None:
+            spans.setdefault(channel.block_start, []).extend(channel.register_keys)
+    numbers = [n for channel in channels if channel.block_start is None for n in channel.register_keys]
     numbers += [n for span in spans.values() for n in range(min(span), max(span) + 1)]
-    begin, due, zero = time.monotonic(), 0.0, None
-    while recording.seconds is None or due <= recording.seconds:
+    begin, due, first_time = time.monotonic(), 0.0, None
+    while trend_options.seconds is None or due <= trend_options.seconds:
         await asyncio.sleep(max(0.0, begin + due - time.monotonic()))
         words = await registers.read_words(link, numbers)
         now = time.monotonic()  # a request that was sent again has made it late
-        zero = now if zero is None else zero
-        yield now - zero, words
+        first_time = now if first_time is None else first_time
+        yield now - first_time, words
         late = time.monotonic() - begin - due
-        due += recording.interval * max(1, -(-late // recording.interval))
+        due += trend_options.interval * max(1, -(-late // trend_options.interval))
 
 
 def _loop_channels(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
@@ -184,14 +184,14 @@ def _tag_channels(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
         tags = source.vendor.load("tags")
         scales = {block.loop: block.scales for block in encoding.blocks}
         for entry in encoding.image.settings:
-            for signal, number, position in tags(entry):
-                if source.numbering is not None and has_place(source.numbering, number):
+            for signal, number, codec in tags(entry):
+                if source.numbering is not None and is_mapped(source.numbering, number):
                     loop = str(entry["loop"])
-                    decode = partial(position.decode, scale=scales[loop][position.scale])
+                    decode = partial(codec.decode, scale=scales[loop][codec.scale])
                     yield Channel(f"{loop}.{signal}", (number,), _value_text(decode, number))
 
 
-def has_place(numbering: Any, number: object) -> bool:
+def is_mapped(numbering: Any, number: object) -> bool:
     """Whether a client finds an address."""
     try:
         numbering.place(number)
@@ -229,9 +229,9 @@ def named_channels(vendor: Vendor, numbering: NamedNumbering, image: object) -> 
                     f"{loop}.{signal}", (parameter,), _parameter_text(numbering.points[parameter].type, parameter)
                 )
         keys = [name for name in points.MODE_KEYS if f"{loop}.{name}" in numbering.points]
-        placed = tuple(f"{loop}.{name}" for name in keys if f"{loop}.{name}" in numbering.places)
-        if placed and (points.LITERALS or len(placed) == len(keys)):
-            yield Channel(f"{loop}.{MODE}", placed, _named_mode_text(points.mode_of, numbering, loop, image))
+        mapped_keys = tuple(f"{loop}.{name}" for name in keys if f"{loop}.{name}" in numbering.places)
+        if mapped_keys and (points.LITERALS or len(mapped_keys) == len(keys)):
+            yield Channel(f"{loop}.{MODE}", mapped_keys, _named_mode_text(points.mode_of, numbering, loop, image))
 
 
 def _parameter_text(kind: IecType, name: str) -> Callable[[Mapping[object, int]], str]:
@@ -250,7 +250,7 @@ def _named_mode_text(
 ) -> Callable[[Mapping[object, int]], str]:
     """How the parameters that select a mode are shown; those without a register are what the program says."""
     prefix = f"{loop}."
-    fixed = {cell.field: cell.raw for cell in image.cells if cell.loop == loop}
+    unmapped_contents = {cell.field: cell.raw for cell in image.cells if cell.loop == loop}
 
     def show(words: Mapping[Any, int]) -> str:
         contents = {
@@ -258,7 +258,7 @@ def _named_mode_text(
             for name, raw in words.items()
             if name.startswith(prefix)
         }
-        return mode_of(fixed | contents)
+        return mode_of(unmapped_contents | contents)
 
     return show
 
@@ -290,8 +290,8 @@ def trend(
     if seconds is not None and not 0 <= seconds < float("inf"):
         raise ArgumentError(f"`seconds` is {seconds:g}; write seconds from 0 on", "seconds")
     source = plc_of(plc, (like, vendor, map), options, files, limits)
-    recording = Recording(sink, interval, seconds, taken or _ignore_row)
-    return record_trend(source, recording, patience_of(timeout, retries), limits)
+    trend_options = TrendOptions(sink, interval, seconds, taken or _ignore_row)
+    return record_trend(source, trend_options, retry_policy(timeout, retries), limits)
 
 
 def _ignore_row(_at: float, _values: Mapping[str, str]) -> None:

@@ -163,9 +163,9 @@ def number(description: str) -> Schema:
     return {"description": description, "type": "number"}
 
 
-def integer(description: str, least: int = 0) -> Schema:
+def integer(description: str, minimum: int = 0) -> Schema:
     """A whole number."""
-    return {"description": description, "type": "integer", "minimum": least}
+    return {"description": description, "type": "integer", "minimum": minimum}
 
 
 def flag(description: str) -> Schema:
@@ -185,7 +185,7 @@ def any_value(description: str) -> Schema:
     return {"description": description, "type": ["null", "boolean", "number", "string", "array"]}
 
 
-def one_or_several(name: str, plural: str, one: Schema, **parts: Schema) -> Schema:
+def scenarios_schema(name: str, plural: str, single: Schema, **parts: Schema) -> Schema:
     """What stands alone for one scenario, and for several in a list; ``parts``: its parts."""
     list_schema = object_of(
         "Several scenarios.",
@@ -194,11 +194,11 @@ def one_or_several(name: str, plural: str, one: Schema, **parts: Schema) -> Sche
         passed=flag(f"Whether every {name} passed."),
     )
     single_schema = {
-        **one,
-        "properties": {"version": VERSION_SCHEMA, **one["properties"]},
-        "required": ["version", *one["required"]],
+        **single,
+        "properties": {"version": VERSION_SCHEMA, **single["properties"]},
+        "required": ["version", *single["required"]],
     }
-    return {"oneOf": [single_schema, list_schema], "$defs": {name: one, **parts}}
+    return {"oneOf": [single_schema, list_schema], "$defs": {name: single, **parts}}
 
 
 # --- Findings, as ``validate`` prints them, and the others when they cannot use a file --------------------------------
@@ -540,7 +540,7 @@ def key_difference() -> Schema:
 
 def runs_schema() -> Schema:
     """One run, or a list of them when several scenarios were named."""
-    return one_or_several("run", "runs", run_object(), loop=loop_of_run(), finding=finding_row())
+    return scenarios_schema("run", "runs", run_object(), loop=loop_of_run(), finding=finding_row())
 
 
 def run_object() -> Schema:
@@ -574,13 +574,13 @@ def loop_of_run() -> Schema:
     from pidcfg.sim.judgement.meters import METRICS
     from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
 
-    measured = "In s, % of the step or the PV's unit; null where there is none."
+    metric_text = "In s, % of the step or the PV's unit; null where there is none."
     return object_of(
         "What became of a loop.",
         ("autotune", "until"),
         verdict=text("Whether the run proves that the loop controls.", *VERDICTS),
         missing=or_null(text("What keeps it from being proven.")),
-        metrics=object_of("How well it did.", **{name: or_null(number(measured)) for name in METRICS}),
+        metrics=object_of("How well it did.", **{name: or_null(number(metric_text)) for name in METRICS}),
         until=number("When an event ended overshoot, settling and rise time of the last step, in s, if one did."),
         time_in_control=number("How long it was in Auto or Cascade, in s."),
         alarms=list_of("In order of time.", alarm_row()),
@@ -664,7 +664,7 @@ def note_row() -> Schema:
 
 def batches_schema() -> Schema:
     """One batch, or a list of them when several scenarios were named."""
-    return one_or_several("batch", "batches", batch_object(), metric=metric_object(), finding=finding_row())
+    return scenarios_schema("batch", "batches", batch_object(), metric=metric_object(), finding=finding_row())
 
 
 def batch_object() -> Schema:

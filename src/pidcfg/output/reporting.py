@@ -103,7 +103,7 @@ def run_input(
         title=str((doc.data or {}).get("scenario") or ""),
         charts=charts_of(outcome) if outcome.recording is not None else (),
         units={loop: units_of(axes) for loop, axes in outcome.axes.items()},
-        before_root=signals_before_root(outcome),
+        root_signals=signals_before_root(outcome),
     )
     findings = [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
     light_outcome = replace(outcome, recording=None, documents={}, axes={})

@@ -279,12 +279,12 @@ class ComparisonRound:
 
         People are told of these on stderr.
         """
-        from pidcfg.live.pull import not_reached
+        from pidcfg.live.pull import unreached_finding
 
         unreached = (
             ()
             if fmt in FORMATS_FOR_PEOPLE
-            else (not_reached(name, message) for name, message in self.unreached.items())
+            else (unreached_finding(name, message) for name, message in self.unreached.items())
         )
         return [*(d for result in self.results for d in (*result.findings, *result.warnings)), *unreached]
 

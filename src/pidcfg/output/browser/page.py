@@ -51,7 +51,7 @@ STARTERS = "pidcfg/cli/starters/"
 """What `convert` reads of a part that is left out."""
 SOURCES_READ = ("pidcfg/schemas/",)
 """Modules whose sources are read by pidcfg itself: what stands beside a key is its explanation."""
-HOW_TO_MAKE = (
+MAKE_HINT = (
     "in a clone of pidcfg, 'python tasks.py whatif-runtime' makes it (npm, PyPI and Node are needed for that once)"
 )
 
@@ -85,16 +85,16 @@ def read_runtime(path: Path) -> Runtime:
         with zipfile.ZipFile(path) as archive:
             manifest = json.loads(archive.read(MANIFEST))
             if manifest.get("format") != FORMAT:
-                raise RuntimeFileError(f"{path} is of another version of pidcfg; {HOW_TO_MAKE} anew")
+                raise RuntimeFileError(f"{path} is of another version of pidcfg; {MAKE_HINT} anew")
             python = archive.read(PYTHON)
             names = [name for name in archive.namelist() if name.startswith("compiled/")]
             compiled = {Path(name).stem: archive.read(name) for name in names}
     except FileNotFoundError:
-        raise RuntimeFileError(f"there is no Python for the browser in {path}; {HOW_TO_MAKE}") from None
+        raise RuntimeFileError(f"there is no Python for the browser in {path}; {MAKE_HINT}") from None
     except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
         if isinstance(error, RuntimeFileError):
             raise
-        raise RuntimeFileError(f"{path} is no file of Python for the browser ({error}); {HOW_TO_MAKE}") from None
+        raise RuntimeFileError(f"{path} is no file of Python for the browser ({error}); {MAKE_HINT}") from None
     return Runtime(manifest["versions"], python, compiled)
 
 
@@ -111,13 +111,13 @@ def pack_files(parts: dict[str, bytes], level: int = 9) -> bytes:
     return gzip.compress(len(rows).to_bytes(4, "big") + rows + b"".join(parts.values()), level, mtime=0)
 
 
-def package_files(runtime: Runtime, package: Path, left_out: tuple[str, ...]) -> dict[str, bytes]:
+def package_files(runtime: Runtime, package: Path, excluded: tuple[str, ...]) -> dict[str, bytes]:
     """The files of the installed package, compiled where the runtime knows them, without some of its parts."""
     files = {}
     for path in sorted(package.rglob("*")):
         name = path.relative_to(package.parent).as_posix()
-        is_left_out = name.startswith(left_out) and not name.startswith(STARTERS)
-        if not path.is_file() or "__pycache__" in path.parts or is_left_out:
+        is_excluded = name.startswith(excluded) and not name.startswith(STARTERS)
+        if not path.is_file() or "__pycache__" in path.parts or is_excluded:
             continue
         data = path.read_bytes()
         bytecode = runtime.compiled.get(hashlib.sha256(data).hexdigest()) if path.suffix == ".py" else None
@@ -142,12 +142,12 @@ D1002 = Decision(
     "The files of a plant stay in the page. A policy cannot be stricter from file://, where scripts have no address.",
 )
 HTML_FOLDER = Path(__file__).parent
-NOT_IN_WHATIF = (
+WHATIF_EXCLUDES = (
     *("pidcfg/cli/", "pidcfg/live/", "pidcfg/__main__.py", "pidcfg/output/browser/page.py"),
     *("pidcfg/output/report/", "pidcfg/output/explanation/", "pidcfg/study/certification/"),
 )
 """Of pidcfg: what a what-if page does not ask for."""
-NOT_IN_PLAYGROUND = ("pidcfg/cli/", "pidcfg/live/", "pidcfg/__main__.py", "pidcfg/output/report/")
+PLAYGROUND_EXCLUDES = ("pidcfg/cli/", "pidcfg/live/", "pidcfg/__main__.py", "pidcfg/output/report/")
 """What the playground does not ask for."""
 SCENARIO_ENDING = ".scenario.yaml"
 FIRST_EXAMPLE = "reactor.yaml"
@@ -157,7 +157,7 @@ ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 def whatif_page(session: Session, runtime: Runtime) -> str:
     """The page of a scenario that runs."""
-    scenario, against, config = session.name, session.against, session.config
+    scenario, against, config = session.name, session.other_config, session.config
     sides = "as it is now (solid) against as filed (dashed)" if against is None else f"solid, against {against}, dashed"
     intro = f"{scenario} runs {config}: {sides}. The engine runs the words of the PLC."
     versions = f"pidcfg {VERSION}, Pyodide {runtime.versions['pyodide']}, Python {runtime.versions['python']}"
@@ -165,15 +165,15 @@ def whatif_page(session: Session, runtime: Runtime) -> str:
     title = str(session.model.scenario)
     texts = {"title": title, "intro": intro, "config": config, "versions": versions}
     scripts = SCRIPT, text_of("desk.js"), text_of("whatif.js")
-    middle = Template(text_of("whatif.html")).substitute({key: escape(plain_text(text)) for key, text in texts.items()})
+    body = Template(text_of("whatif.html")).substitute({key: escape(plain_text(text)) for key, text in texts.items()})
     return render_page(
         f"What if: {title}",
-        middle,
+        body,
         (text_of("whatif.css"),),
         scripts,
         data,
         runtime.python,
-        pack_package(runtime, NOT_IN_WHATIF),
+        pack_package(runtime, WHATIF_EXCLUDES),
     )
 
 
@@ -190,7 +190,7 @@ def playground_page(examples: Iterable[Path], runtime: Runtime) -> str:
     styles = text_of("whatif.css"), text_of("playground.css")
     scripts = SCRIPT, text_of("desk.js"), text_of("playground.js")
     return render_page(
-        "pidcfg playground", body, styles, scripts, data, runtime.python, pack_package(runtime, NOT_IN_PLAYGROUND)
+        "pidcfg playground", body, styles, scripts, data, runtime.python, pack_package(runtime, PLAYGROUND_EXCLUDES)
     )
 
 
@@ -211,8 +211,8 @@ def examples_in(folder: Path) -> list[dict[str, object]]:
     for config, scenario in sorted(pairs):
         accepted = folder / scenario.replace(SCENARIO_ENDING, ".accepted.json")
         accepted_runs = {accepted.name: accepted.read_text("utf-8")} if accepted.is_file() else {}
-        further = [name for one, name in pairs if one == config][1:]
-        title = f"{folder.name}/{config}" + (f", {scenario.removesuffix(SCENARIO_ENDING)}" if further else "")
+        other_scenarios = [name for one, name in pairs if one == config][1:]
+        title = f"{folder.name}/{config}" + (f", {scenario.removesuffix(SCENARIO_ENDING)}" if other_scenarios else "")
         files = {config: texts[config], scenario: texts.get(scenario, ""), **accepted_runs}
         rows.append({"title": title, "config": config, "scenario": scenario, "files": files})
     return rows
@@ -253,11 +253,11 @@ FAST_LEVEL = 7
 """Compression of a page: a percent larger than the best, and made in a third of the time."""
 
 
-def pack_package(runtime: Runtime, left_out: tuple[str, ...]) -> bytes:
+def pack_package(runtime: Runtime, excluded: tuple[str, ...]) -> bytes:
     """The installed pidcfg as a part of a page: a zip that is stored as it is, since everything is packed once."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
-        for name, data in package_files(runtime, Path(pidcfg.__file__).parent, left_out).items():
+        for name, data in package_files(runtime, Path(pidcfg.__file__).parent, excluded).items():
             archive.writestr(zipfile.ZipInfo(name, ZIP_TIME), data)
     return pack_files({"pidcfg.zip": buffer.getvalue()}, FAST_LEVEL)
 

@@ -44,8 +44,8 @@ class UnusableError(ValueError):
 def refuse_errors(result: SimulateResult) -> None:
     """Raises `UnusableError` for a run that could not be made."""
     if result.report is None:
-        worst = [d for d in result.findings if d.severity.label == "error"] or list(result.findings)
-        first = worst[0]
+        errors = [d for d in result.findings if d.severity.label == "error"] or list(result.findings)
+        first = errors[0]
         raise UnusableError(f"{first.file}:{first.span.line}:{first.span.column}: {first.message} ({first.code})")
 
 
@@ -56,13 +56,13 @@ class Session:
     """One scenario as filed, and as it is with other values."""
 
     def __init__(
-        self, scenario: str, files: Mapping[str, str], against: str | None = None, progress: Progress | None = None
+        self, scenario: str, files: Mapping[str, str], other_config: str | None = None, progress: Progress | None = None
     ) -> None:
-        """``files`` by their names, ``scenario`` and ``against`` (another configuration) among them.
+        """``files`` by their names, ``scenario`` and ``other_config`` (another configuration) among them.
 
         Raises `UnusableError` where nothing can run.
         """
-        self.name, self.files, self.against = scenario, dict(files), against
+        self.name, self.files, self.other_config = scenario, dict(files), other_config
         loaded: Any = pidcfg.load(self.files[scenario], name=scenario)
         if loaded.model is None or loaded.kind != "scenario":
             finding = next(iter(loaded.findings), None) if loaded.kind in {"scenario", None} else None
@@ -75,19 +75,19 @@ class Session:
         if self.config not in self.files:
             refuse_errors(pidcfg.simulate(self.scenario, files=self.files))
         self.filed = pidcfg.load(self.files[self.config], name=self.config).document
-        now = self._simulate(self.scenario, self.filed.text, progress)
-        refuse_errors(now)
-        self.before = now
-        if against is not None:
+        current_run = self._simulate(self.scenario, self.filed.text, progress)
+        refuse_errors(current_run)
+        self.before = current_run
+        if other_config is not None:
             self.before = pidcfg.simulate(
-                self.scenario, record=True, reference=False, engine="python", files=self._files_of(against)
+                self.scenario, record=True, reference=False, engine="python", files=self._files_of(other_config)
             )
             refuse_errors(self.before)
         self.gains = pidcfg.gains(self.scenario, files=self.files)
         self.numbers = {number.path: number for loop in self.gains.loops for number in loop.numbers}
-        self.locked = {loop.loop: self._lock_reason(loop.numbers) for loop in self.gains.loops}
-        self.words = pidcfg.encode(self.filed if against is None else self.files[against], allow_errors=True)
-        self.current: tuple[SimulateResult, Document, Document] = (now, self.filed, self.scenario)
+        self.lock_reasons = {loop.loop: self._lock_reason(loop.numbers) for loop in self.gains.loops}
+        self.words = pidcfg.encode(self.filed if other_config is None else self.files[other_config], allow_errors=True)
+        self.current: tuple[SimulateResult, Document, Document] = (current_run, self.filed, self.scenario)
 
     # --- what can be turned ------------------------------------------------------------------------------------------
 
@@ -98,13 +98,13 @@ class Session:
             "title": self.model.scenario,
             "scenario": self.name,
             "config": self.config,
-            "sides": [self.against or "as filed", self.config if self.against else "now"],
+            "sides": [self.other_config or "as filed", self.config if self.other_config else "now"],
             "first": self._first_loop(),
             "loops": [
                 {
                     "name": loop.loop,
                     "numbers": bool(loop.numbers),
-                    "locked": self.locked[loop.loop],
+                    "locked": self.lock_reasons[loop.loop],
                 }
                 for loop in self.gains.loops
             ],
@@ -138,7 +138,7 @@ class Session:
 
     def _number_knobs(self) -> Iterator[Data]:
         for loop in self.gains.loops:
-            if self.locked[loop.loop]:
+            if self.lock_reasons[loop.loop]:
                 continue
             for number in loop.numbers:
                 if number.value is None:
@@ -243,7 +243,7 @@ class Session:
             elif kind == "event":
                 events[path] = f"{value:g}"
             elif value != PLANT_PERCENT[len(PLANT_PERCENT) // 2]:
-                events |= self._turned_plant(path, value / 100)
+                events |= self._scale_plant(path, value / 100)
         config = pidcfg.change(self.filed, numbers).document
         scenario = pidcfg.change(self.scenario, events).document
         result = self._simulate(scenario, config.text, progress)
@@ -255,14 +255,14 @@ class Session:
         result, config, _ = self.current
         return {"yaml": config.text, **self._run_data(result, config)}
 
-    def _turned_plant(self, path: str, share: float) -> dict[str, str]:
+    def _scale_plant(self, path: str, factor: float) -> dict[str, str]:
         """The texts of a plant's numbers, each times a share."""
         key, _, part = path.rpartition(":")
         texts = {}
-        for place, text in self._plant_values(key if isinstance(self._plants, dict) else int(key), part):
+        for name, text in self._plant_values(key if isinstance(self._plants, dict) else int(key), part):
             match = NUMBER.fullmatch(text)
             if match is not None:
-                texts[place] = f"{float(match[1]) * share:.6g}{match[2]}"
+                texts[name] = f"{float(match[1]) * factor:.6g}{match[2]}"
         return texts
 
     @property
@@ -300,7 +300,7 @@ class Session:
 
     @property
     def _sides(self) -> tuple[str, str]:
-        return (self.against, self.config) if self.against else ("as filed", "now")
+        return (self.other_config, self.config) if self.other_config else ("as filed", "now")
 
     def metrics(self, result: SimulateResult) -> Data:
         """Overshoot in %, IAE and alarms of each loop, before and now."""
@@ -317,8 +317,8 @@ class Session:
         _, config, scenario = self.current
         now = pidcfg.gains(scenario, files={**self.files, self.config: config.text})
         before = self.gains
-        if self.against is not None:
-            before = pidcfg.gains(self.scenario, files=self._files_of(self.against))
+        if self.other_config is not None:
+            before = pidcfg.gains(self.scenario, files=self._files_of(self.other_config))
         rows: Data = {}
         for side, result in (("before", before), ("now", now)):
             for loop in result.loops:
@@ -328,9 +328,9 @@ class Session:
 
     # --- runs --------------------------------------------------------------------------------------------------------
 
-    def _files_of(self, against: str | None) -> dict[str, str]:
+    def _files_of(self, config: str | None) -> dict[str, str]:
         """The files, with another configuration in the place of the scenario's."""
-        return self.files if against is None else {**self.files, self.config: self.files[against]}
+        return self.files if config is None else {**self.files, self.config: self.files[config]}
 
     def _simulate(self, scenario: Document, text: str, progress: Progress | None = None) -> SimulateResult:
         files = {**self.files, self.config: text}
@@ -387,23 +387,23 @@ def number_of(value: object) -> float | None:
 
 def event_knob(name: str, loop: str, label: str, value: float, low: float, high: float) -> Data:
     """A slider over a range, with the value that the file has among its positions."""
-    places = {float(f"{low + (high - low) * i / RANGE_POSITIONS:.4g}") for i in range(RANGE_POSITIONS + 1)} | {value}
+    positions = {float(f"{low + (high - low) * i / RANGE_POSITIONS:.4g}") for i in range(RANGE_POSITIONS + 1)} | {value}
     texts = {"id": name, "loop": loop, "group": "event", "label": label, "key": "", "unit": ""}
-    return {**texts, "value": value, "positions": sorted(places), "step": None}
+    return {**texts, "value": value, "positions": sorted(positions), "step": None}
 
 
 def knob_positions(number: HeldNumber) -> list[float]:
     """What the register holds around the filed value, a decade to either side, without gaps that a word would fill."""
     value = float(number.value or 0)
-    least = float(number.step or 0.01)
-    centre = value or max(least * 10, 1.0)
-    low, high = max(centre / REACH_FACTOR, least), centre * REACH_FACTOR
+    minimum = float(number.step or 0.01)
+    centre = value or max(minimum * 10, 1.0)
+    low, high = max(centre / REACH_FACTOR, minimum), centre * REACH_FACTOR
     steps = round(POSITIONS_PER_DECADE * log10(high / low)) if high > low else 0
     targets = {low * (high / low) ** (i / steps) for i in range(steps + 1)} if steps else {centre}
-    places = {float(number.hold(float(f"{place:.3g}"))) for place in targets} | {value}
+    positions = {float(number.hold(float(f"{position:.3g}"))) for position in targets} | {value}
     if number.part != "gain" and (number.low is None or number.low <= 0):
-        places.add(0.0)
-    return sorted(places)
+        positions.add(0.0)
+    return sorted(positions)
 
 
 def time_text(seconds: float) -> str:

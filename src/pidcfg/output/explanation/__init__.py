@@ -195,12 +195,12 @@ def forms_text(rows: Sequence[tuple[str, str, str]]) -> str:
     """What can be asked for, by vendor."""
     width = max(len(example) for example, _, _ in rows)
     lines: list[str] = []
-    last = None
+    last_vendor = None
     for example, title, vendor in rows:
-        if vendor != last:
-            lines += [] if last is None else [""]
+        if vendor != last_vendor:
+            lines += [] if last_vendor is None else [""]
             lines.append(vendor or "pidcfg")
-            last = vendor
+            last_vendor = vendor
         lines.append(f"  {example:<{width}}  {title}")
     return "\n".join(lines) + "\n"
 

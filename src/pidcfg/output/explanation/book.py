@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 # --- A memory listing with a meaning beside every word: where its loops lie, and the lines in columns -----------------
 
 WIDTH = 120
-NARROWEST_MEANING = 40
+MIN_MEANING_WIDTH = 40
 """Columns that a meaning has at least."""
 RIGHT_ALIGNED = frozenset({"hex", "value"})
 """Columns of numbers."""
@@ -92,11 +92,11 @@ def block_claims(
             yield from ((start + word.offset, Placement(table, word, loop, scaling)) for word in table.words)
 
 
-def unclaimed_word(prefix: str, missing: Sequence[Start]) -> str:
+def unclaimed_text(prefix: str, missing_starts: Sequence[Start]) -> str:
     """A word that no loop has, or of which that cannot be known."""
-    if all(start.prefix != prefix for start in missing):
+    if all(start.prefix != prefix for start in missing_starts):
         return "belongs to no loop"
-    options = " ".join(f"--{start.option.replace('_', '-')} {start.example}" for start in missing)
+    options = " ".join(f"--{start.option.replace('_', '-')} {start.example}" for start in missing_starts)
     return f"where the loops begin is not said: give {options}"
 
 
@@ -109,7 +109,7 @@ def listing_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
     rows_text = ["  ".join([*(f"{heads[i]:<{widths[i]}}" for i in columns), "meaning"])]
     for row, line in zip(rows, lines, strict=True):
         cells = [(pad_left if heads[i] in RIGHT_ALIGNED else pad_right)(row[i], widths[i]) for i in columns]
-        first, *rest = wrap(line.meaning, max(WIDTH - indent, NARROWEST_MEANING), break_on_hyphens=False) or [""]
+        first, *rest = wrap(line.meaning, max(WIDTH - indent, MIN_MEANING_WIDTH), break_on_hyphens=False) or [""]
         rows_text.append("  ".join([*cells, first]).rstrip())
         rows_text += [" " * indent + text for text in rest]
     return to_printable("\n".join(rows_text) + "\n")
@@ -145,8 +145,8 @@ class Series(NamedTuple):
 
     name: str
     codes: Sequence[Code]
-    other: str = ""
-    heads: tuple[str, ...] = ()
+    other_text: str = ""
+    prefixes: tuple[str, ...] = ()
 
 
 class Part(NamedTuple):

@@ -27,7 +27,7 @@ def scaling_of(loop: object, *_others: object) -> Scaling:
     return Scaling({}, units_of(loop))
 
 
-UNSTORED = {
+UNSTORED_KEYS = {
     **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), IN_DIALOG),
     **dict.fromkeys(
         ("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), IN_FILE
@@ -35,7 +35,7 @@ UNSTORED = {
 }
 """Keys that no register holds."""
 
-HEADS = ("ck", "clickerror", "piderror", "error", "errorcode", "pidfehler", "fehler")
+ERROR_PREFIXES = ("ck", "clickerror", "piderror", "error", "errorcode", "pidfehler", "fehler")
 """What people write before an error number."""
 
 EXPLAINER = RegisterBook(
@@ -47,7 +47,7 @@ EXPLAINER = RegisterBook(
         Block("DF", DF_BLOCK, "DF101", ("df", "dfn")),
     ),
     words=WORDS,
-    series=(Series("PID error", CODES, "a number that the help does not list", HEADS),),
+    series=(Series("PID error", CODES, "a number that the help does not list", ERROR_PREFIXES),),
     forms=(
         ("a PID error number", "CK27"),
         ("a register of a loop", "DF106=120 --block DF101"),
@@ -57,7 +57,7 @@ EXPLAINER = RegisterBook(
     ),
     scaling=scaling_of,
     direction=Direction("action", "the process's", {"direct": "direct", "forward": "direct", "reverse": "reverse"}),
-    unstored=UNSTORED,
+    unstored_keys=UNSTORED_KEYS,
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     remark=lambda word, _raw, _scaling: DOUBTS.get(word.name, ""),
     writers=WRITERS,

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 PERCENT = 100
 PV_TRANSFER = "pv_transfer"
 RESET_DECIMALS = "reset_decimals"
-NO_FILTER_ABOVE = Decimal(1)
+MAX_FILTER_CONSTANT = Decimal(1)
 """The filter constant above which there is no filter."""
 
 
@@ -86,10 +86,10 @@ def _setup_text(word: Word, raw: int) -> str:
         return f"{shown}: {effect} ({flag})" if is_number else f"{shown}, no BCD number: {effect}"
     if not is_pointer:
         return "0: no loop runs" if setup.count == 0 else shown
-    most = min(CPU.loops, ((CPU.lower_end if raw < CPU.upper[0] else CPU.upper_end) + 1 - raw) // LOOP_TABLE.size)
-    more = "" if most == CPU.loops else f"; more than {most} do not fit"
-    beyond = f" and set bit 3 of {v_name(ERROR_FLAGS)}" if more and raw < CPU.upper[0] else ""
-    return f"{shown}, room for {most} loop{'' if most == 1 else 's'}{more}{beyond}"
+    max_loops = min(CPU.loops, ((CPU.lower_end if raw < CPU.upper[0] else CPU.upper_end) + 1 - raw) // LOOP_TABLE.size)
+    limit_text = "" if max_loops == CPU.loops else f"; more than {max_loops} do not fit"
+    flag_text = f" and set bit 3 of {v_name(ERROR_FLAGS)}" if limit_text and raw < CPU.upper[0] else ""
+    return f"{shown}, room for {max_loops} loop{'' if max_loops == 1 else 's'}{limit_text}{flag_text}"
 
 
 def _transfer_text(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
@@ -105,22 +105,22 @@ def _transfer_text(source: tuple[int, int, int] | int | None, *, reads: bool) ->
         return f"{v_name(source)}: not allowed, only {allowed}"
     parts = dict(zip(("base", "slot", "channel"), source, strict=True))
     limits = {key: bound for key in parts if (bound := limits_at(Transfer, key)) is not None}
-    wrong = [
+    texts = [
         f"{key} {bound.low}" + (f" to {bound.high}" if bound.high != bound.low else "")
         for key, bound in limits.items()
         if not bound.holds(Decimal(parts[key]))
     ]
-    effect = f"not allowed, only {', '.join(wrong)}" if wrong else f"the CPU {'reads' if reads else 'writes'} it itself"
+    effect = f"not allowed, only {', '.join(texts)}" if texts else f"the CPU {'reads' if reads else 'writes'} it itself"
     return f"{', '.join(f'{key} {value}' for key, value in parts.items())}: {effect}"
 
 
 def word_remark(word: Word, raw: int, scaling: Scaling) -> str:
     """A reset time that may have another decimal, and filter constants that switch the filter off."""
-    if word.codec is FILTER and FILTER.decode(raw) > NO_FILTER_ABOVE:
+    if word.codec is FILTER and FILTER.decode(raw) > MAX_FILTER_CONSTANT:
         return "above 1 the filter is switched off"
-    if word.codec is RESET[1] and not special_code(RESET[1], raw) and RESET_DECIMALS not in scaling.stated:
-        other = f"{decimal_text(RESET[2].decode(raw))} {scaling.units.get(RESET_UNIT, '')}".rstrip()
-        return f"{other} if the word has two decimals: D{D01.number:02d}"
+    if word.codec is RESET[1] and not special_code(RESET[1], raw) and RESET_DECIMALS not in scaling.chosen_readings:
+        alternative = f"{decimal_text(RESET[2].decode(raw))} {scaling.units.get(RESET_UNIT, '')}".rstrip()
+        return f"{alternative} if the word has two decimals: D{D01.number:02d}"
     return ""
 
 
@@ -166,14 +166,14 @@ def placements(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[i
         return
     plc = read_settings(PlcSettings, listing.plc or {}, "plc")
     decimals = options.get(RESET_DECIMALS)
-    stated = frozenset(plc.model_fields_set | ({RESET_DECIMALS} if decimals else set()))
+    chosen_readings = frozenset(plc.model_fields_set | ({RESET_DECIMALS} if decimals else set()))
     table = LOOP_TABLES[int(decimals or plc.reset_decimals)]
     profiles = []
     for i in range(_loop_count(words, loops, options)):
         settings = loops[i] if i < len(loops) else LoopSettings(loop=default_name(i))
         start = pointer + i * table.size
         raw = [words.get(start + n, 0) for n in range(table.size)]
-        scaling = _scaling(raw, settings)._replace(stated=stated)
+        scaling = _scaling(raw, settings)._replace(chosen_readings=chosen_readings)
         for word in table.words:
             yield start + word.offset, Placement(table, word, settings.loop, scaling)
         profiles.append(_ramp_soak(raw[table.offset_of("ramp_soak_table")], settings.loop, scaling))
@@ -184,11 +184,11 @@ def placements(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[i
 def _loop_count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping[str, Any]) -> int:
     """How many loops a listing holds; a count that is no BCD number is taken for the CPU's most."""
     try:
-        stored = bcd_digits(words.get(LOOP_COUNT, 0))
+        stored_count = bcd_digits(words.get(LOOP_COUNT, 0))
     except DecodeError:
-        stored = CPU.loops
+        stored_count = CPU.loops
     number = options.get("number_of_loops")
-    return int(number) if number is not None else len(loops) or stored
+    return int(number) if number is not None else len(loops) or stored_count
 
 
 def _scaling(raw: list[int], settings: LoopSettings) -> Scaling:
@@ -210,7 +210,7 @@ def _ramp_soak(table: int, loop: str, scaling: Scaling) -> Iterator[tuple[int, P
             yield number, Placement(RAMP_SOAK_PAIR, word, loop, scaling, prefix=f"ramp_soak[{step}].")
 
 
-READ_LATE_TEXTS = {
+READ_WHEN_TEXTS = {
     key: f"{text}, and Program mode stops the machine" if "Program" in text else text
     for key, text in (*READ_LATE.items(), ("program-to-run", "is not read until the CPU changes from Program to Run"))
 }
@@ -222,7 +222,7 @@ REGIONS = (
     (*CPU.system, "a word of the system's parameters"),
     (0, 0o177777, "a word of V-memory"),
 )
-UNSTORED = dict.fromkeys(
+UNSTORED_KEYS = dict.fromkeys(
     (
         *("plc.reset_decimals", "plc.derivative", "name", "description", "mode"),
         *("pv.range", "pv.unit", "output.range", "output.unit"),
@@ -266,7 +266,7 @@ EXPLAINER = RegisterBook(
     ),
     scaling=scaling_of,
     direction=Direction("action", "the process's", {"direct": "direct", "reverse": "reverse"}),
-    unstored=UNSTORED,
+    unstored_keys=UNSTORED_KEYS,
     aliases={"cascade_from": "remote_setpoint"},
     starts=(Start("loop_table", "V", "V2000", TABLE_POINTER), Start("number_of_loops", "V", "1", LOOP_COUNT)),
     placements=placements,
@@ -275,7 +275,7 @@ EXPLAINER = RegisterBook(
     remark=word_remark,
     root_basis=D16,
     writers=WRITERS,
-    read_late=READ_LATE_TEXTS,
+    read_when_texts=READ_WHEN_TEXTS,
     hexadecimal=True,
     regions=REGIONS,
 )

@@ -69,7 +69,7 @@ def duty_cycle(word: Word, raw: int, _scaling: Scaling) -> str:
     return f"{DUTY_NAMES[word.name]} Duty Cycle {100 * raw / DUTY_FULL:.4g} %"
 
 
-UNSTORED = {
+UNSTORED_KEYS = {
     **dict.fromkeys(
         (
             "registers",
@@ -112,7 +112,7 @@ EXPLAINER = RegisterBook(
     ),
     scaling=scaling_of,
     direction=Direction("action", "the controller's", {"direct": "direct", "reverse": "reverse"}),
-    unstored=UNSTORED,
+    unstored_keys=UNSTORED_KEYS,
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     placements=partial(block_claims, BLOCKS, SPACE, "LOOP-{}", listed_scaling),
     word_text=error_text,

@@ -13,10 +13,10 @@ from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.explanation import ExplainResult, Page, QuestionError, UnknownError, Value, rule_page
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.page import ADDRESS, MOST_QUOTED, Configured, Question
+from pidcfg.output.explanation.page import ADDRESS, MAX_QUOTED, ConfigIndex, Question
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.output.explanation.wording import (
-    CONTENT_BEHIND,
+    NAME_AND_VALUE,
     REFERENCE,
     message_subjects,
     names_in_text,
@@ -50,16 +50,16 @@ class SameNumberError(ValueError):
 
 def all_decisions() -> list[Decision]:
     """Every decision, in the order of their numbers."""
-    return [decision for _, decision in placed_decisions()]
+    return [decision for _, decision in decisions_with_modules()]
 
 
-def placed_decisions() -> list[tuple[str, Decision]]:
+def decisions_with_modules() -> list[tuple[str, Decision]]:
     """Every decision with the first module that names it, in the order of their numbers."""
-    places: dict[int, tuple[str, Decision]] = {}
+    by_number: dict[int, tuple[str, Decision]] = {}
     for module, decision in _decisions_in_modules():
-        if places.setdefault(decision.number, (module, decision))[1] is not decision:
+        if by_number.setdefault(decision.number, (module, decision))[1] is not decision:
             raise SameNumberError(f"two decisions have the number D{decision.number:02d}")
-    return [places[number] for number in sorted(places)]
+    return [by_number[number] for number in sorted(by_number)]
 
 
 def _decisions_in_modules() -> Iterator[tuple[str, Decision]]:
@@ -87,15 +87,15 @@ PROSE_KEYS = frozenset(("description", "unit", "vendor"))
 """Keys whose texts name nothing."""
 
 
-def mention_pages(config: Configured, name: str) -> list[Page]:
+def mention_pages(config: ConfigIndex, name: str) -> list[Page]:
     """The page of a name, with every line that says it; none where no line does."""
     vendor = config.checked.vendor
     data = config.document.data or {}
-    word = re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w])", re.IGNORECASE)
-    origins = [origin for path, text in _texts(data) if word.search(text) and (origin := _origin(config, path))]
+    pattern = re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w])", re.IGNORECASE)
+    origins = [origin for path, text in _texts(data) if pattern.search(text) and (origin := _origin(config, path))]
     signals = data.get("signals")
     if isinstance(signals, dict):
-        origins += [o for key in signals if word.fullmatch(key) and (o := config.origin(("signals", key), None))]
+        origins += [o for key in signals if pattern.fullmatch(key) and (o := config.origin(("signals", key), None))]
     loop = next((entry for entry in config.loops if entry.lower() == name.lower()), None)
     if vendor is None or not (origins or loop):
         return []
@@ -108,17 +108,17 @@ def mention_pages(config: Configured, name: str) -> list[Page]:
     return [replace(page, origins=tuple(origins))]
 
 
-def _texts(data: object, above: Path = ()) -> Iterator[tuple[Path, str]]:
+def _texts(data: object, path: Path = ()) -> Iterator[tuple[Path, str]]:
     """Every text of a configuration that may name something."""
     items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
     for key, value in items:
         if isinstance(value, str) and key not in PROSE_KEYS:
-            yield (*above, key), value
+            yield (*path, key), value
         elif isinstance(value, dict | list):
-            yield from _texts(value, (*above, key))
+            yield from _texts(value, (*path, key))
 
 
-def _origin(config: Configured, path: Path) -> Origin | None:
+def _origin(config: ConfigIndex, path: Path) -> Origin | None:
     loop = config.loops[path[1]] if path[0] == "loops" and isinstance(path[1], int) else None
     return config.origin(path, loop)
 
@@ -130,15 +130,15 @@ def _mention_title(origins: list[Origin]) -> str:
     return f"named at {key}" + (f" of {first.loop}" if first.loop else "")
 
 
-def _block_spans(config: Configured, loop: str) -> tuple[str, ...]:
+def _block_spans(config: ConfigIndex, loop: str) -> tuple[str, ...]:
     """Where the loop's registers are."""
-    ends: dict[str, tuple[int, int]] = {}
+    spans: dict[str, tuple[int, int]] = {}
     for block in config.blocks:
         if block.loop == loop:
-            first, last = ends.get(block.table.title, (block.start, 0))
-            ends[block.table.title] = min(first, block.start), max(last, block.start + block.table.size - 1)
-    name = config.encoding.space.name if ends else str
-    return tuple(f"{title}: {name(first)} to {name(last)}" for title, (first, last) in ends.items())
+            first, last = spans.get(block.table.title, (block.start, 0))
+            spans[block.table.title] = min(first, block.start), max(last, block.start + block.table.size - 1)
+    name = config.encoding.space.name if spans else str
+    return tuple(f"{title}: {name(first)} to {name(last)}" for title, (first, last) in spans.items())
 
 
 # --- The words for the direction of control, of which some mean the opposite with another vendor ----------------------
@@ -160,16 +160,16 @@ DIRECTION_TEXTS = {
 def vendor_pages(vendor: str, question: Question) -> list[Page]:
     """What a question is about with a vendor; words for the direction lead to the key that sets it."""
     book = book_of(vendor)
-    head, dot, last = question.name.rpartition(".")
-    word = _direction_word(book.direction, last, question.value)
-    if word is not None or (last.lower() == ACTION_NAME and question.value is None):
+    head, dot, key_name = question.name.rpartition(".")
+    word = _direction_word(book.direction, key_name, question.value)
+    if word is not None or (key_name.lower() == ACTION_NAME and question.value is None):
         question = replace(question, name=f"{head}{dot}{book.direction.key}", value=None)
     return [_with_direction(page, vendor, book.direction, word) for page in book.find(question)]
 
 
-def _direction_word(direction: Direction, last: str, value: str | None) -> str | None:
+def _direction_word(direction: Direction, key_name: str, value: str | None) -> str | None:
     """The word that a question is about: ``reverse``, or ``action=reverse``."""
-    name, key = last.lower(), direction.key.lower()
+    name, key = key_name.lower(), direction.key.lower()
     if value is None:
         return name if name in direction.words and name != key else None
     return value.lower() if name in {ACTION_NAME, key} and value.lower() in direction.words else None
@@ -199,16 +199,16 @@ def _direction_notes(vendor: str, direction: Direction) -> Iterator[str]:
         return
     texts = "; ".join(f"{word}: {DIRECTION_TEXTS[heating]}" for word, heating in words.items())
     yield f"the word names {direction.action_of} action. {texts}"
-    same: list[str] = []
-    opposite: list[str] = []
+    same_vendors: list[str] = []
+    opposite_vendors: list[str] = []
     for key, other in VENDORS.items():
         meanings = heating_words(key)
         common = [word for word in words if word in meanings]
         if key != vendor and common:
-            (same if all(words[w] == meanings[w] for w in common) else opposite).append(other.title)
-    if opposite:
-        same_text = f"; the same: {', '.join(same)}" if same else ""
-        yield f"the same word means the opposite with {', '.join(opposite)}{same_text}"
+            (same_vendors if all(words[w] == meanings[w] for w in common) else opposite_vendors).append(other.title)
+    if opposite_vendors:
+        same_text = f"; the same: {', '.join(same_vendors)}" if same_vendors else ""
+        yield f"the same word means the opposite with {', '.join(opposite_vendors)}{same_text}"
 
 
 # --- One question to all that knows an answer: the vendors, the rules and the decisions -------------------------------
@@ -226,15 +226,15 @@ def explain_question(
     try:
         pages = _readings(question, vendors, decisions)
     except UnknownError as error:
-        pages = _in_words(question, vendors, decisions) or _without_more(question, vendors, decisions)
+        pages = _text_pages(question, vendors, decisions) or _readings_without_loop(question, vendors, decisions)
         if not pages:
             raise error from None
         return pages
     if question.config is None and NAME_IN_WORDS.fullmatch(question.text):
-        answered = {page.vendor for page in pages}
-        if len(answered) == 1:
-            pages += [page for key in vendors if key not in answered for page in _few_titled(question, key)]
-        pages += _symptom_pages(question, vendors, whole=True)
+        vendor_keys = {page.vendor for page in pages}
+        if len(vendor_keys) == 1:
+            pages += [page for key in vendors if key not in vendor_keys for page in _few_titled_pages(question, key)]
+        pages += _symptom_pages(question, vendors, all_words=True)
     return pages
 
 
@@ -247,7 +247,7 @@ def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[]
         problems.append(str(error))
     question = replace(question, one_vendor=len(vendors) == 1)
     if not pages:
-        pages, _ = _search_vendors(question, _with_bank(question, vendors))
+        pages, _ = _search_vendors(question, _vendors_of_address(question, vendors))
     if not pages:
         pages = [*reference_pages(question, vendors)]
     if not pages:
@@ -262,15 +262,15 @@ def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[]
     return pages
 
 
-def _in_words(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
+def _text_pages(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     """A name with blanks for underscores, a text of pidcfg's own, the words of a title, or what people see."""
     pages = _readings_or_none(replace(question, name="_".join(question.name.split())), vendors, decisions)
     if pages:
-        return [*pages, *_symptom_pages(question, vendors, whole=True)]
+        return [*pages, *_symptom_pages(question, vendors, all_words=True)]
     pages = _message_pages(question.text, vendors) if len(question.text.split()) > 1 else []
     if REFERENCE.fullmatch(question.name):
         return symptom_pages(symptoms_in(MODBUS_SYMPTOM), vendors)
-    if not pages and question.value is None and (match := CONTENT_BEHIND.fullmatch(question.name)):
+    if not pages and question.value is None and (match := NAME_AND_VALUE.fullmatch(question.name)):
         pages = _readings_or_none(replace(question, name=match[1], value=match[2]), vendors, decisions)
     pages = pages or _symptom_pages(question, vendors)
     for name in () if pages else names_in_text(question.text):
@@ -278,7 +278,7 @@ def _in_words(question: Question, vendors: Sequence[str], decisions: Callable[[]
     return pages or _all_titled_pages(question, vendors)
 
 
-def _without_more(
+def _readings_without_loop(
     question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]
 ) -> list[Page]:
     """What is known of a name without the loop of the configuration that stands before it."""
@@ -291,11 +291,11 @@ def _without_more(
 def _named_vendors(question: Question, vendors: Sequence[str]) -> tuple[Question, Sequence[str]]:
     """A question without the PLC's name in it, and that PLC; all of them where it has none."""
     words = question.text.split()
-    named = [key for key in vendors if any(word.casefold() == key for word in words)]
-    if question.value is not None or not named or len(words) == 1:
+    named_vendors = [key for key in vendors if any(word.casefold() == key for word in words)]
+    if question.value is not None or not named_vendors or len(words) == 1:
         return question, vendors
-    text = " ".join(word for word in words if word.casefold() not in named)
-    return replace(question, text=text, name=usual_spelling(text)), named
+    text = " ".join(word for word in words if word.casefold() not in named_vendors)
+    return replace(question, text=text, name=usual_spelling(text)), named_vendors
 
 
 def _readings_or_none(
@@ -313,16 +313,16 @@ STRUCTURE_BIT = re.compile(r"(ErrBits)\.([0-9])", re.IGNORECASE)
 NAME_IN_WORDS = re.compile(r"[A-Za-z]+( [A-Za-z]+)*")
 """What may be a name in words, or what people see: no key of a file and no address."""
 MODBUS_SYMPTOM = "modbus"
-MOST_PAGES = 12
+MAX_PAGES = 12
 """Of registers that have some words in their names; more are only listed."""
-FEW_PAGES = 2
+MAX_FEW_PAGES = 2
 """Of such registers of one vendor, beside those of another one that have just this name."""
 
 
-def _few_titled(question: Question, key: str) -> list[Page]:
+def _few_titled_pages(question: Question, key: str) -> list[Page]:
     """The registers of a vendor with these words in their names; none where they are too many to be meant."""
     pages = _titled_pages(question, key)
-    return pages if len(pages) <= FEW_PAGES else []
+    return pages if len(pages) <= MAX_FEW_PAGES else []
 
 
 def _titled_pages(question: Question, key: str) -> list[Page]:
@@ -336,8 +336,8 @@ def _titled_pages(question: Question, key: str) -> list[Page]:
 def _all_titled_pages(question: Question, vendors: Sequence[str]) -> list[Page]:
     """The registers with these words in their names; raises `QuestionError` where they are too many to be meant."""
     pages = [one for key in vendors for one in _titled_pages(question, key)]
-    if len(pages) > MOST_PAGES:
-        names = ", ".join(list(dict.fromkeys(page.title.partition(" [")[0] for page in pages))[:MOST_PAGES])
+    if len(pages) > MAX_PAGES:
+        names = ", ".join(list(dict.fromkeys(page.title.partition(" [")[0] for page in pages))[:MAX_PAGES])
         raise QuestionError(f"{question.name!r} is in {len(pages)} names; say which, or name the --vendor: {names} …")
     return pages
 
@@ -350,14 +350,14 @@ def _message_pages(text: str, vendors: Sequence[str]) -> list[Page]:
     return pages
 
 
-def _symptom_pages(question: Question, vendors: Sequence[str], *, whole: bool = False) -> list[Page]:
+def _symptom_pages(question: Question, vendors: Sequence[str], *, all_words: bool = False) -> list[Page]:
     """What people see, for the vendors that the words name, or all."""
     words = {*words_of(question.text)}
-    named = [key for key in vendors if words & {key, *words_of(VENDORS[key].title)}]
-    return symptom_pages(symptoms_in(question.text, whole=whole), named or vendors)
+    named_vendors = [key for key in vendors if words & {key, *words_of(VENDORS[key].title)}]
+    return symptom_pages(symptoms_in(question.text, all_words=all_words), named_vendors or vendors)
 
 
-def _with_bank(question: Question, vendors: Sequence[str]) -> list[str]:
+def _vendors_of_address(question: Question, vendors: Sequence[str]) -> list[str]:
     """The vendors whose addresses begin as the question does: no other one has to be loaded."""
     match = ADDRESS.fullmatch(question.name)
     return [key for key in vendors if match and match.group(1).upper() in VENDORS[key].banks]
@@ -424,7 +424,7 @@ def _unknown_message(question: Question, vendors: Iterable[str]) -> str:
         names.update(book.spellings)
         names.update({word: word for word in (*book.direction.words, ACTION_NAME)})
     nearest = nearest_name(question.name, names)
-    quoted = question.name if len(question.name) <= MOST_QUOTED else f"{question.name[:MOST_QUOTED]}…"
+    quoted = question.name if len(question.name) <= MAX_QUOTED else f"{question.name[:MAX_QUOTED]}…"
     return f"nothing is known of {quoted!r}" + (f"; did you mean {names[nearest]}?" if nearest else "")
 
 
@@ -442,12 +442,12 @@ def explain_things(
     things: Sequence[str], vendor: str | None, blocks: tuple[str, ...], checked: Checked | None, *, loop: bool
 ) -> ExplainResult:
     """Every reading of every thing, or of all as one text; with a configuration, in its vendor's terms."""
-    document = configured = family = None
+    document = config = family = None
     if checked is not None:
         document = checked.document
         if checked.encoding is None or checked.vendor is None:
             return ExplainResult(findings=checked.findings, document=document)
-        family, configured = checked.vendor.key, Configured(checked)
+        family, config = checked.vendor.key, ConfigIndex(checked)
         if vendor not in {None, family}:
             raise ArgumentError(f"`config` is of vendor {family}, not {vendor}", "config")
     vendors = list(VENDORS) if (key := vendor or family) is None else [key]
@@ -460,7 +460,7 @@ def explain_things(
         check_starts(blocks, vendors)
 
     def ask(thing: str) -> list[Page]:
-        question = Question.of(thing, loop=loop, starts=blocks, config=configured)
+        question = Question.of(thing, at_example=loop, starts=blocks, config=config)
         return explain_question(question, vendors, all_decisions)
 
     return ExplainResult(tuple(_answer_things(things, ask)), document=document)

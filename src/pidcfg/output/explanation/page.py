@@ -46,14 +46,14 @@ def key_text(file: type[BaseModel], path: str) -> str:
     steps = [step for step in path.split(".") if not step.isdigit()]
     while steps:
         for model in models_of(file):
-            text = _text_below(model, steps)
+            text = _nested_text(model, steps)
             if text:
                 return text
         steps.pop()
     return ""
 
 
-def _text_below(model: type[BaseModel], steps: list[str]) -> str:
+def _nested_text(model: type[BaseModel], steps: list[str]) -> str:
     """The text of the last key, if the keys lead through the model."""
     field = model.model_fields.get(steps[0])
     if field is None:
@@ -61,7 +61,7 @@ def _text_below(model: type[BaseModel], steps: list[str]) -> str:
     if len(steps) == 1:
         return texts_of(model).get(steps[0], "")
     sections = (section for section in models_in(field.annotation) if section is not model)
-    return next((text for section in sections if (text := _text_below(section, steps[1:]))), "")
+    return next((text for section in sections if (text := _nested_text(section, steps[1:]))), "")
 
 
 @cache
@@ -89,7 +89,7 @@ def first_sentence(text: str) -> str:
 # --- What a register's content says, in words -------------------------------------------------------------------------
 
 PERCENT = Decimal(100)
-MOST_CHOICES = 5
+MAX_CHOICES = 5
 """A row with more choices is not spelled out."""
 UNIT_NAMES = {"pv": "PV units", "output": "output units"}
 """What stands for units that are not known."""
@@ -100,7 +100,7 @@ class Scaling(NamedTuple):
 
     scales: Mapping[str, Scale]
     units: Mapping[str, str]
-    stated: frozenset[str] = frozenset()
+    chosen_readings: frozenset[str] = frozenset()
     """Readings of the registers that somebody has chosen, where the manual leaves a choice."""
 
 
@@ -205,27 +205,27 @@ def choice_text(row: Bits, word: int) -> tuple[str, bool]:
 def choices_text(row: Bits) -> str:
     """What the codes of a row choose, where it is not just on or off."""
     values = [value for value in row.bits_by_value if value is not None]
-    if len(values) > MOST_CHOICES or all(isinstance(value, bool) for value in values):
+    if len(values) > MAX_CHOICES or all(isinstance(value, bool) for value in values):
         return ""
-    single = len(row.bits) == 1
-    return ": " + ", ".join(f"{row.bits_by_value[v] >> row.bits[0]} {v}" if single else str(v) for v in values)
+    is_single_bit = len(row.bits) == 1
+    return ": " + ", ".join(f"{row.bits_by_value[v] >> row.bits[0]} {v}" if is_single_bit else str(v) for v in values)
 
 
 def bits_text(rows: Iterable[Bits], raw: int) -> str:
     """A word of bits in one line: what it chooses, then what is on."""
-    chosen, on = [], []
+    choices, bits_on = [], []
     for row in rows:
         try:
             state, active = choice_text(row, raw)
         except DecodeError as error:
-            chosen.append(str(error))
+            choices.append(str(error))
             continue
         if state == "on" or (state == "off" and active):
-            on.append(f"{row.title} ({bits_label(row)})")
+            bits_on.append(f"{row.title} ({bits_label(row)})")
         elif state != "off" and (active or row.access == "setting"):
-            chosen.append(f"{row.path or row.title} {state}")
-    parts = [", ".join(chosen)] if chosen else []
-    parts.append("on: " + ", ".join(on) if on else "no bit is on" if not raw else "")
+            choices.append(f"{row.path or row.title} {state}")
+    parts = [", ".join(choices)] if choices else []
+    parts.append("on: " + ", ".join(bits_on) if bits_on else "no bit is on" if not raw else "")
     return "; ".join(part for part in parts if part)
 
 
@@ -243,16 +243,16 @@ def bits_label(row: Bits) -> str:
 
 ADDRESS = re.compile(r"([A-Za-z]{1,2})([0-9]{1,9})(?:\.([0-9]{1,3}))?")
 OFFSET = re.compile(r"([A-Za-z/ ()]*)\+ ?([0-9]{1,3})\)?(?:\.([0-9]{1,3}))?")
-LONGEST_QUESTION = 2000
+MAX_QUESTION_LENGTH = 2000
 """Of a question: a message of pidcfg fits in."""
-MOST_QUOTED = 80
-MOST_DIGITS = 5
+MAX_QUOTED = 80
+MAX_NUMBER_DIGITS = 5
 """Of a number that a PLC shows."""
 
 
 def is_number(text: str) -> bool:
     """Whether a text is a number such as a PLC shows."""
-    return text.isdecimal() and len(text) <= MOST_DIGITS
+    return text.isdecimal() and len(text) <= MAX_NUMBER_DIGITS
 
 
 @frozen
@@ -262,25 +262,25 @@ class Question:
     text: str
     name: str
     value: str | None = None
-    loop: bool = False
+    at_example: bool = False
     """Whether loops begin where the example does."""
     starts: tuple[str, ...] = ()
     """Addresses at which blocks of registers begin."""
-    config: Configured | None = None
+    config: ConfigIndex | None = None
     one_vendor: bool = False
     """Whether a single vendor is asked, so that a number alone (``26``) can only be one that its PLC shows."""
 
     @classmethod
     def of(
-        cls, text: str, *, loop: bool = False, starts: tuple[str, ...] = (), config: Configured | None = None
+        cls, text: str, *, at_example: bool = False, starts: tuple[str, ...] = (), config: ConfigIndex | None = None
     ) -> Question:
         """``V7642=0008`` in its two parts; raises `QuestionError` where it has no name, or an empty content."""
         name, equals, value = text.partition("=")
-        if not name.strip() or len(text) > LONGEST_QUESTION or not text.isprintable():
-            raise QuestionError(f"{text[:MOST_QUOTED]!r} is not a name, NAME.BIT or NAME=VALUE")
+        if not name.strip() or len(text) > MAX_QUESTION_LENGTH or not text.isprintable():
+            raise QuestionError(f"{text[:MAX_QUOTED]!r} is not a name, NAME.BIT or NAME=VALUE")
         if equals and not value.strip():
             raise QuestionError(f"{text!r} has no value behind its '='")
-        return cls(text.strip(), name.strip(), value.strip() if equals else None, loop, starts, config)
+        return cls(text.strip(), name.strip(), value.strip() if equals else None, at_example, starts, config)
 
     @property
     def name_and_loop(self) -> tuple[str, str | None]:
@@ -294,17 +294,17 @@ class Question:
 HEX = re.compile(r"(?:0[xX]|16#)?([0-9A-Fa-f]{1,8})[hH]?")
 MARKED_HEX = re.compile(r"(?:0[xX]|16#)([0-9A-Fa-f]{1,8})")
 NUMBER = re.compile(r"[-+]?(?:[0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,3})?")
-MOST_CONTENT_DIGITS = 11
+MAX_CONTENT_DIGITS = 11
 STATES = {"on": True, "true": True, "off": False, "false": False}
 SWITCH_STATES = {**STATES, "1": True, "0": False}
 
 
-def whole_number(text: str, highest: int) -> int | None:
+def parse_integer(text: str, maximum: int) -> int | None:
     """A whole number in decimal, or in hexadecimal when it is marked (0x0005, 16#0005)."""
     match = MARKED_HEX.fullmatch(text)
-    decimal = int(text) if text.isdecimal() and len(text) <= MOST_CONTENT_DIGITS else None
+    decimal = int(text) if text.isdecimal() and len(text) <= MAX_CONTENT_DIGITS else None
     number = int(match.group(1), 16) if match else decimal
-    return number if number is not None and number <= highest else None
+    return number if number is not None and number <= maximum else None
 
 
 def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
@@ -342,8 +342,8 @@ def content_of(row: Parameter, text: str) -> Content:
     elif row.type.kind == "word":
         value = next((w for w in row.type.words if text.upper() in {w.upper(), w.upper().rpartition("_")[2]}), None)
     elif row.type.kind == "whole":
-        signed = text.lstrip("+-").isdecimal() and len(text) <= MOST_CONTENT_DIGITS
-        value = int(text) if signed else whole_number(text, row.type.high)
+        is_decimal = text.lstrip("+-").isdecimal() and len(text) <= MAX_CONTENT_DIGITS
+        value = int(text) if is_decimal else parse_integer(text, row.type.high)
     elif NUMBER.fullmatch(text):
         value = float(text)
     content = read_content(row.type, value)
@@ -364,7 +364,7 @@ def contents_text(kind: IecType) -> str:
 # --- The configuration that a question is about: which loop and which line sets a register, and to what ---------------
 
 
-class Configured:
+class ConfigIndex:
     """The registers of one configuration, each with the line that sets it."""
 
     def __init__(self, checked: Checked) -> None:

@@ -11,7 +11,7 @@ from pidcfg.encoders.parameters import content_text, read_content
 from pidcfg.encoders.regmap import Bits
 from pidcfg.output.explanation import Page, QuestionError, Value
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record
-from pidcfg.output.explanation.page import Question, content_of, first_sentence, key_text, limits_text, whole_number
+from pidcfg.output.explanation.page import Question, content_of, first_sentence, key_text, limits_text, parse_integer
 from pidcfg.schemas.base import SIDES, limits_at, unit_text, units_of
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import decimal_text
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.parameters import Content, Entry, Parameter, ParameterTable
     from pidcfg.encoders.regmap import Meaning
-    from pidcfg.output.explanation.page import Configured
+    from pidcfg.output.explanation.page import ConfigIndex
 
 # --- The records of a vendor whose parameters have names and types, and what the content of a parameter says ----------
 
-ACCESS = {"input": "setting", "output": "status"}
+ACCESS_BY_DIRECTION = {"input": "setting", "output": "status"}
 
 
 class Group(NamedTuple):
@@ -47,7 +47,7 @@ class Words(NamedTuple):
     basis: str
 
     @property
-    def last(self) -> int:
+    def last_number(self) -> int:
         """The number of the last word."""
         return self.rows[-1][1]
 
@@ -123,7 +123,7 @@ class Parameters(Book):
             key=row.name if row.access == "input" else None,
             unit=row.unit,
             notation=row.type.name + (f": {', '.join(row.type.words)}" if row.type.words else ""),
-            access=ACCESS[row.access],
+            access=ACCESS_BY_DIRECTION[row.access],
             writer=self.writers.get(row.name, WRITERS[row.access]),
             basis=row.basis,
             meaning=self.bit_meaning(tables, row),
@@ -176,11 +176,11 @@ class Parameters(Book):
             return "true" if raw else "false"
         if isinstance(raw, str):
             return raw
-        remark = (self.remark(row, raw) if self.remark else "") or self._limits_passed(row, raw, table)
-        text = f"{decimal_text(Decimal(repr(raw)))} {known_unit(row.unit, units)}".rstrip()
+        remark = (self.remark(row, raw) if self.remark else "") or self._limits_remark(row, raw, table)
+        text = f"{decimal_text(Decimal(repr(raw)))} {loop_unit(row.unit, units)}".rstrip()
         return f"{text} ({remark})" if remark else text
 
-    def _limits_passed(self, row: Parameter, raw: float, table: str) -> str:
+    def _limits_remark(self, row: Parameter, raw: float, table: str) -> str:
         """The limits that a number passes, and what the block reports then; empty: none."""
         limits = limits_at(self.schemas[table], row.name) if table in self.schemas and row.access == "input" else None
         if limits is None or limits.holds(Decimal(repr(raw))):
@@ -234,7 +234,7 @@ def title_of(row: Parameter, text: str) -> str:
     return "a switch" if row.type.kind == "bool" and text.startswith(("TRUE", "FALSE")) else first_sentence(text)
 
 
-def known_unit(unit: str, units: Mapping[str, str]) -> str:
+def loop_unit(unit: str, units: Mapping[str, str]) -> str:
     """A unit in the loop's own units; none where it depends on something else."""
     text = unit_text(unit, units, "/")
     return "" if "," in unit or text in SIDES else text
@@ -254,9 +254,9 @@ class ParameterBook(Parameters):
 
     def find(self, question: Question) -> list[Page]:
         """What the question is about with this vendor; empty when it is nothing."""
-        in_file = [*self._configured_pages(question, question.config)] if question.config else []
-        if in_file:
-            return in_file
+        file_pages = [*self._configured_pages(question, question.config)] if question.config else []
+        if file_pages:
+            return file_pages
         tables, name = self._split_block(question.name)
         pages = (
             self._word_pages(name)
@@ -292,12 +292,12 @@ class ParameterBook(Parameters):
         value = None if content is None else self.value(row, content, units or {}, record.table)
         return self.page(record, value, points, code)
 
-    def _configured_pages(self, question: Question, config: Configured) -> Iterator[Page]:
+    def _configured_pages(self, question: Question, config: ConfigIndex) -> Iterator[Page]:
         """A parameter by its full name, its device, or its own name in each loop of the configuration."""
         pages = [page for entry in config.entries for page in self._entry_pages(entry, question, config)]
         return iter(pages) if pages else self._device_pages(question, config)
 
-    def _entry_pages(self, entry: Entry, question: Question, config: Configured) -> Iterator[Page]:
+    def _entry_pages(self, entry: Entry, question: Question, config: ConfigIndex) -> Iterator[Page]:
         """One parameter of the configuration, if the question is about it or a later register of its device."""
         yield from self._later_word_pages(question, entry)
         row = self.row_of(entry.address, config.settings)
@@ -306,7 +306,7 @@ class ParameterBook(Parameters):
             page = self._record_page(self.record([row[1]], row[2]), question, entry.raw, config.units(entry.loop))
             yield config.with_origin(replace(page, name=entry.address), entry)
 
-    def _device_pages(self, question: Question, config: Configured) -> Iterator[Page]:
+    def _device_pages(self, question: Question, config: ConfigIndex) -> Iterator[Page]:
         """An operand that the configuration gives no content, by a register of its device or by its name."""
         for i, settings in enumerate(config.settings):
             loop = str(settings.get("loop"))
@@ -319,12 +319,12 @@ class ParameterBook(Parameters):
                 key, row = next((key, row) for key, t in self.tables.items() for row in t.rows if row.name == operand)
                 content = replace(question, value=None) if register else question
                 origin = config.origin(("loops", i, "devices", operand), loop)
-                second = f"; {question.name.upper()} is its second register" if register else ""
+                second_text = f"; {question.name.upper()} is its second register" if register else ""
                 yield replace(
                     self._record_page(self.record([key], row), content, None, config.units(loop)),
                     name=f"{loop}.{operand}",
                     loop=loop,
-                    place=f"{device} of {loop}{second}",
+                    place=f"{device} of {loop}{second_text}",
                     origins=(origin,) if origin else (),
                 )
 
@@ -336,7 +336,7 @@ class ParameterBook(Parameters):
         if first is None or register is None or first.group(1) != register.group(1):
             return
         number = (int(register.group(2)) - int(first.group(2))) // 2
-        if 0 < number <= self.words.last:
+        if 0 < number <= self.words.last_number:
             page = self.page(self.words.record(number))
             yield replace(page, name=question.name.upper(), loop=entry.loop, place=f"{page.name} of {entry.loop}")
 
@@ -345,9 +345,9 @@ class ParameterBook(Parameters):
         head, plus, digits = name.replace(" ", "").partition("+")
         if self.words is None or not plus or head.upper() != self.words.name or not digits.isdecimal():
             return []
-        if int(digits[:6]) > self.words.last:
-            last = self.words.last
-            raise QuestionError(f"{name}: {self.words.name} takes {last + 1} double words, +0 to +{last}")
+        if int(digits[:6]) > self.words.last_number:
+            last_number = self.words.last_number
+            raise QuestionError(f"{name}: {self.words.name} takes {last_number + 1} double words, +0 to +{last_number}")
         return [self.page(self.words.record(int(digits)))]
 
     def _group_pages(self, tables: Mapping[str, ParameterTable], name: str, question: Question) -> list[Page]:
@@ -360,10 +360,10 @@ class ParameterBook(Parameters):
             rows = group_members(group, table)
             if rows:
                 blocks.setdefault(tuple(row.name for row in rows), []).append(key)
-        most = max(map(len, blocks), default=0)
-        raw = None if question.value is None else whole_number(question.value, (1 << most) - 1)
+        bit_count = max(map(len, blocks), default=0)
+        raw = None if question.value is None else parse_integer(question.value, (1 << bit_count) - 1)
         if blocks and question.value is not None and raw is None:
-            raise QuestionError(f"{question.text}: the value is a whole number of {most} bits, like 5 or 0x0005")
+            raise QuestionError(f"{question.text}: the value is a whole number of {bit_count} bits, like 5 or 0x0005")
         return [
             self._group_page(group, keys, raw) for names, keys in blocks.items() if raw is None or raw < 1 << len(names)
         ]

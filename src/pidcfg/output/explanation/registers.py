@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.regmap import SINGLE, NoRegisterError, RegisterMap, Word
 from pidcfg.output.explanation import Page, Point, QuestionError, Value
-from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed_word
+from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed_text
 from pidcfg.output.explanation.page import (
     ADDRESS,
     OFFSET,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.regmap import Bank, Kind, Meaning, Space
     from pidcfg.output.explanation.book import Series, Start
-    from pidcfg.output.explanation.page import Configured
+    from pidcfg.output.explanation.page import ConfigIndex
     from pidcfg.text.references import Basis
 
 # --- The records of a vendor whose memory has addresses, and what the content of a register says ----------------------
@@ -63,7 +63,7 @@ class Block:
     prefix: str
     table: RegisterMap
     start: str
-    offset_heads: tuple[str, ...]
+    offset_prefixes: tuple[str, ...]
     repeat: int = 1
     is_fixed: bool = False
     """It always begins there."""
@@ -112,13 +112,13 @@ class Registers(Book):
     """What is doubtful about a content."""
     unscaled_text: Callable[[Word, int], str] | None = None
     """What a content is whose scale is not known; counts where there is no more to say."""
-    unstored: Mapping[str, str] = field(default_factory=dict)
+    unstored_keys: Mapping[str, str] = field(default_factory=dict)
     """Keys that no register holds, and where they are set."""
     starts: tuple[Start, ...] = ()
     """Options that say where the loops of a listing begin."""
     root_basis: Basis | None = None
     """Why a loop that takes the root of its PV has words that are about the PV before."""
-    read_late: Mapping[str, str] = field(default_factory=dict)
+    read_when_texts: Mapping[str, str] = field(default_factory=dict)
     """What the manual's column "Read on the Fly" means."""
     hexadecimal: bool = False
     """Contents are shown in hexadecimal."""
@@ -172,7 +172,7 @@ class Registers(Book):
         word, table = next((w, b.table) for b in self.blocks for w in b.table.words if w.name == register)
         name = f"{series.name} {number}"
         if code is None:
-            return Record(kind="number", name=name, title=series.other, basis=word.basis)
+            return Record(kind="number", name=name, title=series.other_text, basis=word.basis)
         return Record(
             kind="number",
             name=name,
@@ -193,7 +193,7 @@ class Registers(Book):
             detail=text,
             key=path,
             access="setting",
-            writer=self.unstored[path],
+            writer=self.unstored_keys[path],
         )
 
     def _notation(self, word: Word, *, bits: bool) -> str:
@@ -208,7 +208,7 @@ class Registers(Book):
     def _writer(self, word: Word, access: str) -> str:
         if word.name in self.writers:
             return self.writers[word.name]
-        read_when = self.read_late.get(word.read_when, "")
+        read_when = self.read_when_texts.get(word.read_when, "")
         return WRITERS[access] + (f"; a new value {read_when}" if read_when and access == "setting" else "")
 
     def is_binary(self, word: Word) -> bool:
@@ -234,9 +234,9 @@ class Registers(Book):
         code = self.code(word.name, raw)
         if code is not None:
             return Value(content, shown, code.title)
-        other = next((series.other for series in self.series if series.codes[0].register == word.name), "")
-        if other:
-            return Value(content, shown, "", other)
+        other_text = next((series.other_text for series in self.series if series.codes[0].register == word.name), "")
+        if other_text:
+            return Value(content, shown, "", other_text)
         try:
             text = self.content_text(word, raw, scaling)
         except DecodeError as error:
@@ -254,20 +254,20 @@ class Registers(Book):
 
     def _limits_remark(self, word: Word, raw: int) -> str:
         """What the manual allows, where a number is none of it, nor a code."""
-        number = word.path and word.scale is None and not special_code(word.codec, raw)
-        limits = key_limits(self.schema, word.path) if number and word.path else None
+        is_number = word.path and word.scale is None and not special_code(word.codec, raw)
+        limits = key_limits(self.schema, word.path) if is_number and word.path else None
         value = word.decode(raw) if limits is not None else None
         return limits_text(limits) if limits and isinstance(value, Decimal) and not limits.holds(value) else ""
 
     def lines(self, listing: Listing, options: Mapping[str, object]) -> Iterator[Line]:
         """Every word of a listing with its meaning, in the order of the addresses."""
         words: dict[int, int] = listing.words
-        placed: dict[int, Placement] = {}
+        placements: dict[int, Placement] = {}
         for number, placement in self.placements(listing, options):
             if self.space.has_bank(number):
-                placed.setdefault(number, placement)
+                placements.setdefault(number, placement)
         prefixes = {
-            self.space.bank_and_number(number)[0].prefix for number, placement in placed.items() if placement.loop
+            self.space.bank_and_number(number)[0].prefix for number, placement in placements.items() if placement.loop
         }
         missing = [
             s for s in self.starts if s.prefix not in prefixes and not options.get(s.option) and s.address not in words
@@ -285,14 +285,14 @@ class Registers(Book):
                 continue
             raw, kind = words[number], self.space.kind_of(number)
             content = (self.space.name(number), kind.hex(raw), kind.text(raw))
-            if number in placed:
-                placement = placed[number]
+            if number in placements:
+                placement = placements[number]
                 text = self._line_text(
                     self.record(placement.table, placement.word), raw, placement.scaling or UNKNOWN_SCALING
                 )
                 yield Line(*content, placement.loop or "-", placement.prefix + placement.word.name, text)
             else:
-                yield Line(*content, "-", "-", unclaimed_word(self.space.bank_and_number(number)[0].prefix, missing))
+                yield Line(*content, "-", "-", unclaimed_text(self.space.bank_and_number(number)[0].prefix, missing))
 
     def _line_text(self, record: RegisterRecord, raw: int, scaling: Scaling) -> str:
         """What a word says; a word that is no value says why."""
@@ -320,9 +320,9 @@ HIGHEST_BIT = 15
 BEFORE_ROOT_UNIT = "the signal before the root"
 """The unit of what is compared with the PV of which the loop takes the root."""
 SEPARATORS = str.maketrans("", "", " -_")
-HEXADECIMAL_FROM = 10
+MIN_HEXADECIMAL = 10
 """Smaller numbers are the same in both notations."""
-MOST_LOOPS = 8
+MAX_LOOPS = 8
 """Of every PLC here with registers."""
 PLC_PREFIX = "plc."
 """What keys begin with that are about the file and no loop."""
@@ -356,7 +356,7 @@ class RegisterBook(Registers):
     @property
     def spellings(self) -> dict[str, str]:
         """All names that can be asked for, in small letters, with their spelling."""
-        return {name: name for name in (*self.index, *(path.rpartition(".")[2] for path in self.unstored))}
+        return {name: name for name in (*self.index, *(path.rpartition(".")[2] for path in self.unstored_keys))}
 
     def _placement_page(self, placement: Placement, name: str, raw: int | None, bit: int | None = None) -> Page:
         """A register, or one bit of it, in its place, with its content where there is one."""
@@ -408,7 +408,7 @@ class RegisterBook(Registers):
             or self.hexadecimal
             or page.value is None
             or not text.isdecimal()
-            or int(text) < HEXADECIMAL_FROM
+            or int(text) < MIN_HEXADECIMAL
         ):
             return page
         kind = next((b.kind for b in self.space.banks if type(b.kind.show(0)) is type(page.value.raw)), None)
@@ -465,7 +465,7 @@ class RegisterBook(Registers):
             if not block.is_in_loop or block.is_fixed or example is None:
                 continue
             starts = [n for n in addresses if self.space.bank_and_number(n)[0].prefix == block.prefix]
-            yield from ((block, number) for number in starts or [example] * question.loop)
+            yield from ((block, number) for number in starts or [example] * question.at_example)
 
     def _unplaced_page(self, name: str, number: int, raw: int | None, question: Question, bit: int | None) -> Page:
         """An address that no known block has: the part of the memory, and what it is in loops that begin as usual."""
@@ -514,7 +514,7 @@ class RegisterBook(Registers):
             if start is None or block.is_fixed or not block.is_in_loop or not self.space.has_bank(number):
                 continue
             loop, offset = divmod(number - start, block.table.size)
-            if self.space.bank_and_number(number)[0].prefix == block.prefix and 0 <= loop < MOST_LOOPS:
+            if self.space.bank_and_number(number)[0].prefix == block.prefix and 0 <= loop < MAX_LOOPS:
                 record = self.record(block.table, word_at(block.table, offset), bit)
                 bit_text = "" if bit is None else f".{bit}"
                 place = f"{block.table.offset_text(offset)}{bit_text} of loop {loop + 1}, {record.title}"
@@ -525,9 +525,9 @@ class RegisterBook(Registers):
         match = OFFSET.fullmatch(question.name)
         if match is None:
             return []
-        head = "".join(c for c in match.group(1).lower() if c.isalnum())
-        named_blocks = [block for block in self.blocks if head in block.offset_heads]
-        is_named = bool(named_blocks or head)
+        prefix = "".join(c for c in match.group(1).lower() if c.isalnum())
+        named_blocks = [block for block in self.blocks if prefix in block.offset_prefixes]
+        is_named = bool(named_blocks or prefix)
         pages, problems = [], []
         for block in (
             named_blocks if is_named else (block for block in self.blocks if block.is_in_loop and not block.is_fixed)
@@ -574,9 +574,9 @@ class RegisterBook(Registers):
         """``CK27``, or ``27`` alone: a number that the PLC shows."""
         text = question.name.lower().translate(SEPARATORS)
         for series in self.series:
-            for head in series.heads:
-                digits = text.removeprefix(head)
-                if text.startswith(head) and is_number(digits):
+            for prefix in series.prefixes:
+                digits = text.removeprefix(prefix)
+                if text.startswith(prefix) and is_number(digits):
                     return [self._number_page(series, int(digits))]
         for series in self.series:
             if is_number(text) and (question.one_vendor or int(text) in {code.number for code in series.codes}):
@@ -603,7 +603,7 @@ class RegisterBook(Registers):
         return pages
 
     def _configured_placements(
-        self, record: RegisterRecord, config: Configured, loop: str | None
+        self, record: RegisterRecord, config: ConfigIndex, loop: str | None
     ) -> list[tuple[Placement, str]]:
         """A register in the loops of a configuration, with its addresses."""
         try:
@@ -623,11 +623,13 @@ class RegisterBook(Registers):
         """A key that no register holds by its path, its last part or its section, once for each loop that gives it."""
         name, loop = question.name_and_loop
         key = name.lower()
-        paths = [path for path in self.unstored if key == path]
-        paths = paths or [path for path in self.unstored if path.endswith(f".{key}")]
-        paths = paths or [path for path in self.unstored if key in parse_path(path)[:-1]]
+        paths = [path for path in self.unstored_keys if key == path]
+        paths = paths or [path for path in self.unstored_keys if path.endswith(f".{key}")]
+        paths = paths or [path for path in self.unstored_keys if key in parse_path(path)[:-1]]
         if paths and question.value is not None:
-            raise QuestionError(f"{question.text}: {paths[0]} {self.unstored[paths[0]]}; it has no content to explain")
+            raise QuestionError(
+                f"{question.text}: {paths[0]} {self.unstored_keys[paths[0]]}; it has no content to explain"
+            )
         return [page for path in paths for page in self._unstored_pages(path, question, loop)]
 
     def _unstored_pages(self, path: str, question: Question, loop: str | None) -> Iterator[Page]:

@@ -41,7 +41,7 @@ NEGATION = re.compile(r"\b(?:no|kein(?:en?|er|es|em)?)\s+(?=[^\W_])")
 """What makes one word with the next: ``no pv`` is not said of a text with ``no`` and ``pv`` in it."""
 SPELLINGS = (("ae", "a"), ("oe", "o"), ("ue", "u"), ("setpoint", "set point"))
 """Letters and words of two spellings."""
-LEAST_BEGINNING, LONGEST_ENDING = 4, 4
+MIN_PREFIX_LETTERS, MAX_ENDING_LETTERS = 4, 4
 """Letters of a word from which on it is the beginning of others, and letters that are only their ending."""
 _FILLERS = """
     a an the of in on at is are be to it its my our this that when why how what does do did with for and or by has have
@@ -75,10 +75,10 @@ def symptoms() -> tuple[Symptom, ...]:
     """All rows."""
     import tomllib
 
-    return rows_of(tomllib.loads(SYMPTOMS_FILE.read_text("utf-8"))["symptom"])
+    return parse_symptoms(tomllib.loads(SYMPTOMS_FILE.read_text("utf-8"))["symptom"])
 
 
-def rows_of(rows: Iterable[Mapping[str, object]]) -> tuple[Symptom, ...]:
+def parse_symptoms(rows: Iterable[Mapping[str, object]]) -> tuple[Symptom, ...]:
     """Rows of a table."""
     return tuple(map(_symptom, rows))
 
@@ -106,21 +106,21 @@ def _phrases() -> tuple[tuple[tuple[str, ...], Symptom], ...]:
     return tuple((tuple(words_of(phrase)), row) for row in symptoms() for phrase in row.names)
 
 
-def _is_word(word: str, question_word: str) -> bool:
-    return question_word == word or (len(word) >= LEAST_BEGINNING and question_word.startswith(word))
+def _matches_prefix(word: str, question_word: str) -> bool:
+    return question_word == word or (len(word) >= MIN_PREFIX_LETTERS and question_word.startswith(word))
 
 
-def _is_whole_word(word: str, question_word: str) -> bool:
-    return _is_word(word, question_word) and len(question_word) - len(word) <= LONGEST_ENDING
+def _matches_inflection(word: str, question_word: str) -> bool:
+    return _matches_prefix(word, question_word) and len(question_word) - len(word) <= MAX_ENDING_LETTERS
 
 
 def has_words(question_words: Sequence[str], words: Sequence[str]) -> bool:
     """Whether each of some words, or one that begins with it, is among those that were asked."""
-    return all(any(_is_word(word, one) for one in question_words) for word in words)
+    return all(any(_matches_prefix(word, one) for one in question_words) for word in words)
 
 
-def symptoms_in(text: str, *, whole: bool = False) -> list[Symptom]:
-    """The symptoms that a text names, by the name of most words; ``whole``: by one that leaves no word over."""
+def symptoms_in(text: str, *, all_words: bool = False) -> list[Symptom]:
+    """The symptoms that a text names, by the name of most words; ``all_words``: by one that leaves no word over."""
     question_words = words_of(text)
     telling_words = [word for word in question_words if word not in FILLERS]
     best: list[Symptom] = []
@@ -128,7 +128,7 @@ def symptoms_in(text: str, *, whole: bool = False) -> list[Symptom]:
     for words, row in _phrases():
         if len(words) < most_words or not has_words(question_words, words):
             continue
-        if whole and not all(any(_is_whole_word(word, one) for word in words) for one in telling_words):
+        if all_words and not all(any(_matches_inflection(word, one) for word in words) for one in telling_words):
             continue
         best = [row] if len(words) > most_words else [*best, *([] if row in best else [row])]
         most_words = len(words)
@@ -173,17 +173,17 @@ def title_of(vendor: str, name: str) -> str:
 
 MESSAGES_FILE = Path(__file__).with_name("messages.toml")
 LINES_KEY = "line"
-HOLE = re.compile(r"\{[^{}]*\}")
+PLACEHOLDER = re.compile(r"\{[^{}]*\}")
 """Where a template has something else each time."""
-LEAST_LETTERS, LEAST_HEAD_LETTERS = 6, 15
+MIN_LETTERS, MIN_HEAD_LETTERS = 6, 15
 """Letters that a template, and a beginning of one, must have of its own."""
 DETAIL_SIGN = re.compile(r" \(|[:;] ")
 """What a message goes into detail with."""
-PLACE_BEFORE = re.compile(
+LOCATION_PREFIX = re.compile(
     r"^\s*(?:\S+:[0-9]+(?::[0-9]+)?:?\s+)?(?:(?:error|warning|info|note|Error|check after the download):?\s+)?"
 )
 """What stands before a message in a terminal."""
-LOOP_BEHIND = re.compile(r"\s*\[[^\][]+\]$")
+LOOP_SUFFIX = re.compile(r"\s*\[[^\][]+\]$")
 WRITTEN_CODE = re.compile(rf"\b{CODE.pattern}\b")
 WRITTEN_ADDRESS = re.compile(r"\b([A-Z]{1,2})[0-9]+\b")
 SPACES = re.compile(r"\s+")
@@ -198,11 +198,11 @@ class Template(NamedTuple):
     """The code of a rule, or a line."""
 
     @classmethod
-    def of(cls, text: str, means: str | Symptom) -> Template:
+    def of(cls, text: str, subject: str | Symptom) -> Template:
         """``unknown key {}`` as a pattern."""
-        parts = [re.escape(SPACES.sub(" ", part)) for part in HOLE.split(text)]
-        own = sum(map(len, HOLE.split(text)))
-        return cls(re.compile(".*?".join(parts), re.IGNORECASE), own, means)
+        parts = [re.escape(SPACES.sub(" ", part)) for part in PLACEHOLDER.split(text)]
+        letters = sum(map(len, PLACEHOLDER.split(text)))
+        return cls(re.compile(".*?".join(parts), re.IGNORECASE), letters, subject)
 
 
 @cache
@@ -213,8 +213,8 @@ def templates() -> tuple[Template, ...]:
     table = tomllib.loads(MESSAGES_FILE.read_text("utf-8"))
     templates = [Template.of(rule.message, code) for code, rule in texts().items()]
     templates += [Template.of(text, code) for code, texts in table["rules"].items() for text in texts]
-    templates += [Template.of(text, row) for row in rows_of(table[LINES_KEY]) for text in row.names]
-    return tuple(template for template in templates if template.letters >= LEAST_LETTERS)
+    templates += [Template.of(text, row) for row in parse_symptoms(table[LINES_KEY]) for text in row.names]
+    return tuple(template for template in templates if template.letters >= MIN_LETTERS)
 
 
 @cache
@@ -222,7 +222,7 @@ def template_heads() -> tuple[Template, ...]:
     """Messages up to where they go into detail: people ask for as much as a line on their screen has."""
     heads = [(DETAIL_SIGN.split(rule.message, maxsplit=1), code) for code, rule in texts().items()]
     templates = [Template.of(parts[0], code) for parts, code in heads if len(parts) > 1]
-    return tuple(template for template in templates if template.letters >= LEAST_HEAD_LETTERS)
+    return tuple(template for template in templates if template.letters >= MIN_HEAD_LETTERS)
 
 
 def message_subjects(text: str, vendors: Sequence[str]) -> list[str | Symptom]:
@@ -251,9 +251,9 @@ def _is_of_vendors(template: Template, vendors: Sequence[str], *, shared: bool =
 
 def _matching_templates(text: str) -> Iterator[Template]:
     """The templates that a text is of: as it stands, without its place, without the loop behind or before it."""
-    whole = SPACES.sub(" ", text).strip()
-    plain = PLACE_BEFORE.sub("", whole)
-    texts = {whole, plain, LOOP_BEHIND.sub("", plain), plain.partition(": ")[2] or plain}
+    line = SPACES.sub(" ", text).strip()
+    message = LOCATION_PREFIX.sub("", line)
+    texts = {line, message, LOOP_SUFFIX.sub("", message), message.partition(": ")[2] or message}
     matches = [template for template in templates() if any(map(template.pattern.fullmatch, texts))]
     letters = max((template.letters for template in matches), default=None)
     heads = (t for t in template_heads() if letters in {None, t.letters} and any(map(t.pattern.fullmatch, texts)))
@@ -274,7 +274,7 @@ BIT_FIRST = re.compile(
     rf"(?:{ASKING_WORD}\s+)*bit\s*([0-9]{{1,2}})\s+{WITHIN_WORD}\s+(?:word\s+|wort\s+)?(\S.*)", re.IGNORECASE
 )
 BIT_LAST = re.compile(r"(\S.*?)[\s,]+bit\s*([0-9]{1,2})", re.IGNORECASE)
-BIT_BEHIND = re.compile(r"([A-Za-z]{0,4} ?\+ ?[0-9]+|[A-Za-z]{1,2}[0-9]+)\s*[:/]\s*([0-9]{1,2})")
+BIT_SUFFIX = re.compile(r"([A-Za-z]{0,4} ?\+ ?[0-9]+|[A-Za-z]{1,2}[0-9]+)\s*[:/]\s*([0-9]{1,2})")
 SPACED_ADDRESS = re.compile(r"([A-Za-z]{1,2}) ([0-9]+(?:\.[0-9]{1,2})?)")
 OFFSET_WITHOUT_PLUS = re.compile(r"(Cn|DSn|DFn|Base|addr) ?([0-9]{1,2}(?:\.[0-9]{1,2})?)", re.IGNORECASE)
 BIT_OF_WORD = re.compile(r"[Bb]([0-7]+\.[0-9]{1,2})")
@@ -295,7 +295,7 @@ NAME_IN_TEXT = re.compile(
     re.IGNORECASE,
 )
 """Addresses, offsets, error numbers and references in a sentence, with their bits."""
-CONTENT_BEHIND = re.compile(r"([A-Za-z]\w*) ((?:0x)?[0-9A-Fa-f]+)", re.ASCII)
+NAME_AND_VALUE = re.compile(r"([A-Za-z]\w*) ((?:0x)?[0-9A-Fa-f]+)", re.ASCII)
 """A name and a content without the sign between them: ``ErrBits 4``."""
 REFERENCE = re.compile(r"[0134][0-9]{4,5}")
 
@@ -305,7 +305,7 @@ def usual_spelling(name: str) -> str:
     name = name.strip(" '\"`?!")
     if match := BIT_FIRST.fullmatch(name):
         name = f"{match[2]}.{match[1]}"
-    elif match := BIT_LAST.fullmatch(name) or BIT_BEHIND.fullmatch(name):
+    elif match := BIT_LAST.fullmatch(name) or BIT_SUFFIX.fullmatch(name):
         name = f"{match[1].rstrip(' ,')}.{match[2]}"
     if match := SPACED_ADDRESS.fullmatch(name):
         name = f"{match[1]}{match[2]}"
@@ -350,20 +350,20 @@ def reference_pages(question: Question, vendors: Sequence[str]) -> Iterator[Page
             yield replace(page, notes=(note, *page.notes))
 
 
-LONGEST_FILLER = 2
+MAX_FILLER_LETTERS = 2
 """Letters of a word that says nothing of what it is about."""
 
 
 def names_with_words(name: str, book: Book) -> list[str]:
     """The names and titles of a vendor that have all words of a name; the name itself where there is one."""
     words = [word for word in words_of(name) if word not in FILLERS]
-    if "_" in name or not any(word.isalpha() and len(word) > LONGEST_FILLER for word in words):
+    if "_" in name or not any(word.isalpha() and len(word) > MAX_FILLER_LETTERS for word in words):
         return []
     names = [other for other in book.spellings if has_words(words_of(other), words)]
     return [other for other in names if words_of(other) == words] or names
 
 
-LEAST_LIKENESS = 0.75
+MIN_LIKENESS = 0.75
 """How alike two words are of which one is the other's misspelling."""
 
 
@@ -378,7 +378,7 @@ def nearest_name(name: str, names: Iterable[str]) -> str | None:
         if not name_words or len(words) < len(name_words) or (len(name_words) == 1 < len(words)):
             continue
         rank = min(max((_likeness(word, one) for one in words), default=0.0) for word in name_words), -len(words)
-        if rank[0] >= LEAST_LIKENESS and rank > best:
+        if rank[0] >= MIN_LIKENESS and rank > best:
             best, nearest = rank, other
     return nearest
 

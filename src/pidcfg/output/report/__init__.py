@@ -67,7 +67,7 @@ class Setting:
     value: Value
     unit: str
     meaning: str
-    given: bool
+    is_given: bool
     """Whether the file says it; otherwise it is the default."""
     place: str = ""
     """Where the PLC holds it."""
@@ -150,7 +150,7 @@ class Sheet:
     groups: tuple[Group, ...] = ()
     blocks: tuple[RegisterBlock, ...] = ()
     parameters: tuple[Parameter, ...] = ()
-    outside: tuple[tuple[str, str], ...] = ()
+    unstored: tuple[tuple[str, str], ...] = ()
     """What no register holds."""
 
 
@@ -205,25 +205,25 @@ class Content:
     @property
     def verdicts(self) -> tuple[int, int]:
         """Expectations that hold, and all."""
-        every = [expectation for run in self.runs for expectation in run.expectations]
-        return sum(expectation.passed for expectation in every), len(every)
+        expectations = [expectation for run in self.runs for expectation in run.expectations]
+        return sum(expectation.passed for expectation in expectations), len(expectations)
 
     @property
-    def worst(self) -> RunSheet | None:
+    def worst_run(self) -> RunSheet | None:
         """The run with the trend to look at first."""
-        shown = [(run.worst.grade, run) for run in self.runs if run.worst is not None]
-        return max(shown, key=lambda pair: pair[0])[1] if shown else None
+        graded = [(run.worst_trend.urgency, run) for run in self.runs if run.worst_trend is not None]
+        return max(graded, key=lambda pair: pair[0])[1] if graded else None
 
     @property
     def verdict(self) -> tuple[str, str]:
         """``passed``, ``FAILED`` or ``NOT PROVEN`` (empty: nothing ran), and why."""
         errors = sum(d.severity is Severity.ERROR for d in self.findings)
-        bad, count = sum(not run.passed for run in self.runs), len(self.runs)
-        of_runs = f"{bad} of {count} run{'' if count == 1 else 's'}"
-        if bad and not errors and all(run.verdict_word != "FAILED" for run in self.runs):
-            return "NOT PROVEN", f"{of_runs} not proven"
+        not_passed, count = sum(not run.passed for run in self.runs), len(self.runs)
+        runs_text = f"{not_passed} of {count} run{'' if count == 1 else 's'}"
+        if not_passed and not errors and all(run.verdict_word != "FAILED" for run in self.runs):
+            return "NOT PROVEN", f"{runs_text} not proven"
         faults = [f"{errors} error{'' if errors == 1 else 's'}"] if errors else []
-        faults += [f"{of_runs} not passed"] if bad else []
+        faults += [f"{runs_text} not passed"] if not_passed else []
         if faults:
             return "FAILED", ", ".join(faults)
         if not count:
@@ -296,9 +296,9 @@ class StandingRow:
 
 @frozen
 class Trend:
-    """A picture as a part of a page; ``grade``: how urgently a reader looks at it."""
+    """A picture as a part of a page; ``urgency``: how urgently a reader looks at it."""
 
-    grade: tuple[int, float]
+    urgency: tuple[int, float]
     picture: str
 
 
@@ -316,7 +316,7 @@ class RunSheet:
     """What links lead to: known once its place in the report is."""
     facts: tuple[tuple[str, str], ...] = ()
     events: tuple[RunEvent, ...] = ()
-    unlisted: int = 0
+    unlisted_changes: int = 0
     """Changes of modes and alarms that the run has counted only."""
     metrics: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
     metric_titles: Mapping[str, str] = field(default_factory=dict)
@@ -324,7 +324,7 @@ class RunSheet:
     units: Mapping[str, Units] = field(default_factory=dict)
     """Of each loop."""
     open_alarms: tuple[OpenAlarm, ...] = ()
-    before_root: tuple[tuple[str, str], ...] = ()
+    root_loops: tuple[tuple[str, str], ...] = ()
     """Loops that take the root of their PV, and what their signals are."""
     signals: tuple[tuple[str, float, float, float], ...] = ()
     flags: tuple[tuple[str, str], ...] = ()
@@ -333,13 +333,13 @@ class RunSheet:
     """Loop, status and the gains found."""
     expectations: tuple[Expectation, ...] = ()
     standing: tuple[StandingRow, ...] = ()
-    in_control: Mapping[str, float] = field(default_factory=dict)
+    time_in_control: Mapping[str, float] = field(default_factory=dict)
     """How long each loop was in Auto or Cascade, in s."""
     duration: float = 0.0
     """In s."""
     pictures: str = ""
     """The trends, as a part of a page."""
-    worst: Trend | None = None
+    worst_trend: Trend | None = None
     """That of the loop to look at first."""
 
     @property
@@ -360,7 +360,7 @@ class RunSheet:
         return sum(row.verdict == verdict for row in self.standing)
 
     @property
-    def judged(self) -> int:
+    def judged_count(self) -> int:
         """How many standing expectations are judged."""
         return len(self.standing) - self.count("not judged")
 
@@ -372,7 +372,7 @@ class RunSheet:
             if row.verdict != "passed":
                 rows.setdefault((row.verdict, row.loop, row.at, row.text), []).append(row.kind)
         return tuple(
-            (verdict, loop, self._in_short(kinds), at, why) for (verdict, loop, at, why), kinds in rows.items()
+            (verdict, loop, self._shorten_kinds(kinds), at, why) for (verdict, loop, at, why), kinds in rows.items()
         )
 
     @property
@@ -382,9 +382,9 @@ class RunSheet:
         for row in self.standing:
             if row.verdict == "not judged":
                 rows.setdefault(row.loop, []).append(row.kind)
-        return tuple((loop, self._in_short(kinds)) for loop, kinds in rows.items())
+        return tuple((loop, self._shorten_kinds(kinds)) for loop, kinds in rows.items())
 
-    def _in_short(self, kinds: Sequence[str]) -> tuple[str, ...]:
+    def _shorten_kinds(self, kinds: Sequence[str]) -> tuple[str, ...]:
         """Kinds of a loop; all of them are the loop as a whole."""
         return tuple(kinds) if len(kinds) < len({row.kind for row in self.standing}) else ("as a whole",)
 
@@ -406,8 +406,8 @@ def cell_value(value: object) -> Value:
     if isinstance(value, Wire):
         return f":= {value.text}"
     if isinstance(value, tuple) and type(value) is tuple:
-        raw = all(isinstance(part, Quantity) and part.counts for part in value)
-        return " to ".join(cell_text(part.value if raw else part) for part in value)
+        is_counts = all(isinstance(part, Quantity) and part.counts for part in value)
+        return " to ".join(cell_text(part.value if is_counts else part) for part in value)
     return str(value)
 
 
@@ -448,11 +448,11 @@ def measurement_text(value: float) -> str:
 
 # --- Words about a PV of which the loop takes the root: they are compared with the signal before it -------------------
 
-SIGNAL_SHARE = "% of the signal before the root"
+SIGNAL_SHARE_UNIT = "% of the signal before the root"
 
 
 @frozen
-class BeforeRoot:
+class SignalShare:
     """What a word means there: a share of the signal, and the PV at which the signal has it (None: a difference)."""
 
     percent: Decimal
@@ -463,19 +463,19 @@ class BeforeRoot:
     @property
     def unit(self) -> str:
         """The unit of the share."""
-        return f"{SIGNAL_SHARE} per {self.time_unit}" if self.time_unit else SIGNAL_SHARE
+        return f"{SIGNAL_SHARE_UNIT} per {self.time_unit}" if self.time_unit else SIGNAL_SHARE_UNIT
 
     def pv_clause(self, unit: str) -> str:
         """Where the PV is then, as a clause; empty for a difference."""
         return "" if self.value is None else f"reached at {self.value:.4g} {unit}".rstrip()
 
 
-def word_before_root(word: Word, block: Block, raw: int) -> BeforeRoot | None:
+def signal_share_of(word: Word, block: Block, raw: int) -> SignalShare | None:
     """A content before the root; None where the word is about something else."""
     if not is_before_root(word, block.scales):
         return None
     percent, value = share_before_root(word, raw, block.scales)
-    return BeforeRoot(round(percent, 2), value, word.unit.partition("/")[2])
+    return SignalShare(round(percent, 2), value, word.unit.partition("/")[2])
 
 
 def loop_words(encoding: Encoding, loop: int) -> Iterator[tuple[Block, Word, int]]:
@@ -486,13 +486,13 @@ def loop_words(encoding: Encoding, loop: int) -> Iterator[tuple[Block, Word, int
             yield from ((block, word, memory.get(block.start + word.offset, 0)) for word in block.table.words)
 
 
-def settings_before_root(encoding: Encoding, loop: int) -> dict[str, BeforeRoot]:
+def signal_shares(encoding: Encoding, loop: int) -> dict[str, SignalShare]:
     """The settings of a loop, by its number, that are compared with the signal before the root."""
-    shares = ((word.path, word_before_root(word, block, raw)) for block, word, raw in loop_words(encoding, loop))
-    return {path: share for path, share in shares if path is not None and share is not None}
+    by_path = ((word.path, signal_share_of(word, block, raw)) for block, word, raw in loop_words(encoding, loop))
+    return {path: share for path, share in by_path if path is not None and share is not None}
 
 
-def with_shares(groups: tuple[Group, ...], shares: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
+def with_shares(groups: tuple[Group, ...], shares: Mapping[str, SignalShare], unit: str) -> tuple[Group, ...]:
     """The settings with what they mean before the root; ``unit``: that of the PV."""
     return tuple(
         replace(group, settings=tuple(_with_share(s, shares.get(s.path), unit) for s in group.settings))
@@ -500,14 +500,14 @@ def with_shares(groups: tuple[Group, ...], shares: Mapping[str, BeforeRoot], uni
     )
 
 
-def _with_share(setting: Setting, before: BeforeRoot | None, unit: str) -> Setting:
-    if before is None:
+def _with_share(setting: Setting, share: SignalShare | None, unit: str) -> Setting:
+    if share is None:
         return setting
-    reached = before.pv_clause(unit)
-    linear = f"{setting.unit} of a linear PV" if setting.unit == unit else setting.unit
-    per = f" per {before.time_unit}" if before.time_unit else ""
-    meaning = f"{setting.meaning} Compared with the signal before the root: {before.percent} % of it{per}"
-    return replace(setting, unit=linear, meaning=f"{meaning}{f', {reached}' if reached else ''}.")
+    pv_text = share.pv_clause(unit)
+    unit_text = f"{setting.unit} of a linear PV" if setting.unit == unit else setting.unit
+    per_text = f" per {share.time_unit}" if share.time_unit else ""
+    meaning = f"{setting.meaning} Compared with the signal before the root: {share.percent} % of it{per_text}"
+    return replace(setting, unit=unit_text, meaning=f"{meaning}{f', {pv_text}' if pv_text else ''}.")
 
 
 # --- A scenario's run as a sheet --------------------------------------------------------------------------------------
@@ -551,7 +551,7 @@ class Run:
     title: str = ""
     charts: Sequence[Chart] = ()
     units: Mapping[str, Units] = field(default_factory=dict)
-    before_root: Mapping[str, str] = field(default_factory=dict)
+    root_signals: Mapping[str, str] = field(default_factory=dict)
     """What the signals are of each loop that takes the root of its PV."""
 
 
@@ -572,19 +572,19 @@ def run_sheet(run: Run) -> RunSheet:
         events=tuple(run_events(report)),
         units=run.units,
         open_alarms=tuple(open_alarms(report)),
-        unlisted=sum(loop.unlisted for loop in report.loops.values()),
+        unlisted_changes=sum(loop.unlisted for loop in report.loops.values()),
         metrics={name: loop.metrics for name, loop in report.loops.items()},
         metric_titles=metric_titles(report),
         signals=tuple((name, seen.low, seen.high, seen.final) for name, seen in report.signals.items()),
         flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
         autotunes=tuple(autotune_rows(report)),
-        expectations=tuple(Expectation(v.text, v.passed, found_text(v, run.units)) for v in report.expectations),
+        expectations=tuple(Expectation(v.text, v.passed, measured_quantity(v, run.units)) for v in report.expectations),
         standing=tuple(StandingRow(v.loop, v.kind, v.word, v.at, v.why) for v in report.standing),
-        in_control={name: loop.time_in_control for name, loop in report.loops.items()},
+        time_in_control={name: loop.time_in_control for name, loop in report.loops.items()},
         duration=report.duration,
         pictures=render_figures(run.charts),
-        worst=worst_trend(run, report),
-        before_root=tuple(run.before_root.items()),
+        worst_trend=worst_trend(run, report),
+        root_loops=tuple(run.root_signals.items()),
     )
 
 
@@ -620,8 +620,8 @@ def verdict_of(run: Run, report: Report) -> str:
 
 def metric_titles(report: Report) -> dict[str, str]:
     """The metrics that are worth a column."""
-    swings = any(loop.metrics.get(key) is not None for loop in report.loops.values() for key in SWING_METRICS)
-    return {key: title for key, title in METRIC_TITLES.items() if swings or key not in SWING_METRICS}
+    has_swings = any(loop.metrics.get(key) is not None for loop in report.loops.values() for key in SWING_METRICS)
+    return {key: title for key, title in METRIC_TITLES.items() if has_swings or key not in SWING_METRICS}
 
 
 def run_facts(report: Report) -> Iterator[tuple[str, str]]:
@@ -673,7 +673,7 @@ def autotune_rows(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, f
             yield name, f"{loop.autotune['status']}{rule}", tuple(loop.autotune["results"].items())
 
 
-def found_text(verdict: Verdict, units: Mapping[str, Units]) -> str:
+def measured_quantity(verdict: Verdict, units: Mapping[str, Units]) -> str:
     """What was measured for an expectation, with the unit of the metric or of the signal that it is about."""
     loop_units = units.get(verdict.loop or "")
     metric = verdict.text.removeprefix(f"{verdict.loop} ").partition(" ")[0]

@@ -48,7 +48,7 @@ OFFSET_TEXT = re.compile(r" \([^)]*n\+\d[^)]*\)")
 SIGN_OFF = ("Prepared", "Checked", "Commissioned", "Accepted")
 GENERAL_FACTS = {*(title for title, *_ in FIRST_FACTS), "Direction", "Form", "Pulses", "Duty cycle"}
 """Facts that are not the terms of the equation."""
-LEAST_ZEROS = 4
+MIN_ZEROS = 4
 """Words of zeros that stand as one."""
 
 
@@ -77,7 +77,7 @@ def door_sheet(content: Content) -> str:
         "sheet.html",
         content,
         policy=policy,
-        places=main_places,
+        places=facts_by_title,
         tuning=tuning_facts,
         alarms=alarm_settings,
         alarm_names=alarm_names(content),
@@ -85,7 +85,7 @@ def door_sheet(content: Content) -> str:
     )
 
 
-def _render_template(template: str, content: Content, **more: object) -> str:
+def _render_template(template: str, content: Content, **values: object) -> str:
     title = content.title
     return to_printable(
         _environment()
@@ -97,7 +97,7 @@ def _render_template(template: str, content: Content, **more: object) -> str:
             running=css_string(" · ".join(part for part in (title.project, title.title) if part)),
             marking=css_string(" · ".join(part for part in (title.document, _revision(title)) if part)),
             tool=css_string(f"pidcfg {title.version}"),
-            **more,
+            **values,
         )
     )
 
@@ -160,7 +160,7 @@ def group_findings(findings: Iterable[Diagnostic]) -> list[FindingGroup]:
 
 def main_settings(sheet: Sheet) -> list[Setting]:
     """What the file says of a loop, without the units, which stand beside the values."""
-    rows = (setting for group in sheet.groups for setting in group.settings if setting.given)
+    rows = (setting for group in sheet.groups for setting in group.settings if setting.is_given)
     return [row for row in rows if row.path.rpartition(".")[2] != "unit"]
 
 
@@ -169,7 +169,7 @@ def compared_words(blocks: Iterable[RegisterBlock]) -> list[tuple[str, str]]:
     rows: list[tuple[str, str]] = []
     for content, run in groupby(contents_of(tuple(blocks)).items(), key=itemgetter(1)):
         addresses = [address for address, _ in run]
-        is_run_of_zeros = not content.strip("0") and len(addresses) >= LEAST_ZEROS
+        is_run_of_zeros = not content.strip("0") and len(addresses) >= MIN_ZEROS
         rows += (
             [(f"{addresses[0]} to {addresses[-1]}", content)]
             if is_run_of_zeros
@@ -178,7 +178,7 @@ def compared_words(blocks: Iterable[RegisterBlock]) -> list[tuple[str, str]]:
     return rows
 
 
-def main_places(sheet: LoopSheet) -> dict[str, tuple[str, str]]:
+def facts_by_title(sheet: LoopSheet) -> dict[str, tuple[str, str]]:
     """The facts of a loop with their places, by title."""
     return {fact.title: (fact.text, fact.place) for fact in sheet.facts}
 
@@ -317,13 +317,13 @@ class PdfError(Exception):
 
 def find_browser() -> str:
     """The path of the browser that prints; raises `PdfError` where there is none."""
-    named = os.environ.get(BROWSER_VARIABLE)
-    names = (named,) if named else (*BROWSERS, *BROWSER_PATHS)
+    preferred = os.environ.get(BROWSER_VARIABLE)
+    names = (preferred,) if preferred else (*BROWSERS, *BROWSER_PATHS)
     path = next((path for path in map(shutil.which, names) if path), None)
     if path is not None:
         return path
-    if named:
-        raise PdfError(f"{BROWSER_VARIABLE} names {named!r}, which is no program here")
+    if preferred:
+        raise PdfError(f"{BROWSER_VARIABLE} names {preferred!r}, which is no program here")
     raise PdfError(
         "a PDF is printed by Chromium, Chrome or Edge, and none of them is here; install one, name it in the variable "
         f"{BROWSER_VARIABLE}, or write report.html and print that from a browser"
@@ -335,11 +335,11 @@ def print_pdf(html: str, path: str) -> bytes:
     with TemporaryDirectory(prefix="pidcfg-", ignore_cleanup_errors=True) as folder:
         page, target = Path(folder) / "report.html", Path(folder) / "report.pdf"
         page.write_text(html, "utf-8")
-        root = ["--no-sandbox"] if sys.platform == "linux" and os.geteuid() == 0 else []
+        root_options = ["--no-sandbox"] if sys.platform == "linux" and os.geteuid() == 0 else []
         options = [f"--user-data-dir={folder}/profile", f"--print-to-pdf={target}"]
         try:
             result = subprocess.run(  # noqa: S603 - a browser that the user has installed or named, and no shell
-                [path, *BROWSER_FLAGS, *root, *options, page.as_uri()],
+                [path, *BROWSER_FLAGS, *root_options, *options, page.as_uri()],
                 capture_output=True,
                 timeout=PDF_TIMEOUT,
                 check=False,
@@ -411,15 +411,15 @@ def _sheets(content: Content) -> Iterator[tuple[str, str, Sheet]]:
 
 
 def _setting_rows(content: Content) -> Iterator[Row]:
-    for *place, sheet in _sheets(content):
+    for *owner, sheet in _sheets(content):
         for s in (setting for group in sheet.groups for setting in group.settings):
-            yield *place, s.path, s.value, s.unit, "file" if s.given else "default", s.meaning, None
+            yield *owner, s.path, s.value, s.unit, "file" if s.is_given else "default", s.meaning, None
 
 
 def _word_rows(content: Content) -> Iterator[Row]:
-    for *place, sheet in _sheets(content):
+    for *owner, sheet in _sheets(content):
         for title, r in ((block.title, register) for block in sheet.blocks for register in block.registers):
-            register = (*place, title, r.address, r.name)
+            register = (*owner, title, r.address, r.name)
             raw = f"0x{r.hex}" if r.hex else ""
             yield *register, None, raw, r.decimal, r.value, r.unit, r.meaning, r.owner
             for bit in r.bits:
@@ -427,12 +427,12 @@ def _word_rows(content: Content) -> Iterator[Row]:
 
 
 def _parameter_rows(content: Content) -> Iterator[Row]:
-    for *place, sheet in _sheets(content):
-        yield from ((*place, p.name, p.type, p.content, p.unit, p.device, p.meaning) for p in sheet.parameters)
+    for *owner, sheet in _sheets(content):
+        yield from ((*owner, p.name, p.type, p.content, p.unit, p.device, p.meaning) for p in sheet.parameters)
 
 
-def _outside_rows(content: Content) -> Iterator[Row]:
-    yield from ((*place, *row) for *place, sheet in _sheets(content) for row in sheet.outside)
+def _unstored_rows(content: Content) -> Iterator[Row]:
+    yield from ((*owner, *row) for *owner, sheet in _sheets(content) for row in sheet.unstored)
 
 
 def _check_rows(content: Content) -> Iterator[Row]:
@@ -454,12 +454,12 @@ def _standing_rows(content: Content) -> Iterator[Row]:
 def _metric_rows(content: Content) -> Iterator[Row]:
     for run in content.runs:
         for loop, metrics in run.metrics.items():
-            yield run.file, loop, run.in_control[loop], *(metrics.get(metric) for metric in METRIC_TITLES)
+            yield run.file, loop, run.time_in_control[loop], *(metrics.get(metric) for metric in METRIC_TITLES)
 
 
 def _signal_rows(content: Content) -> Iterator[Row]:
     for run in content.runs:
-        roots = dict(run.before_root)
+        roots = dict(run.root_loops)
         for name, *numbers in run.signals:
             loop, _, kind = name.rpartition(".")
             yield run.file, name, *numbers, roots.get(loop) if kind in {"PV", "SP"} else None
@@ -487,7 +487,7 @@ TABLES = (
                                           "Value", "Unit", "Meaning", "Kind"), _word_rows),
     ("parameters",   "Parameters",       ("File", "Loop", "Parameter", "Type", "Content", "Unit", "Device", "Meaning"),
                                          _parameter_rows),
-    ("outside",      "In no register",   ("File", "Loop", "Setting", "Value"), _outside_rows),
+    ("outside",      "In no register",   ("File", "Loop", "Setting", "Value"), _unstored_rows),
     ("checks",       "Checks",           ("File", "After the download", "Done"), _check_rows),
     ("expectations", "Expectations",     ("Scenario", "Title", "Expectation", "Verdict", "Found"), _expectation_rows),
     ("standing",     "Standing",         ("Scenario", "Title", "Loop", "Expectation", "Verdict", "Since, s", "Found"),
@@ -524,12 +524,12 @@ def safe_text(value: Value) -> str:
 
 # --- The tables as an Excel workbook: a sheet each, numbers as numbers, texts as nothing but texts --------------------
 
-CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
+CREATION_TIME = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
 """Written into every workbook, so that the same input gives the same bytes."""
-NARROWEST, WIDEST = 6, 60
+MIN_WIDTH, MAX_WIDTH = 6, 60
 LINE_HEIGHT = 15
 """Height of a line in points."""
-MOST_CHARACTERS = 32_767
+MAX_CHARACTERS = 32_767
 """A cell holds no more."""
 WRAPPED_FORMAT = {"text_wrap": True, "valign": "top"}
 
@@ -545,7 +545,7 @@ def write_workbook(tables: Sequence[Table], title: Title) -> bytes:
             {
                 "title": _encodable(title.title),
                 "author": _encodable(title.author or ""),
-                "created": CREATED,
+                "created": CREATION_TIME,
                 "company": _encodable(title.customer or ""),
                 "comments": f"pidcfg {title.version}",
             }
@@ -593,13 +593,13 @@ def _encodable(words: str) -> str:
     return to_printable(words).encode("utf-8", "replace").decode()
 
 
-def _write_cell(sheet: Any, place: tuple[int, int], value: Value, formats: Data) -> None:
+def _write_cell(sheet: Any, position: tuple[int, int], value: Value, formats: Data) -> None:
     if value is None or value == "":
         return
     if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
-        sheet.write_number(*place, float(value) if isinstance(value, Decimal) else value, formats["number"])
+        sheet.write_number(*position, float(value) if isinstance(value, Decimal) else value, formats["number"])
     else:
-        sheet.write_string(*place, _encodable(cell_text(value))[:MOST_CHARACTERS], formats["text"])
+        sheet.write_string(*position, _encodable(cell_text(value))[:MAX_CHARACTERS], formats["text"])
 
 
 def line_count(row: Sequence[Value], columns: Sequence[int]) -> int:
@@ -610,4 +610,4 @@ def line_count(row: Sequence[Value], columns: Sequence[int]) -> int:
 def column_widths(table: Table) -> list[int]:
     """A width for each column that holds its longest cell, within reason."""
     columns = [[*map(cell_text, column)] for column in zip(table.columns, *table.rows, strict=True)]
-    return [min(WIDEST, max(NARROWEST, *(len(cell) for cell in column)) + 2) for column in columns]
+    return [min(MAX_WIDTH, max(MIN_WIDTH, *(len(cell) for cell in column)) + 2) for column in columns]

@@ -31,9 +31,9 @@ from pidcfg.output.report import (
     cell_value,
     loop_words,
     number_text,
-    settings_before_root,
+    signal_share_of,
+    signal_shares,
     with_shares,
-    word_before_root,
 )
 from pidcfg.schemas.base import Quantity, Rate, unit_text, units_of
 from pidcfg.schemas.iec import Wire
@@ -75,25 +75,25 @@ WIRED_TEXT = "the program chooses it: "
 
 
 def loop_facts(
-    vendor: Vendor, loop: object, neutral: Mapping[str, object], groups: Sequence[Group], stored: Mapping[str, str]
+    vendor: Vendor, loop: object, neutral: Mapping[str, object], groups: Sequence[Group], contents: Mapping[str, str]
 ) -> Iterator[Fact]:
-    """The facts of a loop; ``neutral``: its neutral form or nothing, ``stored``: what registers hold, as text."""
+    """The facts of a loop; ``neutral``: its neutral form or nothing, ``contents``: what registers hold, as text."""
     units = {side: value_at(neutral, (side, "unit")) or "" for side in UNITS_OF_SIDES}
     settings = {setting.path: setting for group in groups for setting in group.settings}
     for title, path, unit, keys in FIRST_FACTS:
         value = value_at(neutral, parse_path(path))
         setting = next((settings[key] for key in keys if key in settings), None)
         place = setting.place if setting is not None else ""
-        if path in stored and setting is not None and setting.unit == "counts":
-            yield Fact(title, stored[path], place)
+        if path in contents and setting is not None and setting.unit == "counts":
+            yield Fact(title, contents[path], place)
         elif isinstance(value, str | int | float | list | tuple | Decimal):
             shown = " to ".join(map(short_text, value)) if isinstance(value, list | tuple) else short_text(value)
             yield Fact(title, f"{shown} {unit_text(unit, units)}".rstrip(), place)
         elif setting is not None:
             yield Fact(title, quantity_text(setting), place)
-    if rises := direction_text(vendor, loop):
+    if direction := direction_text(vendor, loop):
         key = vendor.load("explainer").direction.key
-        yield Fact("Direction", rises, settings[key].place if key in settings else "")
+        yield Fact("Direction", direction, settings[key].place if key in settings else "")
     yield from tuning_facts(vendor, loop, settings)
     yield from pulse_facts(neutral, settings)
 
@@ -111,14 +111,14 @@ def direction_text(vendor: Vendor, loop: object) -> str:
 
 def tuning_facts(vendor: Vendor, loop: object, settings: Mapping[str, Setting]) -> Iterator[Fact]:
     """The form of the equation, where a vendor has two, and the three terms."""
-    tuned = tables_of(vendor).TUNED
-    form, dependent = getattr(tuned, "dependent", None), None
+    tuning_words = tables_of(vendor).TUNED
+    form, dependent = getattr(tuning_words, "dependent", None), None
     value = None if form is None else value_at(loop, parse_path(form[0]))
     if form is not None and value is not None:
         dependent = value is form[1] if isinstance(value, bool) else None
         words = FORM_TEXTS[dependent] if dependent is not None else f"{WIRED_TEXT}{form[0]} := {cell_text(value)[3:]}"
         yield Fact("Form", words, settings[form[0]].place if form[0] in settings else "")
-    for path in map(tuned.key, tuned.names):
+    for path in map(tuning_words.key, tuning_words.names):
         if path in settings:
             names = path.split("_") if form is not None else [path]
             name = path if dependent is None else names[0 if dependent else -1]
@@ -138,10 +138,10 @@ def pulse_facts(neutral: Mapping[str, object], settings: Mapping[str, Setting]) 
     bit = next((settings[one].value for one in PULSED_KEYS if one in settings), None)
     target = [f"on {cell_text(bit)}"] if bit else []
     yield Fact("Pulses", ", ".join([f"every {quantity_text(period)}", *target, *words]), period.place)
-    ends = [*map(float, value_at(neutral, parse_path("output.range")) or ())]
-    limits = [*map(float, value_at(neutral, parse_path("output.limits")) or ends)]
-    if len(ends) == len(limits) == PAIR_LENGTH and ends[0] != ends[1]:
-        shares = [f"{100 * (limit - ends[0]) / (ends[1] - ends[0]):.3g}" for limit in limits]
+    range_ends = [*map(float, value_at(neutral, parse_path("output.range")) or ())]
+    limits = [*map(float, value_at(neutral, parse_path("output.limits")) or range_ends)]
+    if len(range_ends) == len(limits) == PAIR_LENGTH and range_ends[0] != range_ends[1]:
+        shares = [f"{100 * (limit - range_ends[0]) / (range_ends[1] - range_ends[0]):.3g}" for limit in limits]
         yield Fact("Duty cycle", f"{' to '.join(shares)} %", "")
 
 
@@ -198,12 +198,12 @@ def side_units(loop: object) -> dict[str, str]:
     return {**UNITS_OF_SIDES, **units_of(loop)}
 
 
-def setting_of(leaf: Leaf, loop: object, vendor: Vendor, written: Any, place: str) -> Setting:
+def setting_of(leaf: Leaf, loop: object, vendor: Vendor, file_value: Any, place: str) -> Setting:
     """A value with everything that a reader wants to know; an address stands as the file writes it."""
-    is_address_like = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
-    address = is_address_like and not _is_number(written.strip("-"))
-    value = str(written) if address else leaf_value(leaf)
-    unit = "" if address else unit_of(leaf, loop, vendor, side_units(loop))
+    is_address_like = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(file_value, str)
+    is_address = is_address_like and not _is_number(file_value.strip("-"))
+    value = str(file_value) if is_address else leaf_value(leaf)
+    unit = "" if is_address else unit_of(leaf, loop, vendor, side_units(loop))
     return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.is_given, place)
 
 
@@ -234,8 +234,8 @@ def groups_of(model: BaseModel, vendor: Vendor, data: object, places: Mapping[st
     for leaf in leaves(model):
         if leaf.path[0] not in HEADING_KEYS:
             section, dot, _ = leaf.text.partition(".")
-            written = value_at(data, leaf.path)
-            row = setting_of(leaf, model, vendor, written, place_of(leaf.text, places))
+            file_value = value_at(data, leaf.path)
+            row = setting_of(leaf, model, vendor, file_value, place_of(leaf.text, places))
             sections.setdefault(section if dot else "", []).append(row)
     texts = texts_of(type(model))
     return tuple(
@@ -316,10 +316,10 @@ class RegisterSheet:
         if value is not None and not unit and not isinstance(value, str):
             is_open = not word.unit or CHOICE_OF_UNITS.search(word.unit)
             unit = self.setting_units.get(str(word.path), "") if is_open else unit_text(word.unit, self.units)
-        meaning, share = word.title, word_before_root(word, block, raw)
+        meaning, share = word.title, signal_share_of(word, block, raw)
         if share is not None and word.access == "setting":
-            value, unit, reached = share.percent, share.unit, share.pv_clause(self.units["pv"])
-            meaning += f", {reached}" if reached else ""
+            value, unit, pv_text = share.percent, share.unit, share.pv_clause(self.units["pv"])
+            meaning += f", {pv_text}" if pv_text else ""
         return report.Register(
             address=cell.address,
             name=cell.field,
@@ -336,9 +336,9 @@ class RegisterSheet:
 
     def _register_value(self, word: Word, block: Block, raw: int) -> tuple[report.Value, str]:
         """What the PLC reads in a register, in engineering units; counts where there is no range."""
-        spelled = getattr(word.codec, "spelled", None)
-        if spelled is not None:
-            return spelled(raw, self.encoding.space.name), ""
+        spell = getattr(word.codec, "spelled", None)
+        if spell is not None:
+            return spell(raw, self.encoding.space.name), ""
         try:
             value: object = block.table.decode_word(word, raw, block.scales)
         except DecodeError:
@@ -360,7 +360,7 @@ def is_counted(word: Word) -> bool:
     return not notation.startswith(BCD_NOTATION) and not hasattr(word.codec, "spelled")
 
 
-def with_words(facts: Iterable[report.Fact], blocks: Sequence[report.RegisterBlock]) -> Iterator[report.Fact]:
+def with_contents(facts: Iterable[report.Fact], blocks: Sequence[report.RegisterBlock]) -> Iterator[report.Fact]:
     """The facts with what stands in their registers, beside the addresses."""
     contents = report.contents_of(blocks)
     for fact in facts:
@@ -401,8 +401,8 @@ def parameters_of(
 def _parameter_row(
     entry: Entry, program: Program, book: ParameterBook, units: Mapping[str, str] | None
 ) -> report.Parameter:
-    place = book.row_of(entry.address, program.settings)
-    meaning, unit = (book.parameter_text(place[1], place[2]), place[2].unit) if place else ("", "")
+    row = book.row_of(entry.address, program.settings)
+    meaning, unit = (book.parameter_text(row[1], row[2]), row[2].unit) if row else ("", "")
     if isinstance(entry.raw, Wire):
         text, unit = f":= {entry.raw.text}", ""
     else:
@@ -426,7 +426,7 @@ def plc_sheet(checked: Checked) -> PlcSheet:
     if config is None or vendor is None or encoding is None or not has_image(encoding):
         return PlcSheet(file=doc.file, name="", description="", vendor=vendor.title if vendor else "")
     image = encoding.image
-    loops, findings = neutral_loops(checked), gravest_first(checked.findings)
+    loops, findings = neutral_loops(checked), sort_by_severity(checked.findings)
     return PlcSheet(
         file=doc.file,
         name=config.name or "",
@@ -435,13 +435,13 @@ def plc_sheet(checked: Checked) -> PlcSheet:
         groups=groups_of(config, vendor, doc.data, {}),
         blocks=RegisterSheet(encoding).blocks(None),
         parameters=parameters_of(encoding, None, vendor.load("explainer")),
-        outside=tuple(flat_rows({key: value for key, value in image.plc.items() if key not in KEYS_ELSEWHERE})),
+        unstored=tuple(flat_rows({key: value for key, value in image.plc.items() if key not in KEYS_ELSEWHERE})),
         checklist=checked.checklist,
         loops=tuple(_loop_sheet(checked, i, findings, loops[i]) for i in range(len(config.loops))),
     )
 
 
-def gravest_first(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
+def sort_by_severity(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Findings as a report lists them."""
     return sorted(sort_findings(list(findings)), key=lambda d: -d.severity)
 
@@ -463,26 +463,26 @@ def _loop_sheet(
         raise ValueError(f"{checked.document.file} has no image")
     image, data = encoding.image, (checked.document.data or {}).get("loops")
     settings: Mapping[str, object] = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
-    outside = {key: value for key, value in settings.items() if key not in KEYS_ELSEWHERE}
+    unstored = {key: value for key, value in settings.items() if key not in KEYS_ELSEWHERE}
     places = _places_of_loop(encoding, i, loop.name)
     if encoding.blocks:
-        places = {key: NO_REGISTER for key, _ in flat_rows(outside) if key not in PLACE_KEYS} | places
+        places = {key: NO_REGISTER for key, _ in flat_rows(unstored) if key not in PLACE_KEYS} | places
     groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
     setting_units = {setting.path: setting.unit for group in groups for setting in group.settings}
     units = table_units(vendor, side_units(loop)) | {path: unit for path, unit in setting_units.items() if unit}
     pv_unit = side_units(loop)["pv"]
-    stored = stored_setpoint(encoding, i, pv_unit)
-    shares = settings_before_root(encoding, i)
+    contents = stored_setpoint(encoding, i, pv_unit)
+    shares = signal_shares(encoding, i)
     blocks = RegisterSheet(encoding, side_units(loop), setting_units, vendor.load("explainer").writers).blocks(i)
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
-        facts=tuple(with_words(loop_facts(vendor, loop, neutral_loop, groups, stored), blocks)),
+        facts=tuple(with_contents(loop_facts(vendor, loop, neutral_loop, groups, contents), blocks)),
         groups=with_shares(groups, shares, pv_unit),
         blocks=blocks,
         parameters=parameters_of(encoding, loop.name, vendor.load("explainer"), units),
-        outside=tuple(
-            (key, value) for key, value in flat_rows(outside) if not key.startswith((DEVICES_PREFIX, *PLACE_KEYS))
+        unstored=tuple(
+            (key, value) for key, value in flat_rows(unstored) if not key.startswith((DEVICES_PREFIX, *PLACE_KEYS))
         ),
         findings=tuple(d for d in findings if loop.name == d.loop),
     )
@@ -507,8 +507,8 @@ def flat_rows(data: Mapping[str, object], prefix: str = "") -> Iterator[tuple[st
         if isinstance(value, dict):
             yield from flat_rows(value, f"{prefix}{key}.")
         else:
-            shown = " to ".join(map(cell_text, value)) if isinstance(value, list | tuple) else cell_text(value)
-            yield f"{prefix}{key}", shown or "none"
+            text = " to ".join(map(cell_text, value)) if isinstance(value, list | tuple) else cell_text(value)
+            yield f"{prefix}{key}", text or "none"
 
 
 # --- From the sheets of configurations and runs to the content of a report --------------------------------------------
@@ -527,7 +527,7 @@ def compose_report(
         files=tuple(files),
         plcs=tuple(number_anchors(sheet, f"plc-{i}") for i, sheet in enumerate(configurations, start=1)),
         runs=tuple(replace(run, anchor=f"run-{i}") for i, run in enumerate(runs, start=1)),
-        findings=tuple(gravest_first(findings)),
+        findings=tuple(sort_by_severity(findings)),
     )
     return rename_files(content, to_one_line)
 
