@@ -544,6 +544,13 @@ def test_rows_that_no_loop_touches_change_nothing_and_stay_in_place(foreign, cha
     assert NICKNAMES.merge(image, few)[0].startswith(few)
 
 
+@pytest.mark.parametrize(("count", "lines"), [(1, "line 2"), (2, "lines 2 to 3"), (3, "lines 2 to 4")])
+def test_rows_without_an_address_are_told_by_their_lines(count, lines):
+    text = "\r\n".join((WITH_MODBUS, *[',HEX,E003h,"FC=04","",0,No,""'] * count, ""))
+    note = f"rows that no loop uses are left as they are: {count} without an address ({lines}) (D990)"
+    assert NICKNAMES.read(text).notes[0] == note
+
+
 @pytest.mark.parametrize("style", ["hex", "984"])
 def test_an_export_of_all_addresses_is_read_and_added_to(image, style):
     text = export(style)

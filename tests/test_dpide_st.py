@@ -531,7 +531,7 @@ def test_a_member_of_the_instructions_name_is_no_call_of_it(statement):
         (f"FOR i := 1 TO 2 DO\n{by_name()} END_FOR;", "DPIDE stands inside FOR", (2, 1)),
         (f"X := 1 +\nDPIDE({by_name()[6:]}", "DPIDE stands inside another statement", (2, 1)),
         (by_name()[:-2], "has no end", (1, 1)),
-        (f"IF M1\n{by_name()} END_IF;", "", None),
+        (f"IF M1\n{by_name()} END_IF;", "unexpected ';'", (2, 321)),
         (f"PROGRAM A\n{by_name()}", "PROGRAM A has no END_PROGRAM", (1, 1)),
         (f"END_VAR {by_name()}", "END_VAR stands here without its beginning", (1, 1)),
         ("(* open\n" + by_name(), "the comment that begins here with (* has no end", (1, 1)),

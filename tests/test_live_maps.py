@@ -258,6 +258,12 @@ def test_a_map_and_its_way_back():
     assert read_map(MAP, MAP_SPACE).find("coil", 199) is None
 
 
+@pytest.mark.parametrize("row", ["R1,holding,50000,uint16", "R1,input,40000,uint16", "S1,discrete,20000,bool"])
+def test_a_number_behind_the_five_digit_references_is_none(row):
+    (only,) = read_map_rows(row)
+    assert only.register == int(row.split(",")[2])
+
+
 def test_a_hexadecimal_number_is_no_reference():
     first = MAP_SPACE.number_of("R", 1)
     assert read_map("R1,holding,0x0A,uint16", MAP_SPACE).place(first).register == 10
@@ -328,6 +334,7 @@ def test_a_plc_without_parameters_that_a_map_could_name():
         ("R1,holding,-1,uint16", (1, 12), "no register"),
         ("R1,holding,40001,uint16", (1, 12), "how references call holding 0; write 0, or 0x9C41 if 40001"),
         ("R1,holding,400101,uint16", (1, 12), "how references call holding 100; write 100$"),
+        ("R1,holding,49999,uint16", (1, 12), "write 9998, or 0xC34F if 49999 itself is meant"),
         ("R1,input,30001,uint16", (1, 10), "write 0, or 0x7531"),
         ("S1,discrete,10009,bool", (1, 13), "write 8, or 0x2719"),
         ("R1,holding,010,uint16", (1, 12), "write 10 or 9"),
@@ -358,6 +365,23 @@ def test_maps_that_are_none(text, place, said):
     assert (error.value.line, error.value.column) == place
 
 
+@pytest.mark.parametrize(
+    ("row", "last"),
+    [
+        ("DS1,holding,{},int16", 65535),
+        ("C1,coil,{},bool", 65535),
+        ("C1,holding,{}.15,bool", 65535),
+        ("DF1,holding,{},float32", 65534),
+    ],
+)
+def test_a_value_ends_at_the_last_register_at_the_latest(row, last):
+    (only,) = read_map_rows(row.format(last))
+    assert (only.register, only.place(0).register) == (last, last)
+    with pytest.raises(MapError, match="beyond 65535") as error:
+        read_map_rows(row.format(last + 1))
+    assert error.value.column == row.index("{") + 1
+
+
 def test_an_example_of_a_map_has_room_for_a_float_in_two_registers():
     rows = ["A,holding,,float32", "B,holding,,uint16", "# C,holding,,int16", "M0,coil,,bool", "M1,coil,,bool"]
     assert list(map_template.fill_rows(rows)) == [
@@ -379,7 +403,7 @@ def test_how_a_map_may_be_written():
     plain = read_map_rows("DF1,holding,40001,float32\n".replace("40001", "0x9C41"))
     (row,) = plain
     assert (row.register, row.high_first) == (40001, False)
-    spread = ("\ufeff# map", '"# a, comment",,', "Type;Symbol;Order;Register;Table;Comment", ";;;", "")
+    spread = ("\ufeff# map", '"# a, comment",,', "Type;Symbol;Order;Register;Table;Comment;;", ";;;", "")
     (other,) = read_map_rows("\r\n".join((*spread[:3], 'Float32;DF1;;0x9c41;Holding;"a;b"', *spread[3:])))
     assert other._replace(line=1, columns={}) == row._replace(columns={})
     (quoted,) = read_map_rows('"DF1","holding","0x9C41","float32","",""')
@@ -405,6 +429,7 @@ def test_how_a_map_may_be_written():
         ("dpide", (r"M0,.*", "M10,none"), "M10 begins a bank; write OVEN.PID_RUN,none$"),
         ("nextopid", (r"(TIC_1.Kp,holding,\d+,)float32,low-first", r"\1int32"), "TIC_1.Kp is REAL: float32, not int32"),
         ("nextopid", (r"PidLoops.TIC_1.Kp,.*", ""), "no row says where TIC_1.Kp is; add TIC_1.Kp,holding,REGISTER"),
+        ("nextopid", (r"PidLoops.TIC_1.Kp,", "Kp,"), "map:3:1: 'Kp' is not a parameter or a sig.*; write the name of"),
         ("nextopid", (r"TIC_1.Kp,", "TIC_1.Kpp,"), "'PidLoops.TIC_1.Kpp' is not a parameter.*did you mean TIC_1.Kp"),
         ("nextopid", (r"TIC_1.Kp,holding,\d+", "TIC_1.Kp,holding,700"), "are both at holding 700 .* by lines 2 and 3"),
         ("nextopid", (r"PidLoops.TIC_2.Kp", "Other.TIC_1.Kp"), "Other.TIC_1.Kp stands here again; first in line 3"),

@@ -135,6 +135,15 @@ def back(loop, always=frozenset()):
     return file_data(Loop, values, TABLE.read_back(defaults_of(Loop, [TABLE], UNSET), {}), always)
 
 
+@pytest.mark.parametrize("offsets", [(0, 0), (0, 2), (-1, 0)])
+def test_a_map_has_room_for_each_of_its_registers_and_the_rest_is_reserved(offsets):
+    words = tuple(Word(n, f"w{n}", None, WHOLE, "", "A word", "-", BASIS) for n in offsets)
+    with pytest.raises(ValueError, match=f"w{offsets[1]} at |w-1 at .* is taken, or outside the 2 registers"):
+        RegisterMap("Test", 2, words).fill_reserved(BASIS)
+    kept = RegisterMap("Test", 3, words[:1] if offsets[0] == 0 else words[1:]).fill_reserved(BASIS).words
+    assert [(word.offset, word.access) for word in kept] == [(0, "setting"), (1, "reserved"), (2, "reserved")]
+
+
 NUMBERS = st.integers(-9, 9)
 PAIRS = st.tuples(st.integers(-9, 0), st.integers(1, 9)).map(list)
 LOOPS = st.fixed_dictionaries(

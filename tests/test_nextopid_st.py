@@ -468,6 +468,7 @@ def test_refused(statements, place, says):
         ("L__1 : PIDA_REAL;", "is not usable as the name of an instance"),
         ("L : PIDA_REAL", "';' is missing"),
         ("L PIDA_REAL;", "':' is missing after L"),
+        (f"L : PIDA_TUNE_REAL := {'(A := ' * 60}1{')' * 60};", "structures are nested too deeply"),
     ],
 )
 def test_declarations_that_are_refused(variables, says):
