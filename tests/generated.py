@@ -21,6 +21,7 @@ import changed_runs
 import explained
 import golden
 import mistakes
+import refused
 import spoiled_configurations
 import spoiled_listings
 import test_pictures
@@ -58,6 +59,7 @@ PARTS: dict[str, Callable[[], Mapping[Path, bytes]]] = {
     "places": places,
     "messages": messages,
     "typical": mistakes.golden_files,
+    "refused": refused.golden_files,
     "listings": spoiled_listings.golden_files,
     "configurations": spoiled_configurations.golden_files,
     "runs": changed_runs.golden_files,
@@ -78,7 +80,7 @@ BY_VENDOR: dict[str, Callable[[Callable[[str], bool]], Mapping[Path, bytes]]] = 
     "examples": golden.example_files,
 }
 """Parts of whose files it can be told which vendors they are made of."""
-WHOLE = {"configurations", "examples", "explained", "listings", "reports", "runs"}
+WHOLE = {"configurations", "examples", "explained", "listings", "refused", "reports", "runs"}
 """Parts whose folders hold nothing else, but for the configurations that they are made of."""
 
 BRANCHES = ("origin/HEAD", "origin/main", "main")

@@ -247,6 +247,9 @@ def body(statements: str, variables: str = "") -> str:
     )
 
 
+OTHER_VARIABLES = "S : STRING; T : TIME; V : REAL := X;"
+
+
 def test_only_what_is_wired_is_a_signal_where_no_comment_says_more():
     found = read_st(body("A(PV := X, TRK_IN := Z); Q := 1;", "Q : REAL; S : STRING;"))
     assert {name: value for name, value in found.words.items() if "." not in name} == {"X": 3.0, "Z": False}
@@ -449,7 +452,7 @@ def test_names_that_read_like_truths_stay_names():
 )
 def test_refused(statements, place, says):
     with pytest.raises(ListingError, match=re.escape(says)) as error:
-        read_st(body(statements, "S : STRING; T : TIME; V : REAL := X;"))
+        read_st(body(statements, OTHER_VARIABLES))
     assert "C" * 71 not in str(error.value)
     assert (error.value.line, error.value.column) == place
 
@@ -575,6 +578,7 @@ def test_what_a_program_does_not_mention_is_zero_and_said():
 TUNED = (
     "T : PIDA_TUNE_REAL; P : AUTOTUNE_PARAM := (PercAmpMV := 5.0, NumCycles := 3); R : AUTOTUNE_RESULT; Done : BOOL;"
 )
+WRITTEN_OVER = f"{TUNED} Y : INT; Other : AUTOTUNE_PARAM;\n"
 TUNE = "T(AutoTuneParam := P, AutoTuneDone => Done, AutoTuneResult => R);"
 
 
@@ -601,9 +605,8 @@ def changed_body(statements: str, variables: str = "") -> str:
     ],
 )
 def test_what_is_written_over_is_refused_where_a_block_reads_it(statements, says):
-    variables = f"{TUNED} Y : INT; Other : AUTOTUNE_PARAM;\n"
     with pytest.raises(ListingError, match=says):
-        read_st(changed_body(statements, variables))
+        read_st(changed_body(statements, WRITTEN_OVER))
 
 
 def test_what_no_block_reads_may_be_written_over():
