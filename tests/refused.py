@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pidcfg
 import test_click_files as click
 import test_dpide_files as operands
 import test_dpide_st as dpide
@@ -17,7 +19,12 @@ import test_nextopid_moves as moves
 import test_nextopid_plcopen as plcopen
 import test_nextopid_st as nextopid
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.modbus_map import UnusableMapError
+from pidcfg.text.reader import DEFAULT
+from pidcfg.validate.map_files import MapFile, numbering_of
+from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -25,6 +32,33 @@ if TYPE_CHECKING:
 FOLDER = Path(__file__).parent / "data" / "refused"
 SHOWN = 60
 """Characters of a case that stand beside what is said of it."""
+
+
+WORDS: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "click": (
+        ("C1", "2", ""), ("C1", "", "2"), ("C2001", "1", ""), ("X1", "1", ""), ("DS1", "FFFFF", ""), ("DS1", "G", ""),
+        ("DS1", "000A", "11"), ("DS1", "000A", "10"), ("DS1", "", "40000"), ("DS1", "", "-32768"), ("DF501", "0", ""),
+        ("DF1", "3FC00000", "2.5"), ("DF1", "3FC00000", "1.5"), ("DF1", "7F800000", ""), ("DF1", "", "1e39"),
+        ("", "1", ""), ("DS1", "", ""),
+    ),
+    "ezlogix": (
+        ("R1", "10000", ""), ("R1", "000A", "11"), ("S1", "2", ""), ("S1", "1", "0"), ("R0", "0", ""), ("IR1", "0", ""),
+        ("R1", "", "65536"), ("R1", "", "-1"), ("R1", "", "1.5"), ("R65536", "0", ""),
+    ),
+    "dl06": (
+        ("V2000", "10000", ""), ("V2000", "0408", "1031"), ("V2000", "0408", "1032"), ("V2008", "0", ""),
+        ("V200000", "0", ""), ("V2000", "", "65536"), ("V2000", "", "0408"), ("C0", "1", ""), ("V2000", "0x10", ""),
+    ),
+}  # fmt: skip
+"""Words of listings: an address, its content in hexadecimal digits, and as a number."""
+PARAMETERS = (
+    ("A.SV", "REAL", "x"), ("A.SV", "REAL", "1e39"), ("A.SV", "REAL", "1,5"), ("A.SV", "FLOAT", "1"), ("A.SV", "", "1"),
+    ("A.CYCLE", "DINT", "1.5"), ("A.CYCLE", "DINT", "2147483648"), ("A.CYCLE", "INT", "32768"), ("A.N", "UINT", "-1"),
+    ("A.RUN", "BOOL", "2"), ("A.RUN", "BOOL", "TRUE"), ("A.RUN", "BOOL", "1"), ("A.T", "TIME", "1500"),
+    ("A.T", "TIME", "1 s"), ("A.M", "AUTOTUNE_MODE", "AUTOTUNE_X"), ("A.M", "AUTOTUNE_MODE", "AUTOTUNE_PI"),
+    ("", "REAL", "1.0"), ("A.SV", "REAL", ""), ("A.SV", "REAL", "= B + 1"), ("A.SV", "LREAL", "1e39"),
+)  # fmt: skip
+"""Parameters of listings: a name, a type and a value."""
 
 
 def rows(test: Any) -> Iterable[Any]:
@@ -37,9 +71,10 @@ def told(read: Callable[[str], object], text: str, case: str = "") -> str:
     shown = json.dumps(case or text)[: SHOWN + 1]
     try:
         read(text)
-    except (ListingError, DecodeError) as error:
-        place = f"{error.line}:{error.column}" if isinstance(error, ListingError) else "-"
-        return f"{shown} {place} {json.dumps(str(error), ensure_ascii=False)}\n"
+    except (ListingError, UnusableMapError) as error:
+        return f"{shown} {error.line}:{error.column} {json.dumps(str(error), ensure_ascii=False)}\n"
+    except DecodeError as error:
+        return f"{shown} - {json.dumps(str(error), ensure_ascii=False)}\n"
     return f"{shown} is read\n"
 
 
@@ -90,11 +125,52 @@ def _others() -> Iterator[str]:
         yield told(listings.read_bytes, text)
 
 
+def _maps() -> Iterator[str]:
+    fitting = {
+        vendor: (maps.filled(maps.example(vendor)), pidcfg.encode(maps.example(vendor)).image)
+        for vendor in maps.EXAMPLES
+    }
+
+    def numbered(text: str, vendor: str) -> object:
+        return numbering_of(VENDORS[vendor], MapFile(text, "map"), fitting[vendor][1])
+
+    for vendor, change, _ in rows(maps.test_maps_that_do_not_fit_a_configuration):
+        text = re.sub(*change, fitting[vendor][0], count=1)
+        yield told(partial(numbered, vendor=vendor), text, f"{vendor} {change[1]}")
+
+
+def _words() -> Iterator[str]:
+    for vendor, words in WORDS.items():
+        for address, digits, number in words:
+            entry = {"address": address} | ({"hex": digits} if digits else {}) | ({"value": number} if number else {})
+            table = f"{','.join(entry)}\n{','.join(entry.values())}\n"
+            document = json.dumps({"words": [entry | ({"value": _json_value(number)} if number else {})]})
+            for kind, text in (("text", f"{address} {digits} {number}"), ("csv", table), ("json", document)):
+                yield told(partial(_listed, vendor, kind), text, f"{vendor} {kind} {address} {digits} {number}")
+    for name, kind, value in PARAMETERS:
+        table = f'name,type,value\n{name},{kind},"{value}"\n'
+        for form, text in (("text", f"{name} {kind} {value}"), ("csv", table)):
+            yield told(partial(_listed, "nextopid", form), text, f"{form} {name} {kind} {value}")
+
+
+def _json_value(text: str) -> object:
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def _listed(vendor: str, kind: str, text: str) -> object:
+    return read_listing(text.encode(), VENDORS[vendor], DEFAULT, kind)
+
+
 BOOKS: dict[str, Callable[[], Iterable[str]]] = {
     "nextopid": _nextopid,
     "dpide": _dpide,
     "click": _click,
     "others": _others,
+    "maps": _maps,
+    "words": _words,
 }
 
 

@@ -101,7 +101,7 @@ def content_of(text: str, kind: IecType, name: str, line: int) -> Content:
         value = int(text) if kind.kind == "whole" and text.lstrip("+-").isdigit() else value
     content = read_content(kind, value)
     if content is None:
-        comma = "; the decimal sign is a point" if text.replace(",", "", 1).isdecimal() else ""
+        comma = "; the decimal sign is a point" if "," in text and text.replace(",", "", 1).isdecimal() else ""
         raise ListingError(f"{name}: {text!r} is not a value of {kind.name}{comma}", line)
     return content
 
