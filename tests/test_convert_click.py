@@ -258,7 +258,14 @@ def test_a_filter_that_is_switched_off_is_none():
 
 @pytest.mark.parametrize(
     ("time", "text", "clamped"),
-    [("0.5", "500 ms", False), ("0.02", "100 ms", True), ("60", "30000 ms", True), ("0.1234", "123 ms", False)],
+    [
+        ("0.5", "500 ms", False),
+        ("0.02", "100 ms", True),
+        ("60", "30000 ms", True),
+        ("0.1234", "123 ms", False),
+        ("0.1", "100 ms", False),
+        ("30", "30000 ms", False),
+    ],
 )
 def test_the_sample_rate_is_whole_milliseconds_within_the_limits(time, text, clamped):
     made = from_neutral(generic({"sample_time": Decimal(time)}), {})

@@ -406,6 +406,20 @@ def test_a_point_that_is_not_given_is_zero_counts():
     assert alarms.pv.low_low == 50
 
 
+def test_a_rate_of_change_that_is_on_without_a_value_is_zero_counts():
+    found = to_neutral(dl06({"alarms": {"rate_of_change_enabled": True}}))[0]
+    (field,) = [field for field in found.fields if field.path.startswith("alarms")]
+    assert (field.path, field.value) == ("alarms.rate_of_change_enabled", True)
+    assert field.note == "not given: the PLC compares with 0 counts"
+    assert (field.neutral, found.data["alarms"]) == (("alarms.rate_of_change",), {"rate_of_change": 0})
+
+
+def test_a_hysteresis_goes_over_without_alarms_and_is_told():
+    made, fields = target({"alarms": {"hysteresis": 1}})
+    assert made.loops[0].alarms.hysteresis.value == 1
+    assert [put.path for put in fields if put.neutral == "alarms.hysteresis"] == ["alarms.hysteresis"]
+
+
 POINTS = {"low_low": 10, "low": 20, "high": 150, "high_high": 160}
 IN_COUNTS = {"low_low": 205, "high_high": 3276}
 """Those of the outer points on 0 to 200 in 0 to 4095."""

@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 
 from nextopid_networks import network
 from nextopid_strategies import configurations
-from pidcfg.conversion.nextopid import NOTHING_LOST, Names, common_step, from_neutral, task_of, to_neutral
+from pidcfg.conversion.builder import TargetBuilder
+from pidcfg.conversion.nextopid import (
+    NOTHING_LOST,
+    Names,
+    bumpless_moves_of,
+    common_step,
+    from_neutral,
+    task_of,
+    to_neutral,
+)
 from pidcfg.conversion.pipeline import Converted, convert, neutral_loops
 from pidcfg.encoders.nextopid import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile
@@ -324,6 +333,19 @@ SPECIAL = {
     "Windup_H_IN": "L2.Windup_H_OUT",
     "Windup_L_IN": "L2.Windup_L_OUT",
 }
+
+
+@pytest.mark.parametrize("first", [0, 4])
+def test_each_bumpless_move_is_told_at_its_place(first):
+    loop = generic({"setpoint": {"follows_pv": True}}).loops[0]
+    b = TargetBuilder(0, {"name": "L1"})
+    moves = bumpless_moves_of(b, loop, first, output_stays=True)
+    assert [(move["move"], move["to"], move["when"]) for move in moves] == [
+        ("L1.MV", "L1.ManualMV", "NOT L1.Manual"),
+        ("L1.PV", "L1.SP", "L1.Manual"),
+    ]
+    marked = [(put.path, put.neutral) for put in b.fields]
+    assert marked == [(f"/moves.{first}.move", None), (f"/moves.{first + 1}.move", "setpoint.follows_pv")]
 
 
 @pytest.mark.parametrize(("casc", "mode"), [(True, "cascade"), (False, "auto"), ("Run", "cascade"), ("Halt", "auto")])
