@@ -382,6 +382,14 @@ def test_an_instruction_that_holds_its_integral_at_its_limits_is_one_with_anti_w
     assert "anti_windup: true" in api.convert(DPIDE, "generic", name="a.yaml").text
 
 
+@pytest.mark.parametrize(("vendor", "field"), [("ezlogix", "deadband"), ("dl06", "error.deadband")])
+def test_a_band_of_no_count_is_lost_wholly(vendor, field):
+    found = convert(neutral(deadband=0.01), VENDORS["generic"], VENDORS[vendor], {})
+    (change,) = [change for change in found.loops[0].changes if change.field == "deadband"]
+    assert (change.kind, change.target_field, change.target) == ("rounded", field, 0)
+    assert (change.error_percent, change.loss) == (100, True)
+
+
 @pytest.mark.parametrize(("unit", "linked"), [(", unit: kg", True), ("", True), (", unit: l", False)])
 def test_loops_are_linked_where_their_units_do_not_differ(unit, linked):
     text = api.convert(CASCADE.replace("UNIT", unit), "dl06", name="a.yaml").text
