@@ -332,6 +332,18 @@ def test_filter_and_rate_of_change_count_in_the_samples_that_the_word_holds():
 # --- what the file must say ------------------------------------------------------------------------------------------
 
 
+def test_what_must_be_known_is_named_and_a_sample_rate_of_0_is_none():
+    found = to_neutral(dl06({"sample_rate": 0, "pv": {}}))[0]
+    assert found.data == {}
+    assert [(missing.path, missing.message) for missing in found.missing] == [
+        (
+            ("loops", 0, "pv", "range"),
+            "add pv.range: the engineering values at 0 % and 100 %; the gain depends on its span",
+        ),
+        (("loops", 0, "sample_rate"), "correct sample_rate: a loop with 0 s is not calculated"),
+    ]
+
+
 def test_a_missing_range_names_the_key():
     found = to_neutral(dl06({}, {"pv": {"unit": "degC"}}))[1].missing
     assert [m.path for m in found] == [("loops", 1, "pv", "range")]

@@ -835,3 +835,23 @@ def test_a_listing_that_no_configuration_places_has_its_words_and_what_stands_be
     assert terms.is_listing
     assert terms.has_address("OVEN.SV")
     assert not terms.has_address("OVEN.PV")
+
+
+def test_a_field_has_its_neutral_name_also_where_a_scale_has_no_range():
+    text = """\
+pidcfg: 1
+vendor: dl06
+plc: {loop_table: V2000}
+loops:
+  - {name: A, sample_rate: 1, action: direct, tuning: {gain: 2, reset: 10, rate: 1}, error: {deadband: 3 counts}}
+"""
+    changed = edited(
+        text, ("rate: 1,", "rate: 2,"), ("reset: 10, rate: 1", "reset: 11, rate: 3"), ("3 counts", "4 counts")
+    )
+    (loop,) = pidcfg.diff(text.encode(), changed.encode()).loops
+    assert {difference.field: difference.key for difference in loop.differences} == {
+        "sample_time": "sample_rate",
+        "tuning.integral_time": "tuning.reset",
+        "tuning.derivative_time": "tuning.rate",
+        "deadband": "error.deadband",
+    }
