@@ -371,6 +371,16 @@ def test_what_an_ezlogix_does_not_have_is_told():
     assert "1000 counts" in dropped({"alarms": {"pv": {"high": 100}}}, pv_counts=[(0, 2000)])["alarms.pv.high"]
 
 
+@pytest.mark.parametrize(
+    ("root", "rate", "apart"),
+    [(False, 4, ": 41 counts apart"), (False, 0.0001, ""), (True, 4, ""), (True, 0.0001, "")],
+)
+def test_a_rate_of_change_is_told_in_counts_a_sample_where_there_are_any(root, rate, apart):
+    pv = {"range": [0, 200], "square_root": root}
+    found = dropped({"pv": pv, "alarms": {"rate_of_change": rate}})["alarms.rate_of_change"]
+    assert found == f"compare IR1 with what it was a sample before in the program{apart}"
+
+
 def test_what_the_program_compares_is_in_the_counts_of_its_registers():
     wanted = {"pv": {"low": -5, "high": 250}, "deviation": {"high": 10}, "rate_of_change": 4, "hysteresis": 2}
     found = dropped({"pv": {"range": [0, 200], "unit": "degC"}, "alarms": wanted})
