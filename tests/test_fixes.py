@@ -28,7 +28,7 @@ from pidcfg.validate.baseline import suppress
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import Fixer, _KeyPlace, apply_edits, same_but_quotes, separate_findings
 from pidcfg.validate.rules.dl06 import RULES
-from pidcfg.validate.schema import all_keys, clear_match, edit_distance, is_slip, keys_of
+from pidcfg.validate.schema import all_keys, edit_distance, is_typo, keys_of, unambiguous_key
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg
 
@@ -290,14 +290,14 @@ def test_quotes_must_leave_the_same_text_whatever_is_in_them():
 
 
 def test_keys_of_opposite_meaning_are_never_chosen_between():
-    assert clear_match("of_delay", ["on_delay", "off_delay"]) is None
-    assert clear_match("MaxMX", ["MaxMV", "MaxPV", "MinMV"]) is None
-    assert clear_match("MaxMX", ["MaxMV"]) is None, "in short words a letter is a meaning"
-    assert clear_match("mni", ["min", "max"]) is None
-    assert clear_match("tunign", ["tuning", "name"]) == "tuning"
-    assert clear_match("tunign", ["tuning", "turning"]) is None, "two are near"
-    assert clear_match("MinMv", ["MaxMV", "MinMV"]) == "MinMV"
-    assert clear_match("Min-MV", ["Min_MV", "min_mv"]) is None
+    assert unambiguous_key("of_delay", ["on_delay", "off_delay"]) is None
+    assert unambiguous_key("MaxMX", ["MaxMV", "MaxPV", "MinMV"]) is None
+    assert unambiguous_key("MaxMX", ["MaxMV"]) is None, "in short words a letter is a meaning"
+    assert unambiguous_key("mni", ["min", "max"]) is None
+    assert unambiguous_key("tunign", ["tuning", "name"]) == "tuning"
+    assert unambiguous_key("tunign", ["tuning", "turning"]) is None, "two are near"
+    assert unambiguous_key("MinMv", ["MaxMV", "MinMV"]) == "MinMV"
+    assert unambiguous_key("Min-MV", ["Min_MV", "min_mv"]) is None
 
 
 MODELS = sorted(
@@ -308,13 +308,13 @@ ALPHABET = "aeioustdnrPIDMXV12"
 
 def test_no_key_of_any_vendor_is_ever_taken_for_another():
     assert {"Disable", "DisableP", "MV_MAX", "MaxPV", "bias_freeze", "reset", "expect"} <= all_keys()
-    renamed = {(key, clear_match(key, keys_of(model))) for model in MODELS for key in all_keys()}
+    renamed = {(key, unambiguous_key(key, keys_of(model))) for model in MODELS for key in all_keys()}
     assert {meant for _, meant in renamed} == {None}
 
 
 @pytest.mark.parametrize("key", ["PV_MAX", "PV_MIN", "SV_MAX", "ManualSP", "ManualPV", "bias_free", "preset", "loop"])
 def test_words_of_manuals_are_no_misspellings(key):
-    assert {clear_match(key, keys_of(model)) for model in MODELS if key not in keys_of(model)} == {None}
+    assert {unambiguous_key(key, keys_of(model)) for model in MODELS if key not in keys_of(model)} == {None}
 
 
 def test_no_beginning_and_no_extension_of_a_key_is_taken_for_it():
@@ -323,7 +323,7 @@ def test_no_beginning_and_no_extension_of_a_key_is_taken_for_it():
         for key in known:
             shorter = [word for n in range(1, len(key)) if (word := key[:-n])[-1] != "_"] + [key[1:]]
             longer = [key + c for c in ALPHABET if c != key[-1]] + [c + key for c in ALPHABET if c != key[0]]
-            assert {clear_match(word, known) for word in shorter + longer if word not in known} <= {None}, key
+            assert {unambiguous_key(word, known) for word in shorter + longer if word not in known} <= {None}, key
 
 
 def one_slip(name):
@@ -354,7 +354,7 @@ def test_a_renamed_key_was_one_slip_of_a_long_word_away_or_spelled_with_other_ca
         at = place % (len(word) + 1)
         swapped = word[:at] + word[at : at + 2][::-1] + word[at + 2 :]
         word = swapped if how == "~" else word[:at] + word[at + 1 :] if how == "-" else word[:at] + how + word[at:]
-    meant = clear_match(word, keys_of(model))
+    meant = unambiguous_key(word, keys_of(model))
     if meant is not None:
         spelled = re.sub("[-_ ]", "", word).casefold() == re.sub("[-_ ]", "", meant).casefold()
         assert spelled or word in set(one_slip(meant))
@@ -363,9 +363,9 @@ def test_a_renamed_key_was_one_slip_of_a_long_word_away_or_spelled_with_other_ca
 @pytest.mark.parametrize("name", ["sample_rate", "DeadBand", "DisableP", "ControlON_OFF", "deadband", "PV_MAX"])
 def test_one_slip_is_told_from_more(name):
     near = {word for word in one_slip(name) if word != name}
-    assert all(is_slip(word, name) for word in near)
+    assert all(is_typo(word, name) for word in near)
     wrong = {word[:i] + "z" + word[i:] for word in near for i in range(len(word) + 1)} - near
-    assert not [word for word in wrong if is_slip(word, name) and word != name]
+    assert not [word for word in wrong if is_typo(word, name) and word != name]
 
 
 AUTOTUNE = (ROOT / "examples/nextopid/autotune.yaml").read_text("utf-8")
@@ -911,7 +911,7 @@ def test_another_key_is_written_as_the_one_beside_it(text, put, line_end):
     place, rest = target.end_span(document), document.lines
     at = sum(len(line) + len(line_end) for line in rest[: place.line - 1]) + place.column - 1
     whole = text.replace("\n", line_end)
-    assert whole[:at] + target.text_behind(document, "c", "2") + whole[at:] == put.replace("\n", line_end)
+    assert whole[:at] + target.sibling_text(document, "c", "2") + whole[at:] == put.replace("\n", line_end)
 
 
 def test_a_long_value_is_told_by_16_digits_of_its_hash():

@@ -21,28 +21,28 @@ from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules import Scales, _range_text
-from pidcfg.validate.schema import KINDS, _shape_cure
+from pidcfg.validate.schema import KIND_TEXTS, _shape_cure
 from pidcfg.validate.shared_checks import (
     MAX_NAMES,
     NUMBER_FIELDS,
     Extent,
     View,
-    alarm_beyond,
-    alarm_within,
     all_or_none,
     block_beyond_bank,
     blocks_overlap,
+    exceeded_alarm,
     find_circles,
     find_shared_keys,
     hysteresis_spans_normal_zone,
     list_names,
+    nearby_alarm,
     neighbours_out_of_order,
     number_text,
     number_with_unit,
     outside_limits_findings,
     report_at_both,
     too_many_loops,
-    value_or_switch,
+    value_or_switch_key,
     zero_deadband_findings,
 )
 from pidcfg.validate.terms import _unit_of
@@ -189,11 +189,11 @@ def test_a_file_with_more_loops_than_there_is_room_for_is_reported_once(count, e
     ],
 )
 def test_a_value_is_beyond_an_alarm_where_the_alarms_leave_a_zone(words, value, alarm):
-    assert alarm_beyond(registers(**words), value) == alarm
+    assert exceeded_alarm(registers(**words), value) == alarm
 
 
 def test_no_value_is_beyond_alarms_that_are_off():
-    assert alarm_beyond(Registers(0, Loop("A"), {"pv_low": 10, "pv_high": 20}, pv_alarms_on=False), 9) is None
+    assert exceeded_alarm(Registers(0, Loop("A"), {"pv_low": 10, "pv_high": 20}, pv_alarms_on=False), 9) is None
 
 
 @pytest.mark.parametrize(
@@ -211,7 +211,7 @@ def test_no_value_is_beyond_alarms_that_are_off():
 def test_the_first_alarm_within_a_width_is_told_with_its_distance(width, setpoint, expected):
     view = registers(pv_low=10, pv_high=20, deviation_yellow=3)
 
-    assert alarm_within(view, width, setpoint, ("deviation", "deviation_yellow")) == expected
+    assert nearby_alarm(view, width, setpoint, ("deviation", "deviation_yellow")) == expected
 
 
 def test_alarm_points_ascend_with_a_step_range_text_them():
@@ -249,8 +249,8 @@ def test_a_feature_is_pointed_at_by_its_value_or_by_its_switch():
     class Part:
         filter: int | None
 
-    assert value_or_switch(Part(3), "filter") == "filter"
-    assert value_or_switch(Part(None), "filter") == "filter_enabled"
+    assert value_or_switch_key(Part(3), "filter") == "filter"
+    assert value_or_switch_key(Part(None), "filter") == "filter_enabled"
 
 
 # --- limits ----------------------------------------------------------------------------------------------------------
@@ -260,7 +260,7 @@ def test_a_feature_is_pointed_at_by_its_value_or_by_its_switch():
 @pytest.mark.parametrize("value", [9, 10, 15, 20, 21, Decimal("9.999"), Decimal("20.001"), None])
 def test_a_value_outside_its_limits_is_a_finding_at_its_key(value, limits):
     found = list(
-        outside_limits_findings(registers(), "output", "bias", value=value, limits=limits, shown="{} %".format)
+        outside_limits_findings(registers(), "output", "bias", value=value, limits=limits, quote="{} %".format)
     )
 
     is_outside = value is not None and limits is not None and not limits[0] <= value <= limits[1]
@@ -273,7 +273,7 @@ def test_a_value_outside_its_limits_is_a_finding_at_its_key(value, limits):
 @pytest.mark.parametrize("units", [(), ("low",), ("value", "high"), NUMBER_FIELDS])
 def test_a_finding_about_limits_has_units_where_its_message_wants_them(units):
     (found,) = outside_limits_findings(
-        registers(), "SV", value=3, limits=(1, 2), shown="{} C".format, units=units, field="sv", what="x"
+        registers(), "SV", value=3, limits=(1, 2), quote="{} C".format, units=units, field="sv", what="x"
     )
 
     assert found.values == {
@@ -437,15 +437,15 @@ def test_another_unit_in_an_event_is_told_with_that_of_the_key(tmp_path):
     )
 
 
-@pytest.mark.parametrize("kind", [*KINDS, "value_error"])
+@pytest.mark.parametrize("kind", [*KIND_TEXTS, "value_error"])
 @pytest.mark.parametrize("inner", [None, Tuning])
 @pytest.mark.parametrize(("value", "first", "named"), [(5, "gain: …", "gain: …"), ({"A": {}}, "A: …", "name: A")])
 def test_the_shape_that_is_wanted_is_shown_where_the_schema_has_one(kind, inner, value, first, named):
     for key, item in (("k", first), ("loops", named)):
         cure = None
-        if KINDS.get(kind) == "a list" and (inner is not None or isinstance(value, dict)):
+        if KIND_TEXTS.get(kind) == "a list" and (inner is not None or isinstance(value, dict)):
             cure = f"begin each item of {key} with a dash: '- {item}'"
-        elif kind in KINDS and inner is not None:
+        elif kind in KIND_TEXTS and inner is not None:
             cure = f"write '{key}: {{gain: …}}'; known keys here: gain, reset, reset_unit, rate"
         assert _shape_cure(kind, key, value, inner) == cure
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
     from pidcfg.validate.baseline import Entry, Ignored
-    from pidcfg.validate.fixes import Fixed
+    from pidcfg.validate.fixes import FixedFile
 
 # --- The triage of findings: what is reported, what comments, settings or a baseline set aside, and remarks on it -----
 
@@ -278,7 +278,7 @@ def _patch_name(entry: Input) -> str:
     return STDIN if entry.name == STDIN_TITLE else entry.name
 
 
-def _tally_text(fixed: Fixed) -> str:
+def _tally_text(fixed: FixedFile) -> str:
     """How many findings of which code were corrected."""
     tally = sorted(Counter(d.code for d in fixed.fixed).items(), key=lambda row: number_of(row[0]))
     return f"corrected {', '.join(f'{n} x {code}' for code, n in tally)}"
@@ -313,13 +313,13 @@ def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
             raise click.ClickException(f"{reason}; nothing was corrected") from None
 
 
-def _fix_input(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
+def _fix_input(entry: Input, rules: Rules, ctx: click.Context) -> FixedFile:
     """One input with its corrections."""
     from pidcfg.cli import settings
-    from pidcfg.validate.fixes import Fixed
+    from pidcfg.validate.fixes import FixedFile
 
     doc = document_of_input(entry)
     if entry.problem is not None:
-        return Fixed(entry.data, (), tuple(check_any(doc, RECORDED_DISK)))
+        return FixedFile(entry.data, (), tuple(check_any(doc, RECORDED_DISK)))
     ignore = [*rules.ignore, *settings.current(ctx).ignored_in(entry.name)]
     return correct_file(entry.data, doc, RECORDED_DISK, lambda d: selects_code(d.code, rules.select, ignore))

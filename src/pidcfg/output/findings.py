@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pidcfg.text.reader import Reader
     from pidcfg.validate.baseline import Ignored
     from pidcfg.validate.engine import Checked
-    from pidcfg.validate.fixes import Fixed
+    from pidcfg.validate.fixes import FixedFile
 
 Kind = Literal["configuration", "scenario"]
 
@@ -236,9 +236,9 @@ def check_with_words(doc: Document, reader: Reader = DISK) -> tuple[list[Diagnos
 
     if is_scenario(doc):
         from pidcfg.study.scenario import check_scenario
-        from pidcfg.validate.engine import find_odd_texts
+        from pidcfg.validate.engine import find_misread_texts
 
-        return [*check_scenario(doc, reader), *find_odd_texts(doc)], None
+        return [*check_scenario(doc, reader), *find_misread_texts(doc)], None
     checked = check_document(doc)
     if checked.vendor is None or checked.encoding is None or not checked.encoding.is_complete or not has_map(doc):
         return list(checked.findings), checked
@@ -290,7 +290,7 @@ class FixResult:
 
 def correct_file(
     data: bytes, doc: Document, reader: Reader, is_wanted: Callable[[Diagnostic], bool] = lambda _: True
-) -> Fixed:
+) -> FixedFile:
     """The bytes of a file with the corrections of wanted findings; ``doc``: the file as it is read, for its name."""
     from pidcfg.text.source import read_document
     from pidcfg.validate.baseline import suppress

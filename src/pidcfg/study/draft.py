@@ -300,9 +300,7 @@ def _find_signs(checked: Checked, rises: Sequence[bool]) -> list[_PlantSign]:
             signs.append(_PlantSign(by_action, assumed=True, key=key))
             continue
         action_key = key if action is None else action.own_text
-        text = CONTRADICTION_REMARK.format(
-            here=action_key, place=purpose.place, word=purpose.word, purpose=purpose.text
-        )
+        text = CONTRADICTION_REMARK.format(here=action_key, place=purpose.key, word=purpose.word, purpose=purpose.text)
         is_right = purpose.heats is by_action
         signs.append(_PlantSign(purpose.heats, assumed=False, key=key, contradiction="" if is_right else text))
     return signs

@@ -20,7 +20,7 @@ from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, near_name,
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import is_unusable
 from pidcfg.validate.engine import check_document, is_scenario
-from pidcfg.validate.rule import SCENARIO_KINDS, key_of, value_of
+from pidcfg.validate.rule import SCENARIO_CODES, key_of, value_of
 from pidcfg.validate.schema import read_model
 from pidcfg.validate.terms import stated_number, with_numbers
 from pidcfg.vendors import VENDORS
@@ -183,7 +183,7 @@ def place_problem(problem: Problem, doc: Document) -> Diagnostic:
         quoted = row[span.column - 1 : span.column] in {'"', "'"}
         column = span.column + problem.offset + quoted
         span = Span(span.line, column, span.line, column + 1)
-    code, severity = SCENARIO_KINDS[problem.kind], SEVERITIES[problem.severity]
+    code, severity = SCENARIO_CODES[problem.kind], SEVERITIES[problem.severity]
     return Diagnostic(
         code,
         severity,

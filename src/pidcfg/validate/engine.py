@@ -21,7 +21,7 @@ from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import checklist_lines, is_to_check
 from pidcfg.validate.rule import D720, D931, LOOPS, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
-from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, quote_edit, read_model, value_edit
+from pidcfg.validate.schema import DID_YOU_MEAN, describe_wrong_choice, quote_edit, read_model, value_edit
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ NAME_BEGINNINGS = (
 """How names begin that people give to a family: its maker, its program, its parts."""
 
 
-def vendor_meant(name: str) -> str | None:
+def guess_vendor(name: str) -> str | None:
     """The family that a name seems to mean; None where nothing tells."""
     word = to_ascii(name).casefold().replace(" ", "").replace("_", "-")
     near = next(iter(get_close_matches(word.replace("-", ""), VENDORS, 1, 0.7)), None)
@@ -100,19 +100,19 @@ def _has_keys_of(vendor: Vendor, doc: Document) -> bool:
 
 FREE_TEXTS = frozenset(("name", "description", "unit", "scenario"))
 """Keys whose values are texts for people, in which a # may stand."""
-COMMENT_BEHIND = re.compile(r" #(?! *pidcfg:).*")
+TRAILING_COMMENT = re.compile(r" #(?! *pidcfg:).*")
 """What follows a text that is cut off: two blanks and more are those of a comment (D931)."""
-CUT_OFF = re.compile(rf"[^ ]{COMMENT_BEHIND.pattern}")
+TRUNCATED_TEXT = re.compile(rf"[^ ]{TRAILING_COMMENT.pattern}")
 """The same in any line."""
 
 
-def find_odd_texts(doc: Document) -> list[Diagnostic]:
+def find_misread_texts(doc: Document) -> list[Diagnostic]:
     """A warning for each plain text of a file that is not what it looks like."""
-    if not (CUT_OFF.search(doc.text) or any(sign in doc.text for sign in QUOTES)):
+    if not (TRUNCATED_TEXT.search(doc.text) or any(sign in doc.text for sign in QUOTES)):
         return []
     texts = [*_plain_texts(doc.data, ())]
     quote_warnings = [_quotes_warning(doc, path, text) for path, text in texts if is_curly_quoted(text)]
-    cut_warnings = [_cut_warning(doc, path, text, rest) for path, text in texts if (rest := _comment_behind(doc, path))]
+    cut_warnings = [_cut_warning(doc, path, text, rest) for path, text in texts if (rest := _text_comment(doc, path))]
     return quote_warnings + cut_warnings
 
 
@@ -132,17 +132,17 @@ def _quotes_warning(doc: Document, path: Path, text: str) -> Diagnostic:
     return _text_warning(doc, "PID018", D720, path, message, cure)
 
 
-def _comment_behind(doc: Document, path: Path) -> str:
+def _text_comment(doc: Document, path: Path) -> str:
     """What stands behind a text for people as a comment, and seems to belong to it."""
     if path[-1] not in FREE_TEXTS:
         return ""
     span = doc.locate(path)
-    match = COMMENT_BEHIND.fullmatch(doc.lines[span.end_line - 1], span.end_column - 1)
+    match = TRAILING_COMMENT.fullmatch(doc.lines[span.end_line - 1], span.end_column - 1)
     return match.group().rstrip() if match else ""
 
 
-def _cut_warning(doc: Document, path: Path, text: str, rest: str) -> Diagnostic:
-    shown = rest[1:60]
+def _cut_warning(doc: Document, path: Path, text: str, comment: str) -> Diagnostic:
+    shown = comment[1:60]
     message = f"{path[-1]} is {text[:60]!r} alone: what follows, {shown!r}, is a comment to YAML"
     cure = f"write {path[-1]}: {json_line(text[:60] + ' ' + shown)}, or two blanks before the # of a comment"
     return _text_warning(doc, "PID019", D931, path, message, cure)
@@ -229,10 +229,10 @@ class ReadableLoops:
         with_copies, without_unreadable = find_faults(self._with_copies()), find_faults(self._without_unreadable())
         if with_copies is None or without_unreadable is None:
             return []
-        places = {
+        fault_keys = {
             (d.code, self.readable[i], d.path[2:]) for d in without_unreadable if (i := loop_index(d.path)) is not None
         }
-        confirmed = [d for d in with_copies if (d.code, loop_index(d.path), d.path[2:]) in places]
+        confirmed = [d for d in with_copies if (d.code, loop_index(d.path), d.path[2:]) in fault_keys]
         return [*(d for d in confirmed if not self._unreadable_names.intersection(d.with_loops)), self._make_remark()]
 
     @property
@@ -309,8 +309,8 @@ class Checked:
         """What no file can set or prove, where it could be read: the vendor's own lines, and those of its rules."""
         if self.vendor is None or self.config is None:
             return ()
-        of_vendor: tuple[str, ...] = formats_of(self.vendor).checklist(self.config)
-        return (*of_vendor, *checklist_lines(self.to_check))
+        vendor_lines: tuple[str, ...] = formats_of(self.vendor).checklist(self.config)
+        return (*vendor_lines, *checklist_lines(self.to_check))
 
     @property
     def failed(self) -> bool:
@@ -334,7 +334,7 @@ def check_document(doc: Document) -> Checked:
         return Checked(doc, tuple(sort_findings(findings)), vendor)
     config, errors = read_model(vendor.model, doc)
     if errors:
-        doc, config, errors = _read_in_own_units(vendor, doc, errors)
+        doc, config, errors = _read_without_units(vendor, doc, errors)
     if other := find_other_vendor(vendor, doc, errors):
         return Checked(doc, tuple(sort_findings([*findings, *other])), vendor)
     findings += errors
@@ -342,10 +342,10 @@ def check_document(doc: Document) -> Checked:
         findings += _findings_of_readable_loops(vendor, doc, errors)
         return Checked(doc, tuple(sort_findings(findings)), vendor)
     encoding = encoder_of(vendor).encode(config)
-    of_rules = _findings_of_rules(vendor, config, encoding, doc)
-    findings += (d for d in of_rules if not is_to_check(d))
-    findings += find_odd_texts(doc)
-    to_check = tuple(sort_findings([d for d in of_rules if is_to_check(d)]))
+    rule_findings = _findings_of_rules(vendor, config, encoding, doc)
+    findings += (d for d in rule_findings if not is_to_check(d))
+    findings += find_misread_texts(doc)
+    to_check = tuple(sort_findings([d for d in rule_findings if is_to_check(d)]))
     return Checked(doc, tuple(sort_findings(findings)), vendor, config, encoding, to_check)
 
 
@@ -365,16 +365,16 @@ def check_source(source: Source, name: str | None, files: Files, limits: Limits)
     return check_document(document_of(source, name, files, limits))
 
 
-def _read_in_own_units(
+def _read_without_units(
     vendor: Vendor, doc: Document, errors: list[Diagnostic]
 ) -> tuple[Document, Any, list[Diagnostic]]:
     """The document read again where values carry the units of their keys."""
-    from pidcfg.validate.terms import in_key_units, without_own_units
+    from pidcfg.validate.terms import explain_units, strip_key_units
 
-    doc_without_units, config = without_own_units(vendor, doc, errors), None
+    doc_without_units, config = strip_key_units(vendor, doc, errors), None
     if doc_without_units is not doc:
         config, errors = read_model(vendor.model, doc_without_units)
-    return doc_without_units, config, in_key_units(vendor, doc_without_units, errors)
+    return doc_without_units, config, explain_units(vendor, doc_without_units, errors)
 
 
 def _findings_of_rules(vendor: Vendor, config: BaseModel, encoding: AnyEncoding, doc: Document) -> list[Diagnostic]:
@@ -386,12 +386,12 @@ def _findings_of_rules(vendor: Vendor, config: BaseModel, encoding: AnyEncoding,
 def _findings_of_readable_loops(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:
     """What the rules find at loops that can be read, beside some that cannot."""
 
-    def judge(data: dict[str, object]) -> list[Diagnostic] | None:
+    def find_faults(data: dict[str, object]) -> list[Diagnostic] | None:
         config, _ = read_model(vendor.model, replace(doc, data=data))
         return None if config is None else _findings_of_rules(vendor, config, encoder_of(vendor).encode(config), doc)
 
     loops = readable_loops(doc, errors)
-    return [d for d in loops.find(judge) if not is_to_check(d)] if loops else []
+    return [d for d in loops.find(find_faults) if not is_to_check(d)] if loops else []
 
 
 def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
@@ -406,8 +406,8 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     vendor = VENDORS.get(name) if isinstance(name, str) else None
     if vendor is not None:
         return vendor, []
-    message, _ = not_a_choice("vendor", name, list(VENDORS))
-    meant = vendor_meant(name) if isinstance(name, str) else None
+    message, _ = describe_wrong_choice("vendor", name, list(VENDORS))
+    meant = guess_vendor(name) if isinstance(name, str) else None
     suggestion = f"{DID_YOU_MEAN}{meant}?" if meant else "any other controller is written as generic"
     path = ("vendor",)
     same = same_word(name, VENDORS)
@@ -418,17 +418,17 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
 
 def run_rules(rules: Iterable[Rule], context: Context[object, object], doc: Document) -> Iterator[Diagnostic]:
     """The findings of rules, with positions."""
-    quotes = QuotedNumbers(doc)
+    numbers = QuotedNumbers(doc)
     for rule in rules:
         if rule.check is not None:
-            places: dict[Path, list[Finding]] = {}
+            findings_by_path: dict[Path, list[Finding]] = {}
             for finding in rule.check(context):
-                places.setdefault(finding.path, []).append(finding)
-            for findings in places.values():
-                yield make_diagnostic(rule, findings, doc, quotes)
+                findings_by_path.setdefault(finding.path, []).append(finding)
+            for findings in findings_by_path.values():
+                yield make_diagnostic(rule, findings, doc, numbers)
 
 
-def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, quotes: QuotedNumbers) -> Diagnostic:
+def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, numbers: QuotedNumbers) -> Diagnostic:
     """What a rule finds at one key, with its message and the place where it is written: one finding, the worst."""
     finding = max(findings, key=lambda one: one.severity or rule.severity)
     severity = finding.severity or rule.severity
@@ -440,7 +440,7 @@ def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, quot
         severity=severity,
         message="; ".join(texts) + more,
         file=doc.file,
-        span=span_in(doc, finding),
+        span=finding_span(doc, finding),
         path=finding.path,
         loop=loop_name(doc, finding.path),
         with_loops=tuple(dict.fromkeys(name for one in findings for name in one.with_loops)),
@@ -450,24 +450,24 @@ def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, quot
         edits=value_edit(doc, finding.path, finding.correction or "") if is_certain else (),
         key=key_of(doc, finding.path),
         value=value_of(doc, finding.path),
-        quotes=quotes.numbers_of(rule, findings),
+        quotes=numbers.numbers_of(rule, findings),
     )
 
 
-def span_in(doc: Document, finding: Finding) -> Span:
+def finding_span(doc: Document, finding: Finding) -> Span:
     """Where a finding is written; within a value, the character that it means (runs of space count as one)."""
     span = doc.locate(finding.path, key=finding.key)
     if finding.offset is None or span.line != span.end_line:
         return span
     row = doc.lines[span.line - 1]
-    at = span.column - 1 + (row[span.column - 1 : span.column] in {'"', "'"})
-    while row[at : at + 1] == " ":
-        at += 1
+    index = span.column - 1 + (row[span.column - 1 : span.column] in {'"', "'"})
+    while row[index : index + 1] == " ":
+        index += 1
     for _ in range(finding.offset):
-        at += 1
-        while row[at - 1 : at + 1] == "  ":
-            at += 1
-    return Span(span.line, at + 1, span.line, at + 2)
+        index += 1
+        while row[index - 1 : index + 1] == "  ":
+            index += 1
+    return Span(span.line, index + 1, span.line, index + 2)
 
 
 def is_scenario(doc: Document) -> bool:

@@ -49,12 +49,12 @@ SCHEMA_CODES = {rule.code for rule in (*READING, *SCHEMA)} - NO_VENDOR_CODES
 LAST_STAGE = 2
 PLACEHOLDER = "x"
 BOM = b"\xef\xbb\xbf"
-_Place = tuple[int, int]
+_Position = tuple[int, int]
 """Line and column, from 1."""
 
 
 @frozen
-class Fixed:
+class FixedFile:
     """The bytes of a file after its corrections, the findings that were corrected, and those that are left."""
 
     data: bytes
@@ -65,12 +65,12 @@ class Fixed:
 def apply_edits(text: str, edits: Iterable[Edit]) -> str:
     """The text with every edit applied; of two that overlap, the first."""
     starts = [0, *(match.end() for match in LINE_BREAK.finditer(text))]
-    parts, at = [], 0
+    parts, offset = [], 0
     for begin, end, new in sorted({(*_offsets(starts, edit.span), edit.text) for edit in edits}):
-        if begin >= at:
-            parts += [text[at:begin], new]
-            at = end
-    return "".join([*parts, text[at:]])
+        if begin >= offset:
+            parts += [text[offset:begin], new]
+            offset = end
+    return "".join([*parts, text[offset:]])
 
 
 def _offsets(starts: Sequence[int], span: Span) -> tuple[int, int]:
@@ -92,7 +92,7 @@ NUMBER = r"(-?[0-9][^\s:,]*(?: [^\s:,]+)?)"
 """A number, or one with its unit."""
 SUGGESTION = re.compile(rf"did you mean '?([^'?]+)'?\?|write {NUMBER}(?: or {NUMBER})?(?:: .*)?", re.DOTALL)
 """A cure that is one word, or one or two numbers."""
-QUOTED = re.compile(r"'([^']+)'")
+QUOTED_WORD = re.compile(r"'([^']+)'")
 
 
 def suggest_edits(d: Diagnostic, doc: Document) -> list[Edit]:
@@ -101,7 +101,7 @@ def suggest_edits(d: Diagnostic, doc: Document) -> list[Edit]:
     if match is None or d.span.line != d.span.end_line or d.file != doc.file:
         return []
     text_written = doc.lines[d.span.line - 1][d.span.column - 1 : d.span.end_column - 1]
-    match_quoted = QUOTED.search(d.message)
+    match_quoted = QUOTED_WORD.search(d.message)
     wrong_word = match_quoted[1] if match_quoted else text_written
     if not wrong_word or text_written.count(wrong_word) != 1 or wrong_word not in d.message:
         return []
@@ -130,17 +130,17 @@ class Fixer:
     check: Callable[[Document], list[Diagnostic]]
     is_selected: Callable[[Diagnostic], bool]
 
-    def fix(self, data: bytes) -> Fixed:
+    def fix(self, data: bytes) -> FixedFile:
         """Corrects a file, round by round until nothing is left to correct."""
         fixed_findings: list[Diagnostic] = []
         state = self._read_state(data)
         for _ in range(MAX_ROUNDS):
-            after, fixed = self._run_round(state)
+            new_state, fixed = self._run_round(state)
             if not fixed:
                 break
-            state = after
+            state = new_state
             fixed_findings += fixed
-        return Fixed(state.data, tuple(fixed_findings), tuple(state.findings))
+        return FixedFile(state.data, tuple(fixed_findings), tuple(state.findings))
 
     def _read_state(self, data: bytes) -> _State:
         doc = self.read(data)
@@ -153,29 +153,29 @@ class Fixer:
         if any(map(is_unusable, state.findings)):
             return state, []
         candidates = list(separate_findings(d for d in state.findings if d.edits and self.is_selected(d)))
-        after = self._try_corrections(state, candidates) if candidates else None
-        if after is not None:
-            return after, candidates
+        new_state = self._try_corrections(state, candidates) if candidates else None
+        if new_state is not None:
+            return new_state, candidates
         best = state
         accepted: list[Diagnostic] = []
         for d in candidates[:MAX_ONE_BY_ONE] if len(candidates) > 1 else ():
-            after = self._try_corrections(state, [*accepted, d])
-            if after is not None:
-                best, accepted = after, [*accepted, d]
+            new_state = self._try_corrections(state, [*accepted, d])
+            if new_state is not None:
+                best, accepted = new_state, [*accepted, d]
         return best, accepted
 
     def _fix_quotes(self, state: _State) -> tuple[_State, list[Diagnostic]]:
         """A text that can be read once some words are quoted, and would say the same with any other word there."""
         fixed: list[Diagnostic] = []
-        current, other = state, state.doc.text
+        current, masked_text = state, state.doc.text
         while current.doc.data is None and len(fixed) < MAX_ONE_BY_ONE:
             edits = [edit for d in current.findings if self.is_selected(d) for edit in d.edits]
             if len(current.findings) != 1 or len(edits) != 1:
                 return state, []
             fixed += current.findings
-            other = apply_edits(other, [Edit(edits[0].span, PLACEHOLDER * len(edits[0].text))])
+            masked_text = apply_edits(masked_text, [Edit(edits[0].span, PLACEHOLDER * len(edits[0].text))])
             current = self._read_state(self._encode_text(state, apply_edits(current.doc.text, edits)))
-        replaced = self.read(other.encode())
+        replaced = self.read(masked_text.encode())
         if current.doc.data is None or not same_but_quotes(current.doc.data, replaced.data):
             return state, []
         return current, fixed
@@ -190,29 +190,29 @@ class Fixer:
         if self._encode_text(state, state.doc.text) != state.data:
             return None
         text = apply_edits(state.doc.text, (edit for d in fixed for edit in d.edits))
-        after = self._read_state(self._encode_text(state, text))
-        return after if is_proven(state.doc, state.findings, fixed, after.doc, after.findings) else None
+        new_state = self._read_state(self._encode_text(state, text))
+        return new_state if is_proven(state.doc, state.findings, fixed, new_state.doc, new_state.findings) else None
 
 
 def separate_findings(findings: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
     """The findings whose edits do not touch those of one before."""
-    stretches = list[tuple[_Place, _Place]]()
-    points = set[_Place]()
+    ranges = list[tuple[_Position, _Position]]()
+    points = set[_Position]()
     for d in findings:
         ends = [((s.line, s.column), (s.end_line, s.end_column)) for s in (edit.span for edit in d.edits)]
-        if not any(begin in points if begin == end else _has_overlap(stretches, begin, end) for begin, end in ends):
+        if not any(begin in points if begin == end else _has_overlap(ranges, begin, end) for begin, end in ends):
             for begin, end in ends:
                 if begin == end:
                     points.add(begin)
                 else:
-                    insort(stretches, (begin, end))
+                    insort(ranges, (begin, end))
             yield d
 
 
-def _has_overlap(stretches: Sequence[tuple[_Place, _Place]], begin: _Place, end: _Place) -> bool:
+def _has_overlap(ranges: Sequence[tuple[_Position, _Position]], begin: _Position, end: _Position) -> bool:
     """Whether one of the stretches of a text, sorted and apart from each other, has a character of another one."""
-    i = bisect_left(stretches, (begin, begin))
-    return (i < len(stretches) and stretches[i][0] < end) or (i > 0 and begin < stretches[i - 1][1])
+    i = bisect_left(ranges, (begin, begin))
+    return (i < len(ranges) and ranges[i][0] < end) or (i > 0 and begin < ranges[i - 1][1])
 
 
 def is_proven(
@@ -304,10 +304,10 @@ class PlacingError(ValueError):
         self.line = line
 
 
-def with_values(data: bytes, doc: Document, values: Mapping[Path, str], after: Mapping[Path, Path]) -> bytes:
+def with_values(data: bytes, doc: Document, values: Mapping[Path, str], predecessors: Mapping[Path, Path]) -> bytes:
     """The bytes of a file with other texts at some paths; ``doc`` is that file as read.
 
-    A text with a blank inside keeps the quotes that it had. ``after``: which key of the file a missing one goes behind.
+    A text with a blank inside keeps the quotes that it had. ``predecessors``: the key that a missing one goes behind.
     Raises `PlacingError`.
     """
     expected = _copy_unshared(doc.data)
@@ -320,9 +320,9 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], after: M
             edits.append(Edit(place.value, f"{quote}{text}{quote}"))
             set_value(expected, path, text if quote else Plain(text))
         else:
-            neighbour = after[path]
-            text_beside = _KeyPlace.of(doc, neighbour).text_behind(doc, str(path[-1]), text)
-            added[neighbour] = added.get(neighbour, "") + text_beside
+            neighbour = predecessors[path]
+            sibling = _KeyPlace.of(doc, neighbour).sibling_text(doc, str(path[-1]), text)
+            added[neighbour] = added.get(neighbour, "") + sibling
             set_value(expected, path, Plain(text))
     edits += [Edit(_KeyPlace.of(doc, key).end_span(doc), text) for key, text in added.items()]
     byte_order_mark = BOM if data.startswith(BOM) else b""
@@ -376,11 +376,11 @@ class _KeyPlace:
         quote = doc.lines[value.line - 1][value.column - 1 : value.column]
         return cls(key_span, value, quote if quote in {*QUOTES} else "", in_braces)
 
-    def text_behind(self, doc: Document, key: str, text: str) -> str:
+    def sibling_text(self, doc: Document, key: str, text: str) -> str:
         """Another key with its value, to be put behind this one."""
         row = doc.lines[self.key.line - 1]
-        mark = row[self.key.column - 1 : self.key.column]
-        key = f"{mark}{key}{mark}" if mark in {*QUOTES} else key
+        key_quote = row[self.key.column - 1 : self.key.column]
+        key = f"{key_quote}{key}{key_quote}" if key_quote in {*QUOTES} else key
         if self.in_braces:
             return f", {key}: {text}"
         return f"{find_line_break(doc.text)}{' ' * (self.key.column - 1)}{key}: {text}"

@@ -149,18 +149,18 @@ def checklist(code: str, basis: Basis, message: str) -> Label:
 def _per_item(attribute: str) -> Callable[[Rule], Rule]:
     """A rule whose check looks at one item of its context, such as a loop, turned into one that looks at them all."""
 
-    def of_all(rule: Rule) -> Rule:
+    def apply_to_all(rule: Rule) -> Rule:
         check = rule.check
         if check is None:
             raise TypeError(f"{rule.code} has no check")
 
-        def every(context: Any) -> Findings:
+        def check_all(context: Any) -> Findings:
             for view in getattr(context, attribute):
                 yield from check(view)
 
-        return replace(rule, check=every)
+        return replace(rule, check=check_all)
 
-    return of_all
+    return apply_to_all
 
 
 def never_ignorable(rule: Rule) -> Rule:
@@ -342,7 +342,7 @@ SCENARIO = (
 )
 # fmt: on
 
-SCENARIO_KINDS = {
+SCENARIO_CODES = {
     "unknown_name": "PID050",
     "expression": "PID051",
     "combination": "PID052",
@@ -375,7 +375,7 @@ CODES_BY_KIND = {
     "too_short": "PID036",
     "too_many_digits": "PID013",
 }
-OTHER_KIND_CODE = "PID022"
+WRONG_TYPE_CODE = "PID022"
 
 
 # --- What a finding is known by, besides its code: the loop, the key, and the value that is written there -------------

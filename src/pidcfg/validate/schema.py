@@ -20,7 +20,7 @@ from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Path, value_at
 from pidcfg.text.signs import fold_word, key_of_term, lookalike_remark, same_word, to_ascii
-from pidcfg.validate.rule import CODES_BY_KIND, OTHER_KIND_CODE, loop_name
+from pidcfg.validate.rule import CODES_BY_KIND, WRONG_TYPE_CODE, loop_name
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -35,37 +35,37 @@ MIN_DISTANCE = 2
 """No other key of the place may be so near."""
 
 
-def clear_match(key: str, known: Sequence[str]) -> str | None:
+def unambiguous_key(key: str, known_keys: Sequence[str]) -> str | None:
     """The only key that a misspelt one can stand for, or None.
 
     It differs from what is written in capitals, hyphens and underscores alone, or by one slip inside a long word with
     every other key of the place clearly further. A valid key of any vendor is never replaced.
     """
-    same_words = [name for name in known if fold_word(name) == fold_word(key)]
+    same_words = [name for name in known_keys if fold_word(name) == fold_word(key)]
     if same_words:
         return same_words[0] if len(same_words) == 1 and key not in all_keys() else None
-    slips = [name for name in known if is_slip(key, name)]
-    if len(slips) != 1 or any(edit_distance(key, name) <= MIN_DISTANCE for name in known if name != slips[0]):
+    typos = [name for name in known_keys if is_typo(key, name)]
+    if len(typos) != 1 or any(edit_distance(key, name) <= MIN_DISTANCE for name in known_keys if name != typos[0]):
         return None
-    others = (name for name in all_keys() if name != slips[0])
-    return None if any(fold_word(name) == fold_word(key) or is_slip(key, name) for name in others) else slips[0]
+    others = (name for name in all_keys() if name != typos[0])
+    return None if any(fold_word(name) == fold_word(key) or is_typo(key, name) for name in others) else typos[0]
 
 
-EVENT_SET, SETTABLE = "set", ("setpoint", "output")
+SET_KEY, SETTABLE_KEYS = "set", ("setpoint", "output")
 """The key of an event that takes settings by their names."""
 
 
-def field_word_meaning(key: str, model: type[BaseModel]) -> str | None:
+def key_for_term(key: str, model: type[BaseModel]) -> str | None:
     """The key that a word of the field stands for at a place, or that stands one level below it; None: there is none.
 
     Only for the cure: whether the number means the same there (a time, a gain) is the writer's to say.
     """
     known = keys_of(model)
-    below = [f"{name}: {{{key}: …}}" for name, inner in _inner_models(model) if key in keys_of(inner)]
-    if below:
-        return " or ".join(dict.fromkeys(below))
-    events = [f"{EVENT_SET}: {{{name}: …}}" for name in SETTABLE] if {EVENT_SET, "at"} <= {*known} else []
-    return key_of_term(key, [*known, *events]) or next(
+    nested_hints = [f"{name}: {{{key}: …}}" for name, inner in _inner_models(model) if key in keys_of(inner)]
+    if nested_hints:
+        return " or ".join(dict.fromkeys(nested_hints))
+    event_hints = [f"{SET_KEY}: {{{name}: …}}" for name in SETTABLE_KEYS] if {SET_KEY, "at"} <= {*known} else []
+    return key_of_term(key, [*known, *event_hints]) or next(
         (n for n in known if _sorted_words(n) == _sorted_words(key)), None
     )
 
@@ -75,20 +75,20 @@ def _sorted_words(key: str) -> list[str]:
     return sorted(key.casefold().split("_"))
 
 
-def places_of(key: str, root: type[BaseModel]) -> list[str]:
+def parent_keys_of(key: str, root: type[BaseModel]) -> list[str]:
     """The only keys of a file below which a key is known, in words; empty: none, or more than one."""
-    places = _places_by_key(root).get(key, ())
-    return sorted(places) if len(places) == 1 else []
+    parents = _parents_by_key(root).get(key, ())
+    return sorted(parents) if len(parents) == 1 else []
 
 
 @cache
-def _places_by_key(root: type[BaseModel]) -> Mapping[str, set[str]]:
+def _parents_by_key(root: type[BaseModel]) -> Mapping[str, set[str]]:
     """The keys of a file by what stands below them."""
-    places: dict[str, set[str]] = {}
+    parents: dict[str, set[str]] = {}
     for name, inner in _models_inside(root):
         for key in keys_of(inner):
-            places.setdefault(key, set()).add(name)
-    return places
+            parents.setdefault(key, set()).add(name)
+    return parents
 
 
 def _models_inside(root: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
@@ -111,14 +111,14 @@ def _inner_models(model: type[BaseModel]) -> tuple[tuple[str, type[BaseModel]], 
     return tuple((name, inner) for name, kind in fields if "tuple" not in str(kind) for inner in models_in(kind))
 
 
-def is_slip(key: str, name: str) -> bool:
+def is_typo(key: str, name: str) -> bool:
     """Whether a key is a name with one letter of a long word wrong, left out, doubled, or swapped with the next.
 
     A letter that is missing at an end of a word is none: ``limit`` and ``limits`` are two words.
     """
-    longer = len(key) - len(name)
+    length_difference = len(key) - len(name)
     offset = next((i for i, (a, b) in enumerate(zip(key, name, strict=False)) if a != b), min(len(key), len(name)))
-    if longer == 0 and offset < len(name) and key[offset].isalpha():
+    if length_difference == 0 and offset < len(name) and key[offset].isalpha():
         swapped = (
             key[offset : offset + 2] == name[offset + 1 : offset + 2] + name[offset]
             and key[offset + 2 :] == name[offset + 2 :]
@@ -127,9 +127,9 @@ def is_slip(key: str, name: str) -> bool:
         return (is_changed and _in_word(name, offset, offset, MIN_WORD_LETTERS)) or (
             swapped and _in_word(name, offset, offset + 1, MIN_WORD_LETTERS)
         )
-    if longer == -1:
+    if length_difference == -1:
         return key[offset:] == name[offset + 1 :] and _in_word(name, offset - 1, offset + 1, MIN_WORD_LETTERS + 1)
-    doubled = longer == 1 and offset > 0 and key[offset] == key[offset - 1]
+    doubled = length_difference == 1 and offset > 0 and key[offset] == key[offset - 1]
     return doubled and key[offset + 1 :] == name[offset:] and _in_word(name, offset - 1, offset - 1, MIN_WORD_LETTERS)
 
 
@@ -170,7 +170,7 @@ def edit_distance(first: str, other: str) -> int:
 
 # --- Schema errors as findings: each gets a code, a place, a cure and a message that replaces pydantic's --------------
 
-KINDS = {
+KIND_TEXTS = {
     "model_type": "a mapping of keys",
     "model_attributes_type": "a mapping of keys",
     "tuple_type": "a list",
@@ -203,7 +203,7 @@ M = TypeVar("M", bound=BaseModel)
 
 def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic]]:
     """The document as a model, or what is wrong with it."""
-    findings = [_no_value_finding(doc, path) for path in _null_places(doc.data, ())] if _has_null(doc.data) else []
+    findings = [_no_value_finding(doc, path) for path in _null_paths(doc.data, ())] if _has_null(doc.data) else []
     try:
         config = model.model_validate(doc.data)
     except ValidationError as error:
@@ -212,7 +212,7 @@ def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic
         errors = [(d, e) for d, e in ((_make_diagnostic(e, model, doc), e) for e in faults) if d.path not in nulls]
         edits = rename_edits(errors, model, doc)
         with_edits = [replace(d, edits=edits[d.path]) if d.path in edits else d for d, _ in errors]
-        return None, [*findings, *_without_echoes(with_edits)]
+        return None, [*findings, *_drop_suggested_keys(with_edits)]
     return (None if findings else config), findings
 
 
@@ -222,17 +222,17 @@ def _has_null(value: object) -> bool:
     return any(inner is None or (isinstance(inner, dict | list) and _has_null(inner)) for inner in items)
 
 
-def _null_places(value: object, path: Path) -> Iterator[Path]:
+def _null_paths(value: object, path: Path) -> Iterator[Path]:
     """Places of keys without a value."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for step, inner in items:
         if inner is None:
             yield (*path, step)
         else:
-            yield from _null_places(inner, (*path, step))
+            yield from _null_paths(inner, (*path, step))
 
 
-def _without_echoes(errors: list[Diagnostic]) -> Iterator[Diagnostic]:
+def _drop_suggested_keys(errors: list[Diagnostic]) -> Iterator[Diagnostic]:
     """Without the errors for missing keys that another error suggests as the spelling of an unknown key."""
     suggested = {path for d in errors if d.code == "PID020" for path in _suggested_paths(d)}
     yield from (d for d in errors if d.code != "PID021" or d.path not in suggested)
@@ -270,23 +270,23 @@ def _comma_cure(doc: Document, path: Path) -> str | None:
 
 
 def _make_diagnostic(error: ErrorDetails, model: type[BaseModel], doc: Document) -> Diagnostic:
-    place: Path = tuple(step for step in error["loc"] if step != KEY_MARK)
+    loc: Path = tuple(step for step in error["loc"] if step != KEY_MARK)
     kind = error["type"]
     if kind in UNION_KINDS and not isinstance(error["input"], dict):
         kind = "model_type"
     elif kind in UNION_KINDS:
-        written = difflib.get_close_matches(UNION_KEY, map(str, error["input"]), 1, MIN_KEY_LIKENESS)
-        if written and UNION_KEY not in error["input"]:
-            return _misspelt_finding(file_place((*place, written[0]), doc.data), doc)
-        place, kind = (*place, UNION_KEY), UNION_KINDS[kind]
-    path = file_place(place, doc.data)
-    code = "PID030" if path == ("pidcfg",) else CODES_BY_KIND.get(kind, OTHER_KIND_CODE)
-    message, cure = _message_and_cure({**error, "type": kind, "loc": place}, path, model)
+        similar_keys = difflib.get_close_matches(UNION_KEY, map(str, error["input"]), 1, MIN_KEY_LIKENESS)
+        if similar_keys and UNION_KEY not in error["input"]:
+            return _misspelt_finding(path_of_loc((*loc, similar_keys[0]), doc.data), doc)
+        loc, kind = (*loc, UNION_KEY), UNION_KINDS[kind]
+    path = path_of_loc(loc, doc.data)
+    code = "PID030" if path == ("pidcfg",) else CODES_BY_KIND.get(kind, WRONG_TYPE_CODE)
+    message, cure = _message_and_cure({**error, "type": kind, "loc": loc}, path, model)
     if "item" in error.get("ctx", {}):
         path = (*path, error["ctx"]["item"])
     span = doc.locate(path, key=kind in {"missing", "extra_forbidden"} or KEY_MARK in error["loc"])
-    only = error.get("ctx", {}).get("only") or (_same_word(error) if kind in CHOICE_KINDS else None)
-    edits = value_edit(doc, path, only) if only and doc.data else ()
+    certain_text = error.get("ctx", {}).get("only") or (_same_word(error) if kind in CHOICE_KINDS else None)
+    edits = value_edit(doc, path, certain_text) if certain_text and doc.data else ()
     return Diagnostic(
         code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure, edits=edits
     )
@@ -294,7 +294,7 @@ def _make_diagnostic(error: ErrorDetails, model: type[BaseModel], doc: Document)
 
 def _misspelt_finding(path: Path, doc: Document) -> Diagnostic:
     """The finding on a key by which the item of a list was to be known."""
-    message, cure = unknown_key(str(path[-1]), [UNION_KEY])
+    message, cure = describe_unknown_key(str(path[-1]), [UNION_KEY])
     span = doc.locate(path, key=True)
     return Diagnostic("PID020", Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure)
 
@@ -306,10 +306,10 @@ def _same_word(error: ErrorDetails) -> str | None:
     return same_word(value, _listed_choices(context.get("expected_tags") or context.get("expected", "")))
 
 
-def file_place(place: Path, data: object) -> Path:
+def path_of_loc(loc: Path, data: object) -> Path:
     """A place of pydantic's as the file has it: without the word that chose one of several models."""
     path: list[str | int] = []
-    for step in place:
+    for step in loc:
         if isinstance(data, dict) and step not in data and data.get(UNION_KEY) == step:
             continue
         path.append(step)
@@ -333,16 +333,16 @@ def _message_and_cure(error: ErrorDetails, path: Path, model: type[BaseModel]) -
         keys = tuple(step for step in path[:-1] if isinstance(step, str))
         return _unknown_key_message(key, model, model_at(model, error["loc"][:-1]), keys)
     if "expected_tags" in context:
-        return not_a_choice(key, context["tag"], _listed_choices(context["expected_tags"]))
-    text = _text_of(model, error["loc"])
+        return describe_wrong_choice(key, context["tag"], _listed_choices(context["expected_tags"]))
+    text = _field_description(model, error["loc"])
     if kind == "literal_error":
-        message, cure = not_a_choice(key, value, _listed_choices(context["expected"]))
+        message, cure = describe_wrong_choice(key, value, _listed_choices(context["expected"]))
         return message, cure or text
     if kind == "missing":
         one_too_many = len(path) > 1 and key == "name" and path[-2] != 0
         dash = "; if the keys belong to what stands above, take the dash away" * one_too_many
         return f"{_parent_text(path)}{key} is missing", f"add {key}" + (f": {text}" if text else "") + dash
-    message = _plain_wording(kind, context, key, value) or f"{key}: {error['msg'].lower()}"
+    message = _message_by_kind(kind, context, key, value) or f"{key}: {error['msg'].lower()}"
     cure = context.get("help") or _shape_cure(kind, key, value, model_at(model, error["loc"]))
     if (
         text
@@ -355,46 +355,46 @@ def _message_and_cure(error: ErrorDetails, path: Path, model: type[BaseModel]) -
 
 @lru_cache(maxsize=1000)
 def _unknown_key_message(
-    key: str, root: type[BaseModel], below: type[BaseModel] | None, place: Path
+    key: str, root: type[BaseModel], model: type[BaseModel] | None, parents: Path
 ) -> tuple[str, str | None]:
     """The message and cure for an unknown key at a place of a file."""
-    from pidcfg.validate.terms import foreign_key, key_text, pair_for
+    from pidcfg.validate.terms import key_text, limit_key_text, translate_key
 
-    if below is None:
-        return unknown_key(key, [])
-    if pair := pair_for(key, keys_of(below)):
-        return unknown_key(key, keys_of(below), pair)
-    if (foreign := foreign_key(key, root, place)) is not None:
-        message, cure = unknown_key(key, keys_of(below), key_text(foreign.key, place))
-        return message, f"{cure} {foreign.note}".rstrip()
-    return unknown_key(key, keys_of(below), field_word_meaning(key, below), places_of(key, root))
+    if model is None:
+        return describe_unknown_key(key, [])
+    if pair := limit_key_text(key, keys_of(model)):
+        return describe_unknown_key(key, keys_of(model), pair)
+    if (translation := translate_key(key, root, parents)) is not None:
+        message, cure = describe_unknown_key(key, keys_of(model), key_text(translation.key, parents))
+        return message, f"{cure} {translation.note}".rstrip()
+    return describe_unknown_key(key, keys_of(model), key_for_term(key, model), parent_keys_of(key, root))
 
 
-def _text_of(model: type[BaseModel], place: Path) -> str | None:
+def _field_description(model: type[BaseModel], loc: Path) -> str | None:
     """What the key at a place is, as its documentation says."""
-    below = model_at(model, place[:-1])
-    names = {field.alias or name: name for name, field in below.model_fields.items()} if below else {}
-    text = field_texts(below).get(names.get(str(place[-1]), "")) if below else None
+    parent = model_at(model, loc[:-1])
+    names = {field.alias or name: name for name, field in parent.model_fields.items()} if parent else {}
+    text = field_texts(parent).get(names.get(str(loc[-1]), "")) if parent else None
     return text and text.rstrip(".")
 
 
 def _shape_cure(kind: str, key: str, value: object, inner: type[BaseModel] | None) -> str | None:
     """The cure of anything else in the place of a list of mappings, or of a mapping."""
-    if KINDS.get(kind) == "a list" and (inner or isinstance(value, dict)):
+    if KIND_TEXTS.get(kind) == "a list" and (inner or isinstance(value, dict)):
         given = value if isinstance(value, dict) else dict.fromkeys(keys_of(inner)) if inner else {}
         first, content = next(iter(given.items()), ("name", None))
         item = f"- name: {first}" if isinstance(content, dict) and key == "loops" else f"- {first}: …"
         return f"begin each item of {key} with a dash: '{item}'"
-    if kind in KINDS and inner is not None:
+    if kind in KIND_TEXTS and inner is not None:
         known = keys_of(inner)
         return f"write '{key}: {{{known[0]}: …}}'; known keys here: {', '.join(known)}"
     return None
 
 
-def _plain_wording(kind: str, context: Any, key: str, value: object) -> str | None:
+def _message_by_kind(kind: str, context: Any, key: str, value: object) -> str | None:
     """The message of the kinds that need nothing of the schema."""
-    if kind in KINDS:
-        return f"{key} must be {KINDS[kind]}, not {quoted_value(value)}"
+    if kind in KIND_TEXTS:
+        return f"{key} must be {KIND_TEXTS[kind]}, not {quoted_value(value)}"
     if kind in {"too_long", "too_short"}:
         bound = context.get("max_length", context.get("min_length"))
         return f"{key} has {context['actual_length']} items; the limit is {bound}"
@@ -412,21 +412,21 @@ def _listed_choices(expected: str) -> list[str]:
     return [part.strip().strip("'") for part in expected.replace(" or ", ", ").split(", ")]
 
 
-def unknown_key(
-    key: str, known: list[str], suggestion: str | None = None, places: Sequence[str] = ()
+def describe_unknown_key(
+    key: str, known_keys: list[str], suggestion: str | None = None, parent_keys: Sequence[str] = ()
 ) -> tuple[str, str | None]:
     """The message and cure for a key that is not in the schema.
 
-    ``suggestion``: what it is known to stand for; ``places``: the keys below which it belongs.
+    ``suggestion``: what it is known to stand for; ``parent_keys``: the keys below which it belongs.
     """
-    near = [suggestion] if suggestion else difflib.get_close_matches(to_ascii(key), known, n=1, cutoff=0.6)
-    cure = f"{DID_YOU_MEAN}{near[0]}?" if near else f"known keys here: {', '.join(known)}"
-    if places and not suggestion and (not near or key in places):
-        cure = f"it belongs below {places[0]}; {cure}"
+    near = [suggestion] if suggestion else difflib.get_close_matches(to_ascii(key), known_keys, n=1, cutoff=0.6)
+    cure = f"{DID_YOU_MEAN}{near[0]}?" if near else f"known keys here: {', '.join(known_keys)}"
+    if parent_keys and not suggestion and (not near or key in parent_keys):
+        cure = f"it belongs below {parent_keys[0]}; {cure}"
     return f"unknown key {key!r}{lookalike_remark(key)}", cure
 
 
-def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str | None]:
+def describe_wrong_choice(key: str, value: object, choices: list[str]) -> tuple[str, str | None]:
     """The message and cure for a word that is not in a list."""
     word = to_ascii(str(value)).lower()
     ranked = sorted(((difflib.SequenceMatcher(None, c.lower(), word).ratio(), c) for c in choices), reverse=True)
@@ -457,21 +457,21 @@ def quoted_value(value: object) -> str:
     return repr(str(text[:MAX_VALUE_LENGTH] + ("…" if len(text) > MAX_VALUE_LENGTH else "")))
 
 
-def keys_at(model: type[BaseModel], place: Path) -> list[str]:
+def keys_at(model: type[BaseModel], loc: Path) -> list[str]:
     """The keys that the schema knows at a place."""
-    below = model_at(model, place)
-    return keys_of(below) if below else []
+    inner = model_at(model, loc)
+    return keys_of(inner) if inner else []
 
 
-def model_at(model: type[BaseModel], place: Path) -> type[BaseModel] | None:
+def model_at(model: type[BaseModel], loc: Path) -> type[BaseModel] | None:
     """The model that the schema has at a place, which names it where there are several."""
     current: list[type[BaseModel]] = [model]
     is_free_key = False
-    for step in place:
+    for step in loc:
         if not current or isinstance(step, int) or is_free_key:
             is_free_key = False
             continue
-        matching = [m for m in current if _chosen_by(m) == step] if len(current) > 1 else []
+        matching = [m for m in current if _discriminator(m) == step] if len(current) > 1 else []
         if matching:
             current = matching
             continue
@@ -481,7 +481,7 @@ def model_at(model: type[BaseModel], place: Path) -> type[BaseModel] | None:
     return current[0] if current else None
 
 
-def _chosen_by(model: type[BaseModel]) -> str | None:
+def _discriminator(model: type[BaseModel]) -> str | None:
     """The word that chooses a model among several."""
     field = model.model_fields.get(UNION_KEY)
     return next(iter(get_args(field.annotation)), None) if field else None
@@ -494,7 +494,7 @@ def rename_edits(
     unknown = [(d.path, e["loc"][:-1]) for d, e in errors if d.code == "PID020"][:MAX_KEYS]
     if not unknown:
         return {}
-    new_keys = {path: key for path, place in unknown if (key := clear_match(str(path[-1]), keys_at(model, place)))}
+    new_keys = {path: key for path, loc in unknown if (key := unambiguous_key(str(path[-1]), keys_at(model, loc)))}
     return key_edits(new_keys, [e for _, e in errors], model, doc)
 
 
@@ -503,14 +503,14 @@ def rename_edits(
 MAX_KEYS, MAX_TRIES = 200, 30
 """Unknown keys of one file that are looked at, and how often: each time costs a reading of the whole."""
 QUOTES = "'\""
-UNQUOTED = re.compile(r"[%@`][\w%/.°²³-]*(?=[ \t]*(?:$|[,}\]]|[ \t]#))")
+NEEDS_QUOTES = re.compile(r"[%@`][\w%/.°²³-]*(?=[ \t]*(?:$|[,}\]]|[ \t]#))")
 """A word that begins with what no value may begin with, up to where any value ends."""
 
 
 def quote_edit(doc: Document, span: Span) -> tuple[Edit, ...]:
     """Quotes around a value such as ``%``, whose first character begins nothing in YAML."""
     row = doc.lines[span.line - 1]
-    match = UNQUOTED.match(row, span.column - 1)
+    match = NEEDS_QUOTES.match(row, span.column - 1)
     if match is None or not row[: match.start()].rstrip(" ").endswith((":", "[", ",")):
         return ()
     place = Span(span.line, match.start() + 1, span.line, match.end() + 1)
@@ -555,14 +555,14 @@ def key_edits(
     uses = Counter((path[:-1], key) for path, key in new_keys.items())
     new_keys = {path: key for path, key in new_keys.items() if uses[path[:-1], key] == 1}
     accepted: dict[Path, str] = {}
-    waiting, tries = [new_keys] if new_keys else [], 0
-    while waiting and tries < MAX_TRIES:
-        group, tries = waiting.pop(), tries + 1
+    pending_groups, tries = [new_keys] if new_keys else [], 0
+    while pending_groups and tries < MAX_TRIES:
+        group, tries = pending_groups.pop(), tries + 1
         if _has_fewer_faults(model, doc.data, group, faults):
             accepted |= group
         elif len(group) > 1:
             half = len(group) // 2
-            waiting += [dict(islice(group.items(), half, None)), dict(islice(group.items(), half))]
+            pending_groups += [dict(islice(group.items(), half, None)), dict(islice(group.items(), half))]
     return {path: edits for path, key in accepted.items() if (edits := key_edit(doc, path, key))}
 
 

@@ -132,7 +132,7 @@ class Context(Generic[ConfigT, EncodingT]):
     encoding: EncodingT
 
     @property
-    def explained(self) -> frozenset[Path]:
+    def explained_paths(self) -> frozenset[Path]:
         """Places that a rule of the vendor's own explains better than the rules for every vendor."""
         return frozenset()
 
@@ -144,7 +144,7 @@ def all_or_none(values: Iterable[Value | None]) -> list[Value]:
     return known if len(known) == len(items) else []
 
 
-def value_or_switch(part: object, key: str) -> str:
+def value_or_switch_key(part: object, key: str) -> str:
     """The key to point at where a feature is on: its value's, or that of its switch where no value is given."""
     return key if getattr(part, key) is not None else f"{key}_enabled"
 
@@ -206,7 +206,7 @@ def neighbours_out_of_order(
             yield low, high, words[0] == words[1]
 
 
-def alarm_beyond(view: AlarmView[Number], value: Number) -> str | None:
+def exceeded_alarm(view: AlarmView[Number], value: Number) -> str | None:
     """The PV alarm, low or high, that a value lies beyond; None between them, or where they are off or crossed."""
     points = view.register_values("pv_low", "pv_high")
     if not view.pv_alarms_on or not points or points[0] >= points[1] or points[0] <= value <= points[1]:
@@ -221,7 +221,7 @@ def zero_deadband_findings(view: AlarmView[Number]) -> Findings:
         yield view.report("error", key, value=view.quote("deadband"))
 
 
-def alarm_within(
+def nearby_alarm(
     view: AlarmView[Number], width: Number, setpoint: Number | None, deviation: tuple[str, str]
 ) -> tuple[str, Number] | None:
     """The first alarm that is no further from the set point than a width, and how far it is.
@@ -379,11 +379,11 @@ def pairs_with_same_key(
     views: Iterable[ViewT], key: Callable[[ViewT], Key | None]
 ) -> Iterator[tuple[ViewT, ViewT, Key]]:
     """Pairs of views with one key, with that key, as `combinations` orders them; None: a view that has none."""
-    keyed = [(view, key_value) for view in views if (key_value := key(view)) is not None]
+    keyed_views = [(view, key_value) for view in views if (key_value := key(view)) is not None]
     later_views: dict[Key, list[ViewT]] = {}
-    for view, key_value in reversed(keyed):
+    for view, key_value in reversed(keyed_views):
         later_views.setdefault(key_value, []).append(view)
-    for view, key_value in keyed:
+    for view, key_value in keyed_views:
         later_views[key_value].pop()
         yield from ((view, other, key_value) for other in reversed(later_views[key_value]))
 
@@ -423,20 +423,20 @@ def outside_limits_findings(
     *path: str | int,
     value: Number | None,
     limits: tuple[Number, Number] | None,
-    shown: Callable[[Number], str],
+    quote: Callable[[Number], str],
     units: Collection[str] = ("value", "high"),
     field: str = "value",
     **values: object,
 ) -> Findings:
     """A finding at a key whose value is not within limits; none where either is not known.
 
-    ``shown`` writes a number with its unit, which those of value, ``low`` and ``high`` carry that ``units`` names. In
+    ``quote`` writes a number with its unit, which those of value, ``low`` and ``high`` carry that ``units`` names. In
     the message the value is called ``field``.
     """
     if value is None or limits is None or limits[0] <= value <= limits[1]:
         return
     numbers = {"value": value, "low": limits[0], "high": limits[1]}
-    texts = {key: shown(number) if key in units else number_text(Decimal(number)) for key, number in numbers.items()}
+    texts = {key: quote(number) if key in units else number_text(Decimal(number)) for key, number in numbers.items()}
     yield view.report(*path, **{field: texts.pop("value")}, **texts, **values)
 
 
@@ -464,7 +464,7 @@ COOLING_WORDS = _word_pattern(
     r"\w*k(?:ü|ue)hl\w*",
     r"\w*k(?:ä|ae)lte\w*|kalt(?!leiter|st[ae])\w*|\w*gefrier\w*|eiswasser\w*",
 )
-OTHER_ACTUATORS = _word_pattern(
+INVERSE_ACTUATORS = _word_pattern(
     r"air to close|(?:normally|fails?) open|inver(?:ted|s|se|tiert)|reversed|bypass\w*",
     r"exhaust|draft|draught|vents?|vented|venting|ventilat\w*|fans?|dampers?|quench\w*",
     r"stromlos (?:offen|auf)|feder\w* (?:ö|oe)ffne\w*|umgekehrt\w*",
@@ -477,11 +477,11 @@ OTHER_QUANTITIES = _word_pattern(
     r"\w*druck\w*|\w*durchflu(?:ss|ß)\w*|\w*menge\w*|\w*f(?:ü|ue)llstand\w*|niveau\w*|\w*drehzahl\w*|\w*feuchte\w*",
 )
 """What a loop without a unit controls instead; its name by ISA 5.1 (``FIC-101``) tells it, too."""
-TEMPERATURE = re.compile(
+TEMPERATURE_UNIT = re.compile(
     r"(?:deg|°|º)? ?[cfk]|(?:deg(?:rees?)?|grad|°) ?\w*|℃|℉|celsius|fahrenheit|kelvin", re.IGNORECASE
 )
 WORD_BREAK = re.compile(r"[\W_]|(?<=[a-zäöüß])(?=[A-ZÄÖÜ][a-zäöüß])")
-PLACES = ("name", "description")
+PURPOSE_KEYS = ("name", "description")
 
 
 @frozen
@@ -491,7 +491,7 @@ class Purpose:
     heats: bool
     word: str
     """As the file has it."""
-    place: str
+    key: str
     """The key where it stands."""
 
     @property
@@ -502,18 +502,18 @@ class Purpose:
 
 def purpose_of(loop: Any) -> Purpose | None:
     """What a loop's words say that it does; None where they say nothing, or both."""
-    texts = {place: WORD_BREAK.sub(" ", getattr(loop, place, None) or "") for place in PLACES}
+    texts = {key: WORD_BREAK.sub(" ", getattr(loop, key, None) or "") for key in PURPOSE_KEYS}
     all_text, unit = " ".join(texts.values()), loop.pv.unit
-    if OTHER_ACTUATORS.search(all_text) or (
-        OTHER_QUANTITIES.search(all_text) if unit is None else not TEMPERATURE.fullmatch(unit)
+    if INVERSE_ACTUATORS.search(all_text) or (
+        OTHER_QUANTITIES.search(all_text) if unit is None else not TEMPERATURE_UNIT.fullmatch(unit)
     ):
         return None
     heats, cools = HEATING_WORDS.search(all_text), COOLING_WORDS.search(all_text)
     if (heats is None) is (cools is None):
         return None
     pattern = HEATING_WORDS if heats else COOLING_WORDS
-    words = ((match[0], place) for place, text in texts.items() if (match := pattern.search(text)))
-    return next((Purpose(heats is not None, word, place) for word, place in words), None)
+    words = ((match[0], key) for key, text in texts.items() if (match := pattern.search(text)))
+    return next((Purpose(heats is not None, word, key) for word, key in words), None)
 
 
 # --- The action, by the word that each vendor has for it --------------------------------------------------------------

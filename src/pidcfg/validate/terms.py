@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 # --- What the families have different keys for, beside the table of words that sheets use as well ---------------------
 
-ANTI_WINDUP = ("bias_freeze", "freeze_bias", "anti_windup")
+ANTI_WINDUP_KEYS = ("bias_freeze", "freeze_bias", "anti_windup")
 VENDOR_WORDS: dict[str, tuple[str, ...]] = {
     "bias offset": ("output.offset", "output.bias", "BIAS"),
-    "windup integral_stop": ANTI_WINDUP,
+    "windup integral_stop": ANTI_WINDUP_KEYS,
     "rate_limit output_rate max_output_rate slew_rate ramp_rate rampe": ("output.max_rate",),
     "derivative_lag rate_filter d_filter td_filter vorhaltfilter": ("tuning.derivative_filter", "Tf"),
     "istwert messwert regelgrösse regelgröße process_value process_variable": ("pv", "PV"),
@@ -45,9 +45,9 @@ VENDOR_WORDS: dict[str, tuple[str, ...]] = {
     "kd": ("Td_Kd",),
 }
 """Words that stand for no column of a sheet."""
-GAIN = WORDS["gain kp p kr proportional_gain verstärkung"]
-RESET = WORDS["reset ti tn integral integral_time nachstellzeit"]
-SAMPLE = WORDS["sample sample_time sample_rate abtastzeit"]
+GAIN_KEYS = WORDS["gain kp p kr proportional_gain verstärkung"]
+RESET_KEYS = WORDS["reset ti tn integral integral_time nachstellzeit"]
+SAMPLE_KEYS = WORDS["sample sample_time sample_rate abtastzeit"]
 KEYS_BY_WORD = {
     word: keys for table in (WORDS, VENDOR_WORDS) for words, keys in table.items() for word in words.split()
 }
@@ -63,7 +63,7 @@ GAIN_UNITS = {
 SAMPLE_UNITS = {"dl06": "s", "ezlogix": "s", "nextopid": "s", "dpide": "ms"}
 """What a bare sample time is in; the others want a unit."""
 REPEAT_WORDS = {"repeats_per_minute", "repeats_per_min", "repeats", "reset_rate"}
-PAIRS = {
+LIMIT_KEY_TEXTS = {
     ("limits", "lower_limit"): "lower_limit and upper_limit",
     ("lower_limit", "limits"): "limits: [low, high]",
     ("upper_limit", "limits"): "limits: [low, high]",
@@ -71,53 +71,57 @@ PAIRS = {
 """What a key of limits is where the place knows another one."""
 
 
-class Foreign(NamedTuple):
+class KeyTranslation(NamedTuple):
     """The key that another one stands for, from the loop, and what to know of the number."""
 
     key: str
     note: str
 
 
-def foreign_key(key: str, root: type[BaseModel], place: Path) -> Foreign | None:
+def translate_key(key: str, root: type[BaseModel], parents: Path) -> KeyTranslation | None:
     """What a key of another family, or a word of the field, is in a file of this family; None where nothing tells."""
-    own = next((vendor.key for vendor in VENDORS.values() if vendor.model is root), None)
-    if own is None or place[:1] != ("loops",) or fold_word(key) in {fold_word(_last_step(k)) for k in _loop_keys(own)}:
+    family = next((vendor.key for vendor in VENDORS.values() if vendor.model is root), None)
+    if (
+        family is None
+        or parents[:1] != ("loops",)
+        or fold_word(key) in {fold_word(_last_step(k)) for k in _loop_keys(family)}
+    ):
         return None
     word = key.casefold().replace("-", "_").replace(" ", "_")
     if word in BAND_WORDS:
-        return Foreign(_first_known_key(GAIN, own), _band_note(own))
+        return KeyTranslation(_first_known_key(GAIN_KEYS, family), _band_note(family))
     if word in REPEAT_WORDS:
-        return Foreign(_first_known_key(RESET, own), "60 / repeats per minute is the time in s")
-    keys = _row_of(key, word)
-    target = _first_known_key(keys, own)
+        return KeyTranslation(_first_known_key(RESET_KEYS, family), "60 / repeats per minute is the time in s")
+    keys = _keys_for_word(key, word)
+    target = _first_known_key(keys, family)
     if not target:
         return None
-    owners = [vendor.key for vendor in VENDORS.values() if vendor.key != own and _has_key(vendor.key, key, keys)]
-    return Foreign(target, _number_note(keys, owners, own))
+    owners = [vendor.key for vendor in VENDORS.values() if vendor.key != family and _has_key(vendor.key, key, keys)]
+    return KeyTranslation(target, _number_note(keys, owners, family))
 
 
-def pair_for(key: str, known: Sequence[str]) -> str | None:
+def limit_key_text(key: str, known: Sequence[str]) -> str | None:
     """What a key of limits is where the place knows another one."""
-    return next((text for (written, other), text in PAIRS.items() if written == key and other in known), None)
+    return next((text for (written, other), text in LIMIT_KEY_TEXTS.items() if written == key and other in known), None)
 
 
-def key_text(target: str, place: Path) -> str:
+def key_text(target: str, parents: Path) -> str:
     """A key of a loop as it is written at a place of it."""
     section, _, last = target.removesuffix(PAIR_ENDS[0]).removesuffix(PAIR_ENDS[1]).rpartition(".")
     pair = ": [low, high]" * target.endswith(PAIR_ENDS)
-    here = ".".join(step for step in place[1:] if isinstance(step, str))
+    here = ".".join(step for step in parents[1:] if isinstance(step, str))
     return f"{section}: {{{last}{pair or ': …'}}}" if section not in {here, ""} else f"{last}{pair}"
 
 
-def _row_of(key: str, word: str) -> tuple[str, ...]:
+def _keys_for_word(key: str, word: str) -> tuple[str, ...]:
     """All keys for what a word stands for."""
     if word in KEYS_BY_WORD:
         return KEYS_BY_WORD[word]
-    rows = (keys for keys in (DIRECTION, ANTI_WINDUP, *WORDS.values()) if key in map(_last_step, keys))
-    return next(rows, ()) if key not in AMBIGUOUS else ()
+    rows = (keys for keys in (DIRECTION, ANTI_WINDUP_KEYS, *WORDS.values()) if key in map(_last_step, keys))
+    return next(rows, ()) if key not in AMBIGUOUS_STEPS else ()
 
 
-AMBIGUOUS = {"value", "low", "high", "limits", "range", "unit", "low_low", "high_high", "source", "name", "use"}
+AMBIGUOUS_STEPS = {"value", "low", "high", "limits", "range", "unit", "low_low", "high_high", "source", "name", "use"}
 """Last words of keys that stand below several others."""
 
 
@@ -144,38 +148,38 @@ def _has_key(vendor: str, key: str, keys: Sequence[str]) -> bool:
     return any(fold_word(_last_step(name)) == fold_word(key) for name in keys if name in _loop_keys(vendor))
 
 
-def _band_note(own: str) -> str:
+def _band_note(family: str) -> str:
     """The gain of a proportional band in %."""
-    spans = {"span": "", "percent": " * 100 / PV span", "engineering": " * output span / PV span"}[_counted_in(own)]
-    return f"100 / proportional band{spans} is the gain, in {GAIN_UNITS[own]}"
+    spans = {"span": "", "percent": " * 100 / PV span", "engineering": " * output span / PV span"}[_gain_unit(family)]
+    return f"100 / proportional band{spans} is the gain, in {GAIN_UNITS[family]}"
 
 
-def _number_note(keys: Sequence[str], owners: Sequence[str], own: str) -> str:
+def _number_note(keys: Sequence[str], owners: Sequence[str], family: str) -> str:
     """What to know of the number of a key of other families."""
     if keys == DIRECTION:
         others: dict[str, list[str]] = {}
         for owner in owners:
             others.setdefault(_heating_text(owner), []).append(owner)
         notes = "".join(f"{text} in {' and '.join(names)}, " for text, names in others.items())
-        return f"Heating is {notes}{_heating_text(own)} here"
-    if keys == GAIN:
-        notes = "".join(f"; {owner}: {GAIN_UNITS[owner]}, {_gain_factor(owner, own)}" for owner in owners)
-        return f"Here it is in {GAIN_UNITS[own]}{notes}"
-    if keys == SAMPLE:
-        unit = SAMPLE_UNITS.get(own)
+        return f"Heating is {notes}{_heating_text(family)} here"
+    if keys == GAIN_KEYS:
+        notes = "".join(f"; {owner}: {GAIN_UNITS[owner]}, {_gain_factor(owner, family)}" for owner in owners)
+        return f"Here it is in {GAIN_UNITS[family]}{notes}"
+    if keys == SAMPLE_KEYS:
+        unit = SAMPLE_UNITS.get(family)
         return f"A bare number is in {unit} here" if unit else "Write it with its unit here, as in 500 ms"
     return ""
 
 
-def _gain_factor(owner: str, own: str) -> str:
+def _gain_factor(owner: str, family: str) -> str:
     """What the gain of another family is times, to be one here."""
-    there, here = _counted_in(owner), _counted_in(own)
-    if (there == "span") != (here == "span"):
-        return "times PV span / output span" if here == "span" else "times output span / PV span"
-    return "the same number if the output is in %" if "percent" in {there, here} else "the same number"
+    owner_unit, own_unit = _gain_unit(owner), _gain_unit(family)
+    if (owner_unit == "span") != (own_unit == "span"):
+        return "times PV span / output span" if own_unit == "span" else "times output span / PV span"
+    return "the same number if the output is in %" if "percent" in {owner_unit, own_unit} else "the same number"
 
 
-def _counted_in(family: str) -> GainUnit:
+def _gain_unit(family: str) -> GainUnit:
     """What the gain of a family is counted in."""
     return tables_of(VENDORS[family]).TUNED.gain_unit
 
@@ -192,16 +196,16 @@ def _heating_text(family: str) -> str:
 # which names the key's: nothing is ever converted. So does any unit of a key that the PLC holds in counts, where the
 # loop gives no range that makes counts of it.
 
-WRONG_TYPE = "PID022"
-NO_SCALE = "PID039"
-RANGES = ("range", "input_range")
-SAME_UNITS = {"°C": "degC", "℃": "degC", "°F": "degF", "℉": "degF", "degK": "K", "°": "deg"}
+WRONG_TYPE_CODE = "PID022"
+NO_RANGE_CODE = "PID039"
+RANGE_KEYS = ("range", "input_range")
+UNIT_SPELLINGS = {"°C": "degC", "℃": "degC", "°F": "degF", "℉": "degF", "degK": "K", "°": "deg"}
 """Spellings of one unit."""
-OPEN_UNIT = re.compile(" or |, ")
+VARIABLE_UNIT = re.compile(" or |, ")
 """Stands in a unit that depends on another setting."""
 
 
-def without_own_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Document:
+def strip_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Document:
     """The document with the number alone wherever a refused value carries the unit of its key."""
     data: Any = doc.data
     for path, stated in _stated_numbers(vendor, doc, errors):
@@ -210,20 +214,20 @@ def without_own_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic
     return doc if data is doc.data else replace(doc, data=data)
 
 
-def in_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> list[Diagnostic]:
+def explain_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> list[Diagnostic]:
     """The errors, with what is wrong with the unit that a value carries."""
-    return [_in_key_unit(vendor, doc, error) for error in errors]
+    return [_explain_unit(vendor, doc, error) for error in errors]
 
 
-def _in_key_unit(vendor: Vendor, doc: Document, error: Diagnostic) -> Diagnostic:
+def _explain_unit(vendor: Vendor, doc: Document, error: Diagnostic) -> Diagnostic:
     stated = (number for path, number in _stated_numbers(vendor, doc, [error]) if path[: len(error.path)] == error.path)
-    unfit = next((number for number in stated if not number.is_in_key_unit), None)
-    if unfit is None:
+    misfit = next((number for number in stated if not number.is_in_key_unit), None)
+    if misfit is None:
         return error
-    if unfit.side_without_range is None:
-        return replace(error, help=unfit.cure)
+    if misfit.side_without_range is None:
+        return replace(error, help=misfit.cure)
     key = next(step for step in reversed(error.path) if isinstance(step, str))
-    return replace(error, help=unfit.cure, code=NO_SCALE, message=f"{key} is {unfit.text}, {unfit.fault}")
+    return replace(error, help=misfit.cure, code=NO_RANGE_CODE, message=f"{key} is {misfit.text}, {misfit.fault}")
 
 
 def with_numbers(doc: Document, numbers: Mapping[Path, str]) -> Document:
@@ -296,15 +300,15 @@ def side_without_range(vendor: Vendor, loop: object, path: Path) -> str | None:
 def _stated_numbers(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iterator[tuple[Path, StatedNumber]]:
     """The refused numbers with a unit whose key has one, too; with one end of a pair the other one."""
     for d in errors:
-        if d.code != WRONG_TYPE or len(d.path) < 3 or d.path[0] != "loops":
+        if d.code != WRONG_TYPE_CODE or len(d.path) < 3 or d.path[0] != "loops":
             continue
-        place = d.path[:-1] if isinstance(d.path[-1], int) else d.path
-        value = value_at(doc.data, place)
+        value_path = d.path[:-1] if isinstance(d.path[-1], int) else d.path
+        value = value_at(doc.data, value_path)
         items = enumerate(value) if isinstance(value, list) else [(None, value)]
         for i, item in items:
             if not isinstance(item, str) or range_cure(item) is not None:
                 continue
-            path = place if i is None else (*place, i)
+            path = value_path if i is None else (*value_path, i)
             stated = stated_number(vendor, value_at(doc.data, path[:2]), path[2:], item)
             if stated is not None:
                 yield path, stated
@@ -325,10 +329,10 @@ def _unit_sides(unit: str) -> list[str]:
 def _unit_of(vendor: Vendor, loop: object, path: Path) -> str | None:
     """The unit of a key in the loop's own words; None where it has none, or the loop does not say it."""
     units = units_of(loop)
-    if len(path) > 1 and path[1] in RANGES:
+    if len(path) > 1 and path[1] in RANGE_KEYS:
         return units.get(str(path[0]))
     unit = _table_unit(vendor, path)
-    if unit is None or OPEN_UNIT.search(unit):
+    if unit is None or VARIABLE_UNIT.search(unit):
         return None
     return unit_text(unit, units) if set(_unit_sides(unit)) <= set(units) else None
 
@@ -336,7 +340,7 @@ def _unit_of(vendor: Vendor, loop: object, path: Path) -> str | None:
 def _normal_unit(unit: str) -> str:
     """A unit in one spelling, without blanks around its signs."""
     unit = re.sub(r"\s*/\s*", "/", unit.strip())
-    return "/".join(SAME_UNITS.get(part, part) for part in unit.split("/"))
+    return "/".join(UNIT_SPELLINGS.get(part, part) for part in unit.split("/"))
 
 
 def _with_value(data: Any, path: Path, value: object) -> Any:

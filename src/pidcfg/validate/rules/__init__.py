@@ -73,21 +73,21 @@ D945 = Decision(
 )
 
 ROUNDING_WARNING = Decimal("0.01")
-SHOWN_PERCENT = Decimal("0.1")
+MIN_SHOWN_PERCENT = Decimal("0.1")
 AnyContext: TypeAlias = "Context[Any, Encoding]"
 
 
 @cache
-def plan(model: type[BaseModel]) -> tuple[tuple[tuple[str, Limits], ...], tuple[str, ...]]:
+def fields_with_limits(model: type[BaseModel]) -> tuple[tuple[tuple[str, Limits], ...], tuple[str, ...]]:
     """What there is to look at in a model: its fields with limits, and its fields that hold further models."""
-    limited, deeper = [], []
+    limited_fields, nested_fields = [], []
     for name, field in model.model_fields.items():
         limits = next((m for m in (*field.metadata, *_metadata(field.annotation)) if isinstance(m, Limits)), None)
         if limits is not None:
-            limited.append((name, limits))
+            limited_fields.append((name, limits))
         elif any(isinstance(t, type) and issubclass(t, BaseModel) for t in _types(field.annotation)):
-            deeper.append(name)
-    return tuple(limited), tuple(deeper)
+            nested_fields.append(name)
+    return tuple(limited_fields), tuple(nested_fields)
 
 
 def _metadata(annotation: object) -> Iterator[object]:
@@ -102,40 +102,40 @@ def _types(annotation: object) -> Iterator[object]:
         yield from _types(inner)
 
 
-def beyond_limits(model: BaseModel, path: Path) -> Iterator[tuple[Path, Decimal, Limits]]:
+def find_outliers(model: BaseModel, path: Path) -> Iterator[tuple[Path, Decimal, Limits]]:
     """Every number of a model that lies outside the limits of its field."""
-    limited, deeper = plan(type(model))
-    for name, limits in limited:
+    limited_fields, nested_fields = fields_with_limits(type(model))
+    for name, limits in limited_fields:
         value = getattr(model, name)
         if isinstance(value, Decimal | int) and not limits.holds(Decimal(value)):
             yield (*path, name), Decimal(value), limits
-    for name in deeper:
+    for name in nested_fields:
         value = getattr(model, name)
         if isinstance(value, tuple):
             for i, inner in enumerate(value):
-                yield from beyond_limits(inner, (*path, name, i))
+                yield from find_outliers(inner, (*path, name, i))
         elif value is not None:
-            yield from beyond_limits(value, (*path, name))
+            yield from find_outliers(value, (*path, name))
 
 
 def _numbers_outside_limits(context: AnyContext) -> Iterator[tuple[Path, Decimal, Limits]]:
     """Every number outside the limits of its field, as the register holds it."""
-    outside = list(beyond_limits(context.config, ()))
-    stored = dict(context.encoding.rounded) if outside else {}
+    outside = list(find_outliers(context.config, ()))
+    rounded_by_path = dict(context.encoding.rounded) if outside else {}
     for path, value, limits in outside:
-        rounded = stored.get(path)
+        rounded = rounded_by_path.get(path)
         if rounded is None or rounded.value != value or not limits.holds(rounded.stored):
             yield path, value, limits
 
 
 def _range_text(low: Decimal | str | None, high: Decimal | str | None, unit: str) -> str:
-    shown = [number_text(Decimal(end)) if end is not None else None for end in (low, high)]
+    texts = [number_text(Decimal(end)) if end is not None else None for end in (low, high)]
     suffix = f" {unit}" if unit else ""
-    if shown[0] is None or shown[1] is None:
-        return f"at least {shown[0]}{suffix}" if shown[1] is None else f"at most {shown[1]}{suffix}"
-    if shown[0] == shown[1]:
-        return f"{shown[0]}{suffix}"
-    return f"{shown[0]} to {shown[1]}{suffix}"
+    if texts[0] is None or texts[1] is None:
+        return f"at least {texts[0]}{suffix}" if texts[1] is None else f"at most {texts[1]}{suffix}"
+    if texts[0] == texts[1]:
+        return f"{texts[0]}{suffix}"
+    return f"{texts[0]} to {texts[1]}{suffix}"
 
 
 @error("PID101", D09, "{key} is {value}{unit}; allowed is {allowed}")
@@ -147,7 +147,7 @@ def value_out_of_range(context: AnyContext) -> Findings:
     Fix: choose a value inside the limits.
     """
     for path, value, limits in _numbers_outside_limits(context):
-        if path in context.explained:
+        if path in context.explained_paths:
             continue
         unit = f" {limits.unit}" if limits.unit else ""
         allowed = _range_text(limits.low, limits.high, limits.unit)
@@ -158,8 +158,10 @@ def value_out_of_range(context: AnyContext) -> Findings:
 def _misfits(context: AnyContext, fault: str) -> Iterator[tuple[Path, Misfit]]:
     """What a register cannot hold for one reason, unless it already breaks the manual's own limits or has a rule."""
     misfits = [(path, misfit) for path, misfit in context.encoding.misfits if misfit.error.fault == fault]
-    reported = {*context.explained, *(path for path, _, _ in beyond_limits(context.config, ()))} if misfits else set()
-    yield from ((path, misfit) for path, misfit in misfits if all(place[: len(path)] != path for place in reported))
+    paths = (
+        {*context.explained_paths, *(path for path, _, _ in find_outliers(context.config, ()))} if misfits else set()
+    )
+    yield from ((path, misfit) for path, misfit in misfits if all(place[: len(path)] != path for place in paths))
 
 
 def unit_of(context: AnyContext, path: Path, found: Misfit | Rounded) -> str:
@@ -206,24 +208,24 @@ def _scale_cure(context: AnyContext, path: Path, misfit: Misfit) -> str:
     if not isinstance(part, BaseModel):
         return cure
     has_range = getattr(part, "range", None) is not None
-    if scale == "sp" and getattr(part, "square_root", False) and _is_no_root(misfit, has_range=has_range):
+    if scale == "sp" and getattr(part, "square_root", False) and _looks_unrooted(misfit, has_range=has_range):
         return _root_cure(misfit.value, has_range=has_range)
-    useless = set() if has_range else {"range"} | ({"counts"} if _is_below(misfit) else set())
+    useless = set() if has_range else {"range"} | ({"counts"} if _is_too_low(misfit) else set())
     keys = [key for key in SCALE_KEYS if key in type(part).model_fields and key not in useless]
     changes = " or ".join(f"`{side}.{key}`{SCALE_KEYS[key]}" for key in keys)
     return f"{cure}, or set {changes}" if changes else cure
 
 
-def _is_below(misfit: Misfit) -> bool:
+def _is_too_low(misfit: Misfit) -> bool:
     """Whether a number is less than its register holds."""
     low, value = misfit.error.low, getattr(misfit.value, "value", misfit.value)
     return low is not None and isinstance(value, Decimal) and value < low
 
 
-def _is_no_root(misfit: Misfit, *, has_range: bool) -> bool:
+def _looks_unrooted(misfit: Misfit, *, has_range: bool) -> bool:
     """Whether raw counts of the PV seem to stand where the root of them is compared."""
     is_place = isinstance(getattr(misfit.word, "codec", None), Position)
-    return is_place and not _is_below(misfit) and (misfit.value.counts or not has_range)
+    return is_place and not _is_too_low(misfit) and (misfit.value.counts or not has_range)
 
 
 def _root_cure(number: Quantity, *, has_range: bool) -> str:
@@ -248,7 +250,7 @@ def rounds_onto_off_code(context: AnyContext) -> Findings:
         )
 
 
-WHOLE_CURES = {
+FRACTION_FIXES = {
     "INT": "round it, or take the block whose parameters are REAL",
     "TIME": "write whole milliseconds",
 }
@@ -265,7 +267,7 @@ def fractional_counts(context: AnyContext) -> Findings:
     """
     for path, misfit in _misfits(context, "form"):
         kind = getattr(misfit.word, "type", None)
-        fix = WHOLE_CURES.get(getattr(kind, "name", ""))
+        fix = FRACTION_FIXES.get(getattr(kind, "name", ""))
         yield Finding(path, {"field": misfit.word.name, "value": _short_text(misfit.value)}, fix=fix)
 
 
@@ -277,15 +279,15 @@ def rounded_value(context: AnyContext) -> Findings:
 
     Fix: write the stored value if it will do; otherwise change the unit or the sample rate so that more digits count.
     """
-    all_outside = {path for path, _, _ in beyond_limits(context.config, ())} if context.encoding.rounded else set()
-    outside = {path for path, _, _ in _numbers_outside_limits(context)} if all_outside else set()
-    into_limits = all_outside - outside
+    written_outside = {path for path, _, _ in find_outliers(context.config, ())} if context.encoding.rounded else set()
+    stored_outside = {path for path, _, _ in _numbers_outside_limits(context)} if written_outside else set()
+    moved_inside = written_outside - stored_outside
     for path, rounded in context.encoding.rounded:
         tolerance = getattr(rounded.word.codec, "tolerance", ROUNDING_WARNING)
         far = abs(rounded.stored - rounded.value) > tolerance * abs(rounded.value)
-        if rounded.value and path not in outside and (far or path in into_limits):
+        if rounded.value and path not in stored_outside and (far or path in moved_inside):
             percent = abs(rounded.stored / rounded.value - 1) * 100
-            shown = f"{percent:.1f}" if percent >= SHOWN_PERCENT else f"less than {SHOWN_PERCENT}"
+            shown = f"{percent:.1f}" if percent >= MIN_SHOWN_PERCENT else f"less than {MIN_SHOWN_PERCENT}"
             unit = unit_of(context, path, rounded)
             yield make_finding(
                 *path,
@@ -378,7 +380,7 @@ def same_name_but_for_capitals(context: AnyContext) -> Findings:
     for loops in groups.values():
         for i, name in loops:
             others = tuple(dict.fromkeys(other for _, other in loops if other != name))
-            if others and ("loops", i, "name") not in context.explained:
+            if others and ("loops", i, "name") not in context.explained_paths:
                 yield make_finding("loops", i, "name", name=name, other=list_names(others)).with_other_loops(*others)
 
 
@@ -402,7 +404,7 @@ def action_against_words(context: AnyContext) -> Findings:
     for i, loop in enumerate(context.config.loops):
         purpose, action = purpose_of(loop), action_of(vendor, loop)
         path = None if action is None else ("loops", i, action.key)
-        if purpose is None or action is None or action.raises_pv is purpose.heats or path in context.explained:
+        if purpose is None or action is None or action.raises_pv is purpose.heats or path in context.explained_paths:
             continue
         way = "rises" if action.raises_pv else "falls"
         yield make_finding(
@@ -411,14 +413,14 @@ def action_against_words(context: AnyContext) -> Findings:
             action.key,
             here=action.own_text,
             way=way,
-            place=purpose.place,
+            place=purpose.key,
             word=purpose.word,
             purpose=purpose.text,
             other=action.opposite_text,
         )
 
 
-PULSES = {
+PULSE_PERIODS = {
     "click": ("loops", "output.pwm.period", "s"),
     "ezlogix": ("loops", "output.pulse.cycle_time", "s"),
     "nextopid": ("blocks", "Period", "cycles"),
@@ -437,9 +439,9 @@ def pulses_of_one_period(context: AnyContext) -> Findings:
     Fix: begin the periods apart, of four outputs by a quarter of the period; where the program cannot, size the supply
     for all outputs at once, or take periods that differ.
     """
-    if context.config.vendor not in PULSES:
+    if context.config.vendor not in PULSE_PERIODS:
         return
-    items, key, unit = PULSES[context.config.vendor]
+    items, key, unit = PULSE_PERIODS[context.config.vendor]
     path = key.split(".")
     periods = [value_at(i, path) if hasattr(i, path[0]) else None for i in getattr(context.config, items)]
     counts = Counter(periods)
@@ -482,8 +484,8 @@ D954 = Decision(
 )
 CV_FULL = 4095
 """Counts of an EZLogix's control value at 100 %."""
-LEAST = Decimal("0.01")
-SWITCH = Decimal("0.0125")
+MIN_PERCENT = Decimal("0.01")
+SWITCH_ERROR_SHARE = Decimal("0.0125")
 """Of the PV's range: the error that is driven through the whole output."""
 
 # --- Where each vendor has its scales, and what an error makes of the output ------------------------------------------
@@ -491,10 +493,10 @@ SWITCH = Decimal("0.0125")
 
 def _number_pair(loop: object, *keys: str) -> Ends | None:
     """Two numbers under one key or two; None where they are not given, are counts, or an expression."""
-    held = [value_at(loop, key.split(".")) for key in keys]
+    values = [value_at(loop, key.split(".")) for key in keys]
     ends = [
         end.value if isinstance(end, Quantity) and not end.counts else end
-        for end in (held[0] if len(keys) == 1 else held) or ()
+        for end in (values[0] if len(keys) == 1 else values) or ()
     ]
     return (ends[0], ends[1]) if len(ends) == 2 and all(isinstance(end, Decimal) for end in ends) else None
 
@@ -506,16 +508,16 @@ class Scales:
     gain: str
     pv: tuple[str, ...] = ("pv.range",)
     limits: tuple[str, ...] = ("output.limits",)
-    plain: Callable[[Any], bool] = lambda _: True
+    is_linear: Callable[[Any], bool] = lambda _: True
     """Whether the proportional term is the gain times the error."""
-    whole: Ends | None = None
+    fixed_output_range: Ends | None = None
     """The output's range, where it is the same for all loops."""
 
     def output(self, loop: Any) -> Ends | None:
         """What 0 % and 100 % of the output are; None: the file does not say."""
-        return self.whole or _number_pair(loop, "output.range")
+        return self.fixed_output_range or _number_pair(loop, "output.range")
 
-    def share(self, loop: object) -> Decimal | None:
+    def normalized_gain(self, loop: object) -> Decimal | None:
         """Output ranges that an error of the whole PV range makes; None: the file does not say, or not by a gain."""
         gain, pv, output = (
             value_at(loop, self.gain.split(".")),
@@ -527,43 +529,43 @@ class Scales:
             or pv is None
             or output is None
             or output[0] == output[1]
-            or not self.plain(loop)
+            or not self.is_linear(loop)
         ):
             return None
         return abs(EXACT_CONTEXT.divide(EXACT_CONTEXT.multiply(gain, pv[1] - pv[0]), output[1] - output[0]))
 
 
-class Shares(Scales):
+class Dl06Scales(Scales):
     """Those of a DL06, whose gain is ranges per range, whatever the units are."""
 
-    def share(self, loop: object) -> Decimal | None:
+    def normalized_gain(self, loop: object) -> Decimal | None:
         """The gain itself."""
-        return Decimal(value_at(loop, self.gain.split("."))) if self.plain(loop) else None
+        return Decimal(value_at(loop, self.gain.split("."))) if self.is_linear(loop) else None
 
 
-class Counts(Scales):
+class EzlogixScales(Scales):
     """Those of an EZLogix, whose gain is in counts of the CV per count of the PV."""
 
-    def share(self, loop: Any) -> Decimal | None:
+    def normalized_gain(self, loop: Any) -> Decimal | None:
         """The gain times the PV's counts, as a share of the CV's."""
         low, high = loop.pv.counts or (0, CV_FULL)
         gain: Decimal = loop.tuning.proportional_gain
-        return gain * (high - low) / CV_FULL if self.plain(loop) else None
+        return gain * (high - low) / CV_FULL if self.is_linear(loop) else None
 
 
 SCALES: Mapping[str, Scales] = {
-    "dl06": Shares("tuning.gain", plain=lambda loop: loop.error.curve == "linear"),
-    "click": Scales("", whole=(Decimal(0), Decimal(100))),
-    "ezlogix": Counts("tuning.proportional_gain", plain=lambda loop: not loop.pv.square_root),
+    "dl06": Dl06Scales("tuning.gain", is_linear=lambda loop: loop.error.curve == "linear"),
+    "click": Scales("", fixed_output_range=(Decimal(0), Decimal(100))),
+    "ezlogix": EzlogixScales("tuning.proportional_gain", is_linear=lambda loop: not loop.pv.square_root),
     "nextopid": Scales(
         "Kp", ("MinPV", "MaxPV"), ("MinMV", "MaxMV"), lambda loop: loop.DisableP is False or loop.Indep is True
     ),
     "dpide": Scales("Kc_Kp", limits=("MV_MIN", "MV_MAX")),
-    "generic": Scales("tuning.gain", plain=lambda loop: loop.tuning.proportional and not loop.pv.square_root),
+    "generic": Scales("tuning.gain", is_linear=lambda loop: loop.tuning.proportional and not loop.pv.square_root),
 }
 
 
-def _loops(context: AnyContext) -> Iterator[tuple[int, Any, Scales]]:
+def _gain_loops(context: AnyContext) -> Iterator[tuple[int, Any, Scales]]:
     """The loops with gains, their places and keys; of a NextoPID what its parameters hold in the first scan."""
     scales = SCALES[context.config.vendor]
     key = scales.limits[0].partition(".")[0]
@@ -591,26 +593,26 @@ def gain_like_a_switch(context: AnyContext) -> Findings:
     carried over from a PLC that counts it in other units, and that 9999 was not typed for 1.00.
     """
     switches = [
-        (i, loop, scales, share) for i, loop, scales in _loops(context) if (share := _switch_share(loop, scales))
+        (i, loop, scales, ratio) for i, loop, scales in _gain_loops(context) if (ratio := _switch_gain(loop, scales))
     ]
     misfits = {path[:2] for path, _ in context.encoding.misfits}
-    refused = {path for path, _, _ in beyond_limits(context.config, ())} if switches else set()
-    for i, loop, scales, share in switches:
+    refused_paths = {path for path, _, _ in find_outliers(context.config, ())} if switches else set()
+    for i, loop, scales, ratio in switches:
         keys = scales.gain.split(".")
-        if ("loops", i, *keys) not in refused and ("loops", i) not in misfits:
+        if ("loops", i, *keys) not in refused_paths and ("loops", i) not in misfits:
             gain = number_text(value_at(loop, keys))
-            yield make_finding("loops", i, *keys, field=keys[-1], gain=gain, error=_percent_text(100 / share))
+            yield make_finding("loops", i, *keys, field=keys[-1], gain=gain, error=_percent_text(100 / ratio))
 
 
-def _switch_share(loop: Any, scales: Scales) -> Decimal | None:
-    """`Scales.share` of a loop whose gain is that of a switch."""
-    share = scales.share(loop) if scales.gain else None
-    return share if share is not None and share * SWITCH >= 1 else None
+def _switch_gain(loop: Any, scales: Scales) -> Decimal | None:
+    """`Scales.normalized_gain` of a loop whose gain is that of a switch."""
+    gain = scales.normalized_gain(loop) if scales.gain else None
+    return gain if gain is not None and gain * SWITCH_ERROR_SHARE >= 1 else None
 
 
 def _percent_text(value: Decimal) -> str:
     """A small number of percent, without an exponent."""
-    return "less than 0.01" if value < LEAST else f"{float(value):.3g}"
+    return "less than 0.01" if value < MIN_PERCENT else f"{float(value):.3g}"
 
 
 @warning("PID112", D954, "the output stays between {low} and {high}, the two numbers of the PV's range, of {scale}")
@@ -622,7 +624,7 @@ def output_limits_are_the_pv_range(context: AnyContext) -> Findings:
 
     Fix: write the limits in the unit of the output, such as 0 to 100 %.
     """
-    for i, loop, scales in _loops(context):
+    for i, loop, scales in _gain_loops(context):
         limits, pv, output = _number_pair(loop, *scales.limits), _number_pair(loop, *scales.pv), scales.output(loop)
         if limits is None or output is None or limits != pv or limits[0] >= limits[1]:
             continue

@@ -78,7 +78,7 @@ def output_limits_outside_range(view: LoopView) -> Findings:
     """
     for i, end in enumerate(view.loop.output.limits or ()):
         yield from outside_limits_findings(
-            view, "output", "limits", i, value=end, limits=view.loop.output.range, shown=view.out
+            view, "output", "limits", i, value=end, limits=view.loop.output.range, quote=view.out
         )
 
 
@@ -93,7 +93,7 @@ def set_point_limits_outside_range(view: LoopView) -> Findings:
     """
     for i, end in enumerate(view.loop.setpoint.limits or ()):
         yield from outside_limits_findings(
-            view, "setpoint", "limits", i, value=end, limits=view.loop.pv.range, shown=view.pv
+            view, "setpoint", "limits", i, value=end, limits=view.loop.pv.range, quote=view.pv
         )
 
 
@@ -109,7 +109,7 @@ def set_point_out_of_reach(view: LoopView) -> Findings:
     """
     value, limits = view.loop.setpoint.value, view.loop.setpoint.limits
     ends, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
-    yield from outside_limits_findings(view, "setpoint", "value", value=value, limits=ends, shown=view.pv, what=what)
+    yield from outside_limits_findings(view, "setpoint", "value", value=value, limits=ends, quote=view.pv, what=what)
 
 
 @per_loop
@@ -123,7 +123,7 @@ def bias_outside_limits(view: LoopView) -> Findings:
     Fix: write a bias between the limits; it is in units of the output.
     """
     bias = view.loop.output.bias or None
-    yield from outside_limits_findings(view, "output", "bias", value=bias, limits=view.limits, shown=view.out)
+    yield from outside_limits_findings(view, "output", "bias", value=bias, limits=view.limits, quote=view.out)
 
 
 @per_loop
@@ -136,7 +136,7 @@ def manual_outside_limits(view: LoopView) -> Findings:
     Fix: write a value between the limits; it is in units of the output.
     """
     manual = view.loop.output.manual
-    yield from outside_limits_findings(view, "output", "manual", value=manual, limits=view.limits, shown=view.out)
+    yield from outside_limits_findings(view, "output", "manual", value=manual, limits=view.limits, quote=view.out)
 
 
 @per_loop
@@ -347,7 +347,7 @@ def alarm_point_outside_range(view: LoopView) -> Findings:
     for name, value in given_points(view.loop.alarms.pv, PV_POINTS):
         place = ("alarms", "pv", name)
         yield from outside_limits_findings(
-            view, *place, value=value, limits=view.loop.pv.range, shown=view.pv, name=name
+            view, *place, value=value, limits=view.loop.pv.range, quote=view.pv, name=name
         )
 
 

@@ -13,11 +13,11 @@ from pidcfg.validate.rules.click.setup import ClickContext, LoopView
 from pidcfg.validate.rules.click.signals import limited_setpoint, setpoint_in_file
 from pidcfg.validate.shared_checks import (
     PV_POINTS,
-    alarm_beyond,
+    exceeded_alarm,
     list_names,
     neighbours_out_of_order,
     number_text,
-    value_or_switch,
+    value_or_switch_key,
 )
 
 # --- Alarm points: their order, what is missing, and points that trip always or never ---------------------------------
@@ -181,7 +181,7 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
     if setpoint is None:
         return
     setpoint = limited_setpoint(view, setpoint)
-    alarm = alarm_beyond(view, setpoint)
+    alarm = exceeded_alarm(view, setpoint)
     if alarm is not None:
         yield view.report("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.quote(f"pv_{alarm}"))
 
@@ -373,7 +373,7 @@ def rate_of_change_alarm_always_on(view: LoopView) -> Findings:
     """
     limit = view.register_value("rate_of_change")
     if view.rate_alarm_on and limit is not None and limit <= 0:
-        key = value_or_switch(view.loop.alarms, "rate_of_change")
+        key = value_or_switch_key(view.loop.alarms, "rate_of_change")
         yield view.report("alarms", key, value=rate_text(view))
 
 

@@ -12,7 +12,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.setup import NO_LIMIT, LoopView
-from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, outside_limits_findings, value_or_switch
+from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, outside_limits_findings, value_or_switch_key
 
 # --- The process variable: its range and its filter -------------------------------------------------------------------
 
@@ -83,7 +83,7 @@ def filter_without_effect(view: LoopView) -> Findings:
     if view.pv_filter_on and view.register_value("filter") == NO_LIMIT:
         yield view.report(
             "pv",
-            value_or_switch(pv, "filter"),
+            value_or_switch_key(pv, "filter"),
             value="no constant, which is 100 %" if pv.filter is None else "100 %",
         )
 
@@ -289,7 +289,7 @@ def setpoint_outside_range(view: LoopView) -> Findings:
     value = setpoint_in_file(view)
     kept = None if value is None else limited_setpoint(view, value)
     yield from outside_limits_findings(
-        view, "setpoint", "value", value=kept, limits=view.process_range, shown=view.eu, units=NUMBER_FIELDS
+        view, "setpoint", "value", value=kept, limits=view.process_range, quote=view.eu, units=NUMBER_FIELDS
     )
 
 
@@ -317,7 +317,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Findings:
                 f"{end}_limit",
                 value=value,
                 limits=limits,
-                shown=view.eu,
+                quote=view.eu,
                 units=NUMBER_FIELDS,
                 end=end,
             )

@@ -10,7 +10,7 @@ from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.click.setup import NO_INTEGRAL, NO_LIMIT, LoopView
 from pidcfg.validate.rules.click.signals import limited_setpoint, setpoint_in_file
-from pidcfg.validate.shared_checks import number_text, value_or_switch
+from pidcfg.validate.shared_checks import number_text, value_or_switch_key
 
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 
@@ -241,7 +241,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Findings:
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if view.derivative_limit_on and not limit and loop.tuning.derivative_gain > 0:
-        key = value_or_switch(loop, "derivative_gain_limit")
+        key = value_or_switch_key(loop, "derivative_gain_limit")
         yield view.report(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
 
 
@@ -494,7 +494,7 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
     width, setpoint = deadband_half_width(view), setpoint_in_file(view)
     if width is not None and (view.span is None or width < view.span):
         setpoint = None if setpoint is None else limited_setpoint(view, setpoint)
-        alarm = shared_checks.alarm_within(view, width, setpoint, ("deviation", "deviation_high"))
+        alarm = shared_checks.nearby_alarm(view, width, setpoint, ("deviation", "deviation_high"))
         if alarm is not None:
             yield view.report(
                 "error", "deadband", width=four_digits_text(view, width), alarm=alarm[0], limit=view.distance(alarm[1])

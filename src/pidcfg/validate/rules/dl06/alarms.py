@@ -35,12 +35,12 @@ from pidcfg.validate.shared_checks import (
     PV_POINTS,
     Context,
     SwitchedView,
-    alarm_beyond,
     all_or_none,
+    exceeded_alarm,
     list_names,
     neighbours_out_of_order,
     number_text,
-    value_or_switch,
+    value_or_switch_key,
 )
 
 WORDS = {word.name: word for word in LOOP_TABLE.words}
@@ -232,7 +232,7 @@ class Dl06Context(Context[Dl06File, Encoding]):
         return tuple((self.loops[m], self.loops[i]) for m, i in pairs if m is not None and m != i)
 
     @cached_property
-    def explained(self) -> frozenset[Path]:
+    def explained_paths(self) -> frozenset[Path]:
         """Places whose limits a rule of the DL06's own explains better than the rules for every vendor."""
         resets = {
             ("loops", view.index, "tuning", "reset")
@@ -408,7 +408,7 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Findings:
     if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
         yield view.report(
             "alarms",
-            value_or_switch(view.loop.alarms, "rate_of_change"),
+            value_or_switch_key(view.loop.alarms, "rate_of_change"),
             value=rate_text(view),
             exact=f"{float(rate_in_counts(view)):.2g}",
             sample=decimal_text(view.loop.sample_rate),
@@ -512,7 +512,7 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
     if view.loop.setpoint.value is None or setpoint is None:
         return
     raw = view.pv_counts_at(setpoint)
-    alarm = alarm_beyond(view, raw)
+    alarm = exceeded_alarm(view, raw)
     if alarm is not None:
         squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
         yield view.report(

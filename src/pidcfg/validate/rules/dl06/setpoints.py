@@ -14,7 +14,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
 from pidcfg.text.signs import same_word
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
-from pidcfg.validate.shared_checks import alarm_beyond, find_circles, find_shared_keys, list_names, report_at_both
+from pidcfg.validate.shared_checks import exceeded_alarm, find_circles, find_shared_keys, list_names, report_at_both
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import Output, Pv
@@ -637,7 +637,7 @@ def ramp_target_in_alarm(view: LoopView) -> Findings:
     Fix: move the alarm beyond the highest (or lowest) step of the profile.
     """
     for pair in pairs_until_end(view):
-        alarm = None if pair.target is None else alarm_beyond(view, view.pv_counts_at(pair.target))
+        alarm = None if pair.target is None else exceeded_alarm(view, view.pv_counts_at(pair.target))
         if alarm is not None:
             value = view.text(pair.step.ramp_to, "sp", pair.target)
             yield view.report(

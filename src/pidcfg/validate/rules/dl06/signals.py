@@ -13,7 +13,7 @@ from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView
 from pidcfg.validate.rules.dl06.setup import source_of
-from pidcfg.validate.shared_checks import D955, PV_POINTS, crossed_set_points, report_at_both, value_or_switch
+from pidcfg.validate.shared_checks import D955, PV_POINTS, crossed_set_points, report_at_both, value_or_switch_key
 
 # --- The PV's low-pass filter -----------------------------------------------------------------------------------------
 
@@ -47,7 +47,7 @@ def filter_without_effect(view: LoopView) -> Findings:
     """
     pv = view.loop.pv
     if view.pv_filter_on and "filter" not in view.misfits and not MIN_TENTHS <= view.digits("filter") <= MAX_TENTHS:
-        key = value_or_switch(pv, "filter")
+        key = value_or_switch_key(pv, "filter")
         yield view.report("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
 
 
@@ -111,7 +111,7 @@ def filter_without_auto_transfer(view: LoopView) -> Findings:
     """
     pv = view.loop.pv
     if view.pv_filter_on and pv.transfer is None:
-        yield view.report("pv", value_or_switch(pv, "filter"), word=view.address_of("pv"))
+        yield view.report("pv", value_or_switch_key(pv, "filter"), word=view.address_of("pv"))
 
 
 # --- PV square-root extract: what it does to the scales of set point and alarms ---------------------------------------
@@ -411,7 +411,7 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
     width = view.counts("deadband")
     if view.deadband_on and width and not view.loop.pv.square_root:
         setpoint = None if view.loop.setpoint.value is None else view.counts("setpoint")
-        alarm = shared_checks.alarm_within(view, width, setpoint, ("yellow deviation", "deviation_yellow"))
+        alarm = shared_checks.nearby_alarm(view, width, setpoint, ("yellow deviation", "deviation_yellow"))
         if alarm is not None:
             yield view.report(
                 "error", "deadband", value=view.quote("deadband"), alarm=alarm[0], limit=view.distance(alarm[1])

@@ -11,7 +11,7 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate.rule import Finding, Findings, checklist, error, info, make_finding, per_loop, warning
 from pidcfg.validate.rules.dl06.alarms import NINES, Dl06Context, LoopView, counts_text
-from pidcfg.validate.shared_checks import number_text, value_or_switch
+from pidcfg.validate.shared_checks import number_text, value_or_switch_key
 
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 
@@ -256,7 +256,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Findings:
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if view.derivative_limit_on and not limit and loop.tuning.rate > 0:
-        key = value_or_switch(loop, "derivative_gain_limit")
+        key = value_or_switch_key(loop, "derivative_gain_limit")
         yield view.report(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
 
 

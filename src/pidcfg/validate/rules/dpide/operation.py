@@ -553,7 +553,7 @@ def set_point_outside_range(view: LoopView) -> Findings:
     """
     span, target = view.loop.pv.range, view.number("SV")
     yield from outside_limits_findings(
-        view, "SV", value=target, limits=span, shown=view.pv, units=("high",), field="sv"
+        view, "SV", value=target, limits=span, quote=view.pv, units=("high",), field="sv"
     )
 
 
@@ -618,7 +618,7 @@ def manual_output_outside_limits(view: LoopView) -> Findings:
         place = "MOUT" if view.gives("MOUT") else "PID_MAN"
         used = view.mv(min(max(mout, limits[0]), limits[1]))
         yield from outside_limits_findings(
-            view, place, value=mout, limits=limits, shown=view.mv, units=(), field="mout", used=used
+            view, place, value=mout, limits=limits, quote=view.mv, units=(), field="mout", used=used
         )
 
 
@@ -640,7 +640,7 @@ def feed_forward_outside_limits(view: LoopView) -> Findings:
     taken_up = view.loop.PID_MODE == BACK_CALCULATED and view.coefficient("Ti_Ki") > 0
     bias = view.number("BIAS") if view.gives("BIAS") and not taken_up else None
     yield from outside_limits_findings(
-        view, "BIAS", value=bias, limits=view.limits, shown=view.mv, units=(), field="bias"
+        view, "BIAS", value=bias, limits=view.limits, quote=view.mv, units=(), field="bias"
     )
 
 
@@ -656,7 +656,7 @@ def limits_beyond_output(view: LoopView) -> Findings:
     for key in ("MV_MAX", "MV_MIN"):
         limit, span = view.number(key), view.loop.output.range
         yield from outside_limits_findings(
-            view, key, value=limit, limits=span, shown=view.mv, units=("high",), field="limit", operand=key
+            view, key, value=limit, limits=span, quote=view.mv, units=("high",), field="limit", operand=key
         )
 
 

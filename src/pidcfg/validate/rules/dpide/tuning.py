@@ -102,7 +102,7 @@ class DpideContext(Context[DpideFile, ProgramEncoding]):
         return tuple(LoopView(i, loop, self.config.plc.interrupt_task) for i, loop in enumerate(self.config.loops))
 
     @property
-    def explained(self) -> frozenset[Path]:
+    def explained_paths(self) -> frozenset[Path]:
         """Places that a rule of DPIDE's own explains better: a direction that is not given."""
         return frozenset(("loops", view.index, "PID_DIR") for view in self.loops if not view.gives("PID_DIR"))
 

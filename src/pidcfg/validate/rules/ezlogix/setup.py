@@ -172,7 +172,7 @@ class EzlogixContext(Context[EzlogixFile, Encoding]):
         return frozenset(view.index for view in inner if view is not None)
 
     @cached_property
-    def explained(self) -> frozenset[Path]:
+    def explained_paths(self) -> frozenset[Path]:
         """Places whose limits a rule of EZLogix's own explains better than the rules for every vendor."""
         places: list[Path] = []
         for i, loop in enumerate(self.config.loops):

@@ -535,7 +535,7 @@ def offset_outside_limits(view: LoopView) -> Findings:
     if default or (offset == 0 and view.integrates):
         return
     yield from outside_limits_findings(
-        view, "output", "offset", value=offset, limits=limits, shown=view.cv, units=NUMBER_FIELDS, field="offset"
+        view, "output", "offset", value=offset, limits=limits, quote=view.cv, units=NUMBER_FIELDS, field="offset"
     )
 
 

@@ -573,7 +573,7 @@ class NextopidContext(ProgramContext):
         return LoopConnections(self)
 
     @cached_property
-    def explained(self) -> frozenset[Path]:
+    def explained_paths(self) -> frozenset[Path]:
         """Places whose limits a rule of NextoPID's own explains better than the rules for every vendor."""
         gains = (
             (*view.placed.place, key)
