@@ -22,7 +22,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules.click.alarms import resolution
-from pidcfg.validate.rules.click.setup import FORBIDDEN, LONGEST, ClickContext
+from pidcfg.validate.rules.click.setup import MAX_NICKNAME_LENGTH, REFUSED_CHARS, ClickContext
 from pidcfg.validate.rules.click.signals import time_constant
 
 ROOT = Path(__file__).parents[1]
@@ -202,8 +202,8 @@ def test_eight_loops_are_the_most(count):
 
 
 def test_the_limits_of_nicknames_are_those_of_the_package_that_writes_them():
-    assert NICKNAME_MAX_LENGTH == LONGEST
-    assert FORBIDDEN_CHARS == FORBIDDEN
+    assert NICKNAME_MAX_LENGTH == MAX_NICKNAME_LENGTH
+    assert FORBIDDEN_CHARS == REFUSED_CHARS
 
 
 @given(st.text("AbZ_-./# 09", min_size=1, max_size=30).filter(lambda s: s[0] not in " -./#" and s[-1] not in " -./"))

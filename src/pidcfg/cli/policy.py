@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pidcfg.cli.settings import Settings
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
-    from pidcfg.validate.baseline import Entry, Ignored
+    from pidcfg.validate.baseline import Entry, IgnoredFinding
     from pidcfg.validate.fixes import FixedFile
 
 # --- The triage of findings: what is reported, what comments, settings or a baseline set aside, and remarks on it -----
@@ -56,7 +56,7 @@ class Triage:
     """What is reported, what a comment ignores (with its reason), what the baseline knows, and remarks for stderr."""
 
     reported: list[Diagnostic]
-    ignored: list[Ignored] = field(default_factory=list)
+    ignored: list[IgnoredFinding] = field(default_factory=list)
     known: list[Diagnostic] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     set_aside: int = 0

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Data
     from pidcfg.text.reader import Reader
-    from pidcfg.validate.baseline import Ignored
+    from pidcfg.validate.baseline import IgnoredFinding
     from pidcfg.validate.engine import Checked
     from pidcfg.validate.fixes import FixedFile
 
@@ -136,7 +136,7 @@ class CheckResult:
     document: Document
     findings: tuple[Diagnostic, ...]
     """In the order of the file, without those that comments in it ignore."""
-    ignored: tuple[Ignored, ...] = ()
+    ignored: tuple[IgnoredFinding, ...] = ()
     """What ``# pidcfg: ignore[CODE] reason`` leaves out, each with its reason."""
     known: tuple[Diagnostic, ...] = ()
     """What the baseline knows."""
@@ -183,7 +183,7 @@ def check_loaded(document: Document, reader: Reader, settings: CheckSettings) ->
     from pidcfg.validate.catalog import is_chosen
 
     findings = check_any(document, reader)
-    ignored: list[Ignored] = []
+    ignored: list[IgnoredFinding] = []
     known: list[Diagnostic] = []
 
     def is_wanted(d: Diagnostic) -> bool:

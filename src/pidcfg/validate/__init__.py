@@ -55,14 +55,14 @@ def table_of(rows: list[RuleText]) -> str:
     return f"[\n{lines}\n]\n"
 
 
-def has_prefix(code: str, beginning: str) -> bool:
+def has_prefix(code: str, prefix: str) -> bool:
     """Whether a code has a prefix; the prefix that all codes once had, and any part of it, matches every code."""
-    return code.startswith(beginning) or PREFIX.startswith(beginning)
+    return code.startswith(prefix) or PREFIX.startswith(prefix)
 
 
-def list_texts(begin: str) -> dict[str, RuleText]:
+def list_texts(prefix: str) -> dict[str, RuleText]:
     """The texts of the rules whose codes have a prefix, in order."""
-    return {code: rule for code, rule in texts().items() if has_prefix(code, begin)}
+    return {code: rule for code, rule in texts().items() if has_prefix(code, prefix)}
 
 
 def as_data(rule: RuleText) -> dict[str, object]:

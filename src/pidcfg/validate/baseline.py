@@ -14,7 +14,7 @@ from pidcfg.text.document import Document
 from pidcfg.text.frozen import frozen
 from pidcfg.text.source import Comment, FindingLines, comments_in, read_document
 from pidcfg.text.writer import json_line
-from pidcfg.validate.catalog import ALL_LISTED, find_rules, is_ignorable, is_unusable, suggest_code
+from pidcfg.validate.catalog import RULES_HINT, find_rules, is_ignorable, is_unusable, suggest_code
 from pidcfg.validate.fixes import apply_edits, find_line_break
 from pidcfg.validate.rule import D315, D317, SUPPRESSION
 
@@ -90,12 +90,12 @@ def compare(
                 known.append(d)
         elif is_selected(d):
             new.append(d)
-    files = read_files(findings, checked_files, file_of)
+    files = usable_files(findings, checked_files, file_of)
     stale = [e for e in entries if e.file in files and _take_one(remaining, e)]
     return BaselineComparison(new, known, stale)
 
 
-def read_files(findings: Sequence[Diagnostic], checked_files: set[str], file_of: Callable[[str], str]) -> set[str]:
+def usable_files(findings: Sequence[Diagnostic], checked_files: set[str], file_of: Callable[[str], str]) -> set[str]:
     """The files that every rule has seen: of the others nobody can say what no longer occurs."""
     return checked_files - {file_of(d.file) for d in findings if not is_ignorable(d)}
 
@@ -155,7 +155,7 @@ def parse_baseline(text: str) -> list[Entry]:
 
 def _read_entry(number: int, row: object) -> list[Entry]:
     """One row of a file, as often as it counts."""
-    if not isinstance(row, dict) or row.keys() != {*Entry._fields, COUNT_KEY} or not _is_sound(row):
+    if not isinstance(row, dict) or row.keys() != {*Entry._fields, COUNT_KEY} or not _is_valid_row(row):
         null = " and ".join(NULLABLE_KEYS)
         more = f" ({null}: text or null) and a {COUNT_KEY} above 0"
         raise BaselineError(f"1:1: findings[{number}] must have the texts {', '.join(Entry._fields)}{more}")
@@ -169,7 +169,7 @@ NULLABLE_KEYS = ("value", "quotes")
 """Keys of an entry that may have nothing to say."""
 
 
-def _is_sound(row: dict[str, object]) -> bool:
+def _is_valid_row(row: dict[str, object]) -> bool:
     """Whether a row has the right types."""
     count = row[COUNT_KEY]
     is_count = isinstance(count, int) and not isinstance(count, bool) and 0 < count <= MAX_FINDINGS
@@ -187,10 +187,10 @@ def stale_findings(
     counts = Counter(entries)
     findings = []
     for e, number in Counter(stale).items():
-        share = f" ({number} of {counts[e]})" if number < counts[e] else ""
+        count_text = f" ({number} of {counts[e]})" if number < counts[e] else ""
         status = "is ignored by a comment now" if e in ignored else "no longer occurs"
         place = " ".join(part for part in (e.loop, e.key) if part)
-        message = f"{e.code} {status}{share} in {e.file}" + (f" at {place}" if place else "")
+        message = f"{e.code} {status}{count_text} in {e.file}" + (f" at {place}" if place else "")
         message += "" if e.value is None else f": {e.value}"
         findings.append(stale_finding(message, _entry_row(e, counts[e]), text, file))
     return findings
@@ -227,7 +227,7 @@ MAX_SUGGESTIONS = 100
 
 
 @frozen
-class Ignored:
+class IgnoredFinding:
     """A finding that a comment ignores, and why."""
 
     finding: Diagnostic
@@ -235,15 +235,15 @@ class Ignored:
 
 
 @frozen
-class Suppressed:
+class SuppressionResult:
     """What is left of a file's findings, with what is wrong with its comments, and what was ignored."""
 
     findings: list[Diagnostic]
-    ignored: list[Ignored] = field(default_factory=list)
+    ignored: list[IgnoredFinding] = field(default_factory=list)
 
 
 @frozen
-class _Ignore:
+class _IgnoreComment:
     """One comment: the line that it applies to (0: none), its codes and its reason."""
 
     comment: Comment
@@ -251,41 +251,41 @@ class _Ignore:
     target: int
     codes: tuple[str, ...]
     reason: str
-    is_whole: bool
+    is_whole_comment: bool
     """Whether the comment contains nothing else."""
 
 
-def suppress(findings: Sequence[Diagnostic], doc: Document) -> Suppressed:
+def suppress(findings: Sequence[Diagnostic], doc: Document) -> SuppressionResult:
     """Removes the findings that comments of the file ignore, and adds the mistakes in these comments."""
     if not HINT.search(doc.text) or any(map(is_unusable, findings)):
-        return Suppressed(list(findings))
+        return SuppressionResult(list(findings))
     ignores, problems = _read_comments(doc)
     remaining: list[Diagnostic] = []
-    ignored: list[Ignored] = []
+    ignored: list[IgnoredFinding] = []
     used_codes: dict[int, set[str]] = defaultdict(set)
-    places = FindingLines(doc)
-    by_place = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
+    lines = FindingLines(doc)
+    ignores_by_line = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
     for d in findings:
-        match = by_place.get((places.line_of(d), d.code)) if is_ignorable(d) else None
+        match = ignores_by_line.get((lines.line_of(d), d.code)) if is_ignorable(d) else None
         if match is None:
             remaining.append(d)
         else:
             used_codes[match[0]].add(d.code)
-            ignored.append(Ignored(d, match[1].reason))
+            ignored.append(IgnoredFinding(d, match[1].reason))
     is_all_checked = all(map(is_ignorable, findings))
     for i, ignore in enumerate(ignores):
         problems += _comment_remarks(
             ignore, used_codes[i], doc, is_checked=is_all_checked, may_suggest=i < MAX_SUGGESTIONS
         )
-    return Suppressed(remaining + problems, ignored)
+    return SuppressionResult(remaining + problems, ignored)
 
 
-def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
+def _read_comments(doc: Document) -> tuple[list[_IgnoreComment], list[Diagnostic]]:
     """The comments that ignore something, and what is wrong with those that only begin so."""
-    ignores: list[_Ignore] = []
+    ignores: list[_IgnoreComment] = []
     problems: list[Diagnostic] = []
     comments = list(comments_in(doc.text))
-    below = _lines_below({comment.line for comment in comments if comment.is_alone}, doc.lines)
+    next_lines = _next_content_lines({comment.line for comment in comments if comment.is_alone}, doc.lines)
     for comment in comments:
         first = DIRECTIVE.match(comment.text)
         for match in DIRECTIVE.finditer(comment.text):
@@ -305,10 +305,10 @@ def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
                     _comment_problem("PID045", "the comment names no code to ignore", doc, span, WRITE_IGNORE)
                 )
             else:
-                target = below[comment.line] if comment.is_alone else comment.line
-                whole = match.start() == 0 and match.end() == len(comment.text)
+                target = next_lines[comment.line] if comment.is_alone else comment.line
+                is_whole = match.start() == 0 and match.end() == len(comment.text)
                 codes_once = tuple(dict.fromkeys(codes))
-                ignores.append(_Ignore(comment, span, target, codes_once, match["reason"].strip(), whole))
+                ignores.append(_IgnoreComment(comment, span, target, codes_once, match["reason"].strip(), is_whole))
     return ignores, problems
 
 
@@ -317,15 +317,15 @@ def _codes_of(match: re.Match[str]) -> list[str]:
     return [code.strip().upper() for code in (match["codes"] or "").split(",") if code.strip()]
 
 
-def _lines_below(comment_lines: set[int], lines: list[str]) -> dict[int, int]:
+def _next_content_lines(comment_lines: set[int], lines: list[str]) -> dict[int, int]:
     """The next line that holds more than a comment, below each line of ``comment_lines``; 0 at the end of the file."""
-    below, following = {}, 0
+    next_lines, following = {}, 0
     for line in range(len(lines), 0, -1):
         if line in comment_lines:
-            below[line] = following
+            next_lines[line] = following
         elif lines[line - 1].strip():
             following = line
-    return below
+    return next_lines
 
 
 def _comment_part(comment: Comment, start: int, end: int) -> Span:
@@ -334,7 +334,7 @@ def _comment_part(comment: Comment, start: int, end: int) -> Span:
 
 
 def _comment_remarks(
-    ignore: _Ignore, used_codes: set[str], doc: Document, *, is_checked: bool, may_suggest: bool
+    ignore: _IgnoreComment, used_codes: set[str], doc: Document, *, is_checked: bool, may_suggest: bool
 ) -> Iterator[Diagnostic]:
     """What is wrong with one comment; ``is_checked``: every rule has seen the file, so that unused is unused.
 
@@ -355,7 +355,7 @@ def _comment_remarks(
         where = "the next line" if ignore.comment.is_alone else "this line"
         message = f"{', '.join(unused)}: no such finding on {where}"
         yield _comment_problem(
-            "PID043", message, doc, ignore.span, "delete it", _edit_without(ignore, set(unused), doc)
+            "PID043", message, doc, ignore.span, "delete it", _removal_edit(ignore, set(unused), doc)
         )
     if not ignore.reason:
         yield _comment_problem(
@@ -367,18 +367,18 @@ def _comment_remarks(
         )
 
 
-def _unknown_code_remark(code: str, doc: Document, ignore: _Ignore, *, may_suggest: bool) -> Diagnostic:
+def _unknown_code_remark(code: str, doc: Document, ignore: _IgnoreComment, *, may_suggest: bool) -> Diagnostic:
     """A code that no rule has: misspelt, or only the beginning of one."""
     if find_rules(code):
         return _comment_problem(
             "PID044", f"{code} is only the beginning of a code", doc, ignore.span, "write it in full"
         )
     return _comment_problem(
-        "PID044", f"no rule is called {code!r}", doc, ignore.span, suggest_code(code) if may_suggest else ALL_LISTED
+        "PID044", f"no rule is called {code!r}", doc, ignore.span, suggest_code(code) if may_suggest else RULES_HINT
     )
 
 
-def _edit_without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:
+def _removal_edit(ignore: _IgnoreComment, unused: set[str], doc: Document) -> tuple[Edit, ...]:
     """The edit that takes the codes away: out of the bracket, or all but the reason, which may be worth keeping."""
     line, column = ignore.span.line, ignore.span.column
     row = doc.lines[line - 1]
@@ -386,7 +386,7 @@ def _edit_without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edi
     if codes_left:
         start, end = row.index("[", column - 1) + 1, row.index("]", column - 1)
         return (Edit(Span(line, start + 1, line, end + 1), ", ".join(codes_left)),)
-    if not ignore.is_whole:
+    if not ignore.is_whole_comment:
         return ()
     if ignore.reason:
         remark = f"# {ignore.reason}"
@@ -407,22 +407,22 @@ def ignore_edit(doc: Document, finding: Diagnostic, reason: str) -> Edit | None:
         return None
     ignores = _read_comments(doc)[0] if HINT.search(doc.text) else []
     existing = next((ignore for ignore in ignores if ignore.target == line), None)
-    for edit, moved in _comments_for(doc, line, f"{finding.code}", reason, existing):
-        new = read_document(apply_edits(doc.text, [edit]).encode(), doc.file, doc.limits)
-        ignores_after = _read_comments(new)[0] if new.data == doc.data else ()
-        if any(ignore.target == line + moved and finding.code in ignore.codes for ignore in ignores_after):
+    for edit, lines_added in _comments_for(doc, line, f"{finding.code}", reason, existing):
+        new_doc = read_document(apply_edits(doc.text, [edit]).encode(), doc.file, doc.limits)
+        ignores_after = _read_comments(new_doc)[0] if new_doc.data == doc.data else ()
+        if any(ignore.target == line + lines_added and finding.code in ignore.codes for ignore in ignores_after):
             return edit
     return None
 
 
 def _comments_for(
-    doc: Document, line: int, code: str, reason: str, existing: _Ignore | None
+    doc: Document, line: int, code: str, reason: str, existing: _IgnoreComment | None
 ) -> Iterator[tuple[Edit, int]]:
     """Ways to ignore a code at a line, and how far each moves the line down."""
     row = doc.lines[line - 1]
     if existing is not None:
-        at = existing.span.line, doc.lines[existing.span.line - 1].index("]", existing.span.column - 1) + 1
-        yield Edit(Span(*at, *at), f", {code}"), 0
+        position = existing.span.line, doc.lines[existing.span.line - 1].index("]", existing.span.column - 1) + 1
+        yield Edit(Span(*position, *position), f", {code}"), 0
         return
     text = f"# pidcfg: {IGNORE_WORD}[{code}] {reason}".rstrip()
     end = len(row.rstrip()) + 1

@@ -19,9 +19,9 @@ from pidcfg.vendors import VENDORS
 
 CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
 """A code as it is written in full."""
-NO_SIGN = re.compile("[^A-Z0-9]")
+SEPARATORS = re.compile("[^A-Z0-9]")
 """What people write within a code: blanks, hyphens, dots."""
-ALL_LISTED = "'pidcfg rule' lists all"
+RULES_HINT = "'pidcfg rule' lists all"
 FILE_GROUP, COMMON_GROUP = "reading", "common"
 GROUPS = {
     FILE_GROUP: f"{PREFIX}0",
@@ -45,18 +45,18 @@ def is_chosen(finding: Diagnostic, select: Iterable[str], ignore: Iterable[str])
     return (is_selected and not any(has_prefix(finding.code, begin) for begin in ignore)) or not is_ignorable(finding)
 
 
-def find_rules(begin: str = "") -> dict[str, Rule]:
+def find_rules(prefix: str = "") -> dict[str, Rule]:
     """The rules whose codes have a prefix, in order."""
-    groups = [group for group, start in GROUPS.items() if begin.startswith(start) or has_prefix(start, begin)]
-    matching = {code: rule for group in groups for code, rule in _rules_of(group).items() if has_prefix(code, begin)}
+    groups = [group for group, start in GROUPS.items() if prefix.startswith(start) or has_prefix(start, prefix)]
+    matching = {code: rule for group in groups for code, rule in _rules_of(group).items() if has_prefix(code, prefix)}
     return dict(sorted(matching.items(), key=lambda row: number_of(row[0])))
 
 
 @lru_cache(maxsize=256)
 def suggest_code(text: str) -> str:
     """What to do about a code that no rule has: write the one that was probably meant."""
-    near = _nearest_code(NO_SIGN.sub("", text.upper()), text.lower())
-    return f"did you mean {near}?" if near else ALL_LISTED
+    near = _nearest_code(SEPARATORS.sub("", text.upper()), text.lower())
+    return f"did you mean {near}?" if near else RULES_HINT
 
 
 def _nearest_code(code: str, name: str) -> str | None:

@@ -42,7 +42,7 @@ class MapFile(NamedTuple):
     """Whether messages may say what stands in it."""
 
 
-UNQUOTED = "this row cannot be used; --map FILE says why (a file outside of the configuration's folder is not quoted)"
+ROW_FAULT = "this row cannot be used; --map FILE says why (a file outside of the configuration's folder is not quoted)"
 
 
 def map_of_data(data: bytes, name: str, limits: Limits) -> MapFile:
@@ -57,10 +57,10 @@ def map_of_data(data: bytes, name: str, limits: Limits) -> MapFile:
 def named_map(document: Document | None, reader: Reader) -> MapFile | None:
     """The map that a configuration names by ``plc.map``, relative to it; raises `UnusableMapError`."""
     plc = (document.data or {}).get("plc") if document is not None else None
-    other = plc.get("map") if isinstance(plc, dict) else None
-    if document is None or not isinstance(other, str):
+    map_name = plc.get("map") if isinstance(plc, dict) else None
+    if document is None or not isinstance(map_name, str):
         return None
-    name = reader.resolve(document.file, other)
+    name = reader.resolve(document.file, map_name)
     try:
         data = read_other(reader, name, document.limits.listing_bytes + 1)
     except (OSError, ValueError) as error:
@@ -81,35 +81,35 @@ def map_of_source(
 
 
 def numbering_of(
-    vendor: Vendor, stated: MapFile | None, image: AnyImage | None, file: str = "FILE"
+    vendor: Vendor, map_file: MapFile | None, image: AnyImage | None, file: str = "FILE"
 ) -> Numbering | NamedNumbering:
     """Where registers are: by a stated map, else as the vendor's manual says; raises `UnusableMapError`.
 
     ``image``: the memory of the configuration ``file``, every setting of which a stated map must cover.
     """
-    if stated is None:
+    if map_file is None:
         try:
             numbering: Numbering = vendor.load("numbering")
         except LookupError:
             raise UnusableMapError(_no_map_text(vendor, image, file)) from None
         return numbering
     try:
-        return _read_stated_map(vendor, stated, image)
+        return _read_numbering(vendor, map_file, image)
     except MapError as error:
-        message = str(error) if stated.may_be_quoted else UNQUOTED
-        raise UnusableMapError(message, stated.name, error.line, error.column) from None
+        message = str(error) if map_file.may_be_quoted else ROW_FAULT
+        raise UnusableMapError(message, map_file.name, error.line, error.column) from None
 
 
-def _read_stated_map(vendor: Vendor, stated: MapFile, image: Any) -> Numbering | NamedNumbering:
+def _read_numbering(vendor: Vendor, map_file: MapFile, image: Any) -> Numbering | NamedNumbering:
     space = space_of(vendor)
     if space is not None:
-        numbering = read_map(stated.text, space)
+        numbering = read_map(map_file.text, space)
         if image is not None:
             numbering.check_places(image)
         return numbering
     if image is None:
         raise UnusableMapError(f"the registers of {vendor.title} do not say what loops there are: name a configuration")
-    return read_symbol_map(stated.text, _vendor_points(vendor)(image))
+    return read_symbol_map(map_file.text, _vendor_points(vendor)(image))
 
 
 def space_of(vendor: Vendor) -> Any:
@@ -142,9 +142,9 @@ def _no_map_text(vendor: Vendor, image: AnyImage | None, file: str) -> str:
 def check_map(document: Document, vendor: Vendor, image: AnyImage, reader: Reader) -> list[Diagnostic]:
     """What is wrong with the map that a configuration names: it must be there and cover the loops."""
     try:
-        stated = named_map(document, reader)
-        if stated is not None:
-            numbering_of(vendor, stated, image, document.file)
+        map_file = named_map(document, reader)
+        if map_file is not None:
+            numbering_of(vendor, map_file, image, document.file)
     except UnusableMapError as error:
         message = error.message if error.name == document.file else str(error)
         return [Diagnostic(CODE, Severity.ERROR, message, document.file, document.locate(PATH), PATH)]

@@ -39,11 +39,11 @@ class LoopView(View[Loop]):
         """Lowest and highest output; the ends of the range where they are not given."""
         return self.loop.output.limits or self.loop.output.range
 
-    def pv(self, value: Decimal) -> str:
+    def pv_text(self, value: Decimal) -> str:
         """A number of the PV with its unit."""
         return number_with_unit(value, self.loop.pv.unit)
 
-    def out(self, value: Decimal) -> str:
+    def out_text(self, value: Decimal) -> str:
         """A number of the output with its unit."""
         return number_with_unit(value, self.loop.output.unit)
 
@@ -58,7 +58,7 @@ class GenericContext(Context[GenericFile, ProgramEncoding]):
         return tuple(LoopView(i, loop) for i, loop in enumerate(self.config.loops))
 
     @cached_property
-    def by_name(self) -> dict[str, LoopView]:
+    def loops_by_name(self) -> dict[str, LoopView]:
         """The loops by their names; of two with the same one the first."""
         return {view.name: view for view in reversed(self.loops)}
 
@@ -78,7 +78,7 @@ def output_limits_outside_range(view: LoopView) -> Findings:
     """
     for i, end in enumerate(view.loop.output.limits or ()):
         yield from outside_limits_findings(
-            view, "output", "limits", i, value=end, limits=view.loop.output.range, quote=view.out
+            view, "output", "limits", i, value=end, limits=view.loop.output.range, quote=view.out_text
         )
 
 
@@ -93,7 +93,7 @@ def set_point_limits_outside_range(view: LoopView) -> Findings:
     """
     for i, end in enumerate(view.loop.setpoint.limits or ()):
         yield from outside_limits_findings(
-            view, "setpoint", "limits", i, value=end, limits=view.loop.pv.range, quote=view.pv
+            view, "setpoint", "limits", i, value=end, limits=view.loop.pv.range, quote=view.pv_text
         )
 
 
@@ -109,7 +109,9 @@ def set_point_out_of_reach(view: LoopView) -> Findings:
     """
     value, limits = view.loop.setpoint.value, view.loop.setpoint.limits
     ends, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
-    yield from outside_limits_findings(view, "setpoint", "value", value=value, limits=ends, quote=view.pv, what=what)
+    yield from outside_limits_findings(
+        view, "setpoint", "value", value=value, limits=ends, quote=view.pv_text, what=what
+    )
 
 
 @per_loop
@@ -123,7 +125,7 @@ def bias_outside_limits(view: LoopView) -> Findings:
     Fix: write a bias between the limits; it is in units of the output.
     """
     bias = view.loop.output.bias or None
-    yield from outside_limits_findings(view, "output", "bias", value=bias, limits=view.limits, quote=view.out)
+    yield from outside_limits_findings(view, "output", "bias", value=bias, limits=view.limits, quote=view.out_text)
 
 
 @per_loop
@@ -136,7 +138,7 @@ def manual_outside_limits(view: LoopView) -> Findings:
     Fix: write a value between the limits; it is in units of the output.
     """
     manual = view.loop.output.manual
-    yield from outside_limits_findings(view, "output", "manual", value=manual, limits=view.limits, quote=view.out)
+    yield from outside_limits_findings(view, "output", "manual", value=manual, limits=view.limits, quote=view.out_text)
 
 
 @per_loop
@@ -150,7 +152,7 @@ def square_root_off_zero(view: LoopView) -> Findings:
     Fix: write a range from 0, or `square_root: false` if the transmitter takes the root.
     """
     if view.loop.pv.square_root and view.loop.pv.range[0] != 0:
-        yield view.report("pv", "range", low=view.pv(view.loop.pv.range[0]))
+        yield view.report("pv", "range", low=view.pv_text(view.loop.pv.range[0]))
 
 
 @per_loop
@@ -168,7 +170,7 @@ def output_cannot_move(view: LoopView) -> Findings:
 
 # --- The three actions: whether they act, and how their times fit together --------------------------------------------
 
-SHARE = Decimal("0.1")
+MAX_SAMPLE_SHARE = Decimal("0.1")
 """A sample time up to this share of a time does it no harm."""
 
 
@@ -199,7 +201,7 @@ def sample_time_too_long(context: GenericContext) -> Findings:
     for view in context.loops:
         for name in ("integral_time", "derivative_time"):
             time, sample = getattr(view.loop.tuning, name), view.loop.sample_time
-            if 0 < SHARE * time < sample:
+            if 0 < MAX_SAMPLE_SHARE * time < sample:
                 yield view.report("sample_time", sample=number_text(sample), name=name, time=number_text(time))
                 break
 
@@ -261,7 +263,9 @@ def deadband_covers_range(view: LoopView) -> Findings:
     """
     low, high = view.loop.pv.range
     if view.loop.deadband >= high - low:
-        yield view.report("deadband", value=view.pv(view.loop.deadband), low=number_text(low), high=view.pv(high))
+        yield view.report(
+            "deadband", value=view.pv_text(view.loop.deadband), low=number_text(low), high=view.pv_text(high)
+        )
 
 
 @per_loop
@@ -276,7 +280,7 @@ def proportional_without_bias(view: LoopView) -> Findings:
     """
     tuning, bias = view.loop.tuning, view.loop.output.bias
     if not tuning.integral_time and tuning.gain and tuning.proportional and not bias:
-        yield view.report("tuning", "integral_time", bias=view.out(bias))
+        yield view.report("tuning", "integral_time", bias=view.out_text(bias))
 
 
 # --- Alarm points: their order, and whether they can come -------------------------------------------------------------
@@ -304,17 +308,17 @@ def alarm_points_out_of_order(view: LoopView) -> Findings:
 
     Fix: write low_low < low < high < high_high; leave out what is not wanted.
     """
-    for (lower, below), (upper, above) in pairwise(given_points(view.loop.alarms.pv, PV_POINTS)):
-        if above <= below:
+    for (lower, low), (upper, high) in pairwise(given_points(view.loop.alarms.pv, PV_POINTS)):
+        if high <= low:
             yield view.report(
                 "alarms",
                 "pv",
                 upper,
-                severity=severity_of(above, below),
+                severity=severity_of(high, low),
                 upper=upper,
-                above=view.pv(above),
+                above=view.pv_text(high),
                 lower=lower,
-                below=view.pv(below),
+                below=view.pv_text(low),
             )
 
 
@@ -327,11 +331,11 @@ def deviation_points_out_of_order(view: LoopView) -> Findings:
 
     Fix: write high < high_high, or leave one out.
     """
-    for (_, below), (_, above) in pairwise(given_points(view.loop.alarms.deviation, DEVIATIONS)):
-        if above <= below:
-            severity = severity_of(above, below)
+    for (_, low), (_, high) in pairwise(given_points(view.loop.alarms.deviation, DEVIATIONS)):
+        if high <= low:
+            severity = severity_of(high, low)
             yield view.report(
-                "alarms", "deviation", "high_high", severity=severity, above=view.pv(above), below=view.pv(below)
+                "alarms", "deviation", "high_high", severity=severity, above=view.pv_text(high), below=view.pv_text(low)
             )
 
 
@@ -347,7 +351,7 @@ def alarm_point_outside_range(view: LoopView) -> Findings:
     for name, value in given_points(view.loop.alarms.pv, PV_POINTS):
         place = ("alarms", "pv", name)
         yield from outside_limits_findings(
-            view, *place, value=value, limits=view.loop.pv.range, quote=view.pv, name=name
+            view, *place, value=value, limits=view.loop.pv.range, quote=view.pv_text, name=name
         )
 
 
@@ -415,7 +419,7 @@ def pulse_without_room(context: GenericContext) -> Findings:
 
 def master_of(context: GenericContext, view: LoopView) -> LoopView | None:
     """The loop whose output is this one's set point."""
-    return context.by_name.get(view.loop.setpoint.source or "")
+    return context.loops_by_name.get(view.loop.setpoint.source or "")
 
 
 @error("GN831", D302, "there is no loop {source}{cure}")
@@ -428,11 +432,11 @@ def unknown_cascade_source(context: GenericContext) -> Findings:
     """
     for view in context.loops:
         source = view.loop.setpoint.source
-        if source is not None and source not in context.by_name:
-            near = closest_name(source, context.by_name)
+        if source is not None and source not in context.loops_by_name:
+            near = closest_name(source, context.loops_by_name)
             cure = f"; did you mean {near}?" if near else ""
             yield view.report("setpoint", "source", source=source, cure=cure).correct_to(
-                same_word(source, context.by_name)
+                same_word(source, context.loops_by_name)
             )
 
 
@@ -503,9 +507,9 @@ def cascade_scales_differ(context: GenericContext) -> Findings:
                 "master": master.name,
                 "slave": view.name,
                 "low": output[0],
-                "high": master.out(output[1]),
+                "high": master.out_text(output[1]),
                 "own_low": pv[0],
-                "own_high": view.pv(pv[1]),
+                "own_high": view.pv_text(pv[1]),
             }
             at_slave, at_master = view.report("setpoint", "source"), master.report("output", "range")
             yield from report_at_both(view, at_slave, master, at_master, **values)

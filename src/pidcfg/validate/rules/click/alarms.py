@@ -22,7 +22,7 @@ from pidcfg.validate.shared_checks import (
 
 # --- Alarm points: their order, what is missing, and points that trip always or never ---------------------------------
 
-ABSOLUTE = CLICK.cite("Use PV Alarm (Cn+12)")
+PV_ALARM = CLICK.cite("Use PV Alarm (Cn+12)")
 DEVIATION = CLICK.cite("Use PV Deviation Alarm (Cn+13)")
 
 D142 = Decision(
@@ -48,20 +48,20 @@ def has_pv_point(view: LoopView, point: str) -> bool:
     return view.value(f"pv_{point}") is not None
 
 
-def wrong_pairs(view: LoopView) -> Iterator[tuple[str, str]]:
+def misordered_pairs(view: LoopView) -> Iterator[tuple[str, str]]:
     """Neighbours of the PV alarms in the wrong order; low and high may not even be equal."""
-    for below, above, equal in neighbours_out_of_order(view, "pv"):
-        if leaves_no_normal_zone(below) or not equal:
-            yield below, above
+    for low, high, equal in neighbours_out_of_order(view, "pv"):
+        if leaves_no_normal_zone(low) or not equal:
+            yield low, high
 
 
-def leaves_no_normal_zone(below: str) -> bool:
+def leaves_no_normal_zone(low: str) -> bool:
     """Whether a wrong pair leaves no PV without an alarm."""
-    return below == "low"
+    return low == "low"
 
 
 @per_loop
-@warning("CK371", ABSOLUTE, "{above} is {high}, not above {below}, {low}: {effect}")
+@warning("CK371", PV_ALARM, "{above} is {high}, not above {below}, {low}: {effect}")
 def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """The PV alarm points are not in the order low_low, low, high, high_high.
 
@@ -72,27 +72,25 @@ def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """
     if not view.pv_alarms_on:
         return
-    for below, above in wrong_pairs(view):
-        if has_pv_point(view, below) and has_pv_point(view, above):
-            effect = (
-                "every PV is in alarm" if leaves_no_normal_zone(below) else f"{_inner_alarm(below, above)} comes last"
-            )
+    for low, high in misordered_pairs(view):
+        if has_pv_point(view, low) and has_pv_point(view, high):
+            effect = "every PV is in alarm" if leaves_no_normal_zone(low) else f"{_inner_alarm(low, high)} comes last"
             yield view.report(
                 "alarms",
                 "pv",
-                above,
-                severity=Severity.ERROR if leaves_no_normal_zone(below) else None,
-                above=above,
-                below=below,
-                high=view.quote(f"pv_{above}"),
-                low=view.quote(f"pv_{below}"),
+                high,
+                severity=Severity.ERROR if leaves_no_normal_zone(low) else None,
+                above=high,
+                below=low,
+                high=view.quote(f"pv_{high}"),
+                low=view.quote(f"pv_{low}"),
                 effect=effect,
             )
 
 
-def _inner_alarm(below: str, above: str) -> str:
+def _inner_alarm(low: str, high: str) -> str:
     """The alarm of a pair that should announce the other."""
-    return above if above == "low" else below
+    return high if high == "low" else low
 
 
 @per_loop
@@ -113,16 +111,16 @@ def pv_alarms_incomplete(view: LoopView) -> Findings:
 
 def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
     severity, effect = _effect_of_missing(view, missing)
-    one = len(missing) == 1
+    is_single = len(missing) == 1
     registers = list_names([view.register(f"pv_{point}") for point in missing])
     return view.report(
         "alarms",
         "pv",
         missing[0],
         severity=severity,
-        missing=f"{list_names(missing)} {'is' if one else 'are'}",
+        missing=f"{list_names(missing)} {'is' if is_single else 'are'}",
         registers=registers,
-        holds="holds" if one else "hold",
+        holds="holds" if is_single else "hold",
         effect=effect,
     )
 
@@ -130,7 +128,7 @@ def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
 def _effect_of_missing(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
     """How bad it is that these points are 0, and why."""
     low, high = view.process_range or ANY_VALUE
-    if any(leaves_no_normal_zone(below) and {below, above} & set(missing) for below, above in wrong_pairs(view)):
+    if any(leaves_no_normal_zone(below) and {below, above} & set(missing) for below, above in misordered_pairs(view)):
         return Severity.ERROR, "every PV is in alarm"
     if high > 0 and any(point.startswith("high") for point in missing):
         return Severity.ERROR, "every PV above 0 is in alarm"
@@ -167,7 +165,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Findings:
 @per_loop
 @warning(
     "CK374",
-    ABSOLUTE,
+    PV_ALARM,
     "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
 def setpoint_in_alarm(view: LoopView) -> Findings:
@@ -272,14 +270,14 @@ D145 = Decision(
     "It is compared with the distance between two single-precision numbers at the larger end of the PV's range.",
     "A float has 24 binary digits: the PV cannot change by less than that distance without standing still.",
 )
-DIGITS = 24
+MANTISSA_BITS = 24
 
 
 def resolution(view: LoopView) -> Decimal:
     """The distance between two single-precision numbers at the larger end of the range."""
     largest = float(max(abs(end) for end in view.loop.pv.range))
     exponent = Decimal(largest.hex().partition("p")[2]) if largest else Decimal(0)
-    return Decimal(2) ** (exponent + 1 - DIGITS)
+    return Decimal(2) ** (exponent + 1 - MANTISSA_BITS)
 
 
 @per_loop

@@ -31,9 +31,9 @@ from pidcfg.validate.shared_checks import (
     number_with_unit,
 )
 
-PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
+WORDS_BY_NAME = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""
-PREFIXES = tuple(BLOCKS.items())
+BLOCK_ITEMS = tuple(BLOCKS.items())
 NO_LIMIT = 100
 """Filter constant and derivative gain limit that filter nothing."""
 NO_INTEGRAL = Decimal(1000)
@@ -48,7 +48,7 @@ class LoopView(SwitchedView[Loop]):
 
     def value(self, name: str) -> Any:
         """The value of a register, from the file or by default; None when there is none."""
-        return self.blocks[0].encoded.values.get(str(PLACES[name][1].path))
+        return self.blocks[0].encoded.values.get(str(WORDS_BY_NAME[name][1].path))
 
     @cached_property
     def misfits(self) -> frozenset[str]:
@@ -64,7 +64,7 @@ class LoopView(SwitchedView[Loop]):
         if name in self.misfits:
             return None
         if name not in self._register_values:
-            block, word = PLACES[name]
+            block, word = WORDS_BY_NAME[name]
             self._register_values[name] = Decimal(word.decode(self.blocks[block].encoded.words[word.offset]))
         return self._register_values[name]
 
@@ -74,8 +74,8 @@ class LoopView(SwitchedView[Loop]):
 
     def register(self, name: str) -> str:
         """The address of one of the loop's registers: ``DF107``."""
-        block, word = PLACES[name]
-        key, (prefix, _) = PREFIXES[block]
+        block, word = WORDS_BY_NAME[name]
+        key, (prefix, _) = BLOCK_ITEMS[block]
         return f"{prefix}{getattr(self.loop, key) + word.offset}"
 
     def quote(self, name: str) -> str:
@@ -92,7 +92,7 @@ class LoopView(SwitchedView[Loop]):
         """A difference in the PV's unit."""
         return self.eu(value)
 
-    def co(self, value: Decimal) -> str:
+    def co_text(self, value: Decimal) -> str:
         """A number in the output's unit."""
         return number_with_unit(value, self.loop.output.unit or "%")
 
@@ -178,7 +178,7 @@ D130 = Decision(
     "The topic prints how long the blocks are; how large the banks are, and how many loops there may be, are the PLC's "
     "own figures.",
 )
-LAST = {bank.prefix: bank.last for bank in SPACE.banks}
+LAST_ADDRESSES = {bank.prefix: bank.last for bank in SPACE.banks}
 
 
 @per_loop
@@ -196,7 +196,7 @@ def block_beyond_bank(view: LoopView) -> Findings:
 
     Fix: let the block begin no later than C1961, DS4486 or DF476.
     """
-    return shared_checks.block_beyond_bank(view, LAST)
+    return shared_checks.block_beyond_bank(view, LAST_ADDRESSES)
 
 
 @error("CK302", AREAS, "{block} {extent} of {loop} overlap {other_extent} of {other}")
@@ -248,9 +248,9 @@ D131 = Decision(
     "knows them. Registers need no nickname, so the loop itself works.",
 )
 
-LONGEST = 24
-FORBIDDEN = frozenset("%\"<>!#$&'()*+-./:;=?@[\\]^`{|}~")
-LEAST_LEFT = LONGEST - max(map(len, SUFFIXES.values()))
+MAX_NICKNAME_LENGTH = 24
+REFUSED_CHARS = frozenset("%\"<>!#$&'()*+-./:;=?@[\\]^`{|}~")
+MAX_NAME_LENGTH = MAX_NICKNAME_LENGTH - max(map(len, SUFFIXES.values()))
 """How long a name may be so that every nickname fits."""
 
 
@@ -275,15 +275,15 @@ def nickname_too_long(view: LoopView) -> Findings:
     Fix: choose a name of at most 6 characters.
     """
     name = view.name
-    too_long = [suffix for suffix in suffixes_by_length() if len(name) + len(suffix) > LONGEST]
-    if too_long:
-        example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
+    long_suffixes = [suffix for suffix in suffixes_by_length() if len(name) + len(suffix) > MAX_NICKNAME_LENGTH]
+    if long_suffixes:
+        example = name[:MAX_NAME_LENGTH] + "…" if len(name) > MAX_NICKNAME_LENGTH else name
         yield view.report(
             "name",
             length=len(name),
-            count=len(too_long),
-            example=example + too_long[0],
-            longest=len(name) + len(too_long[0]),
+            count=len(long_suffixes),
+            example=example + long_suffixes[0],
+            longest=len(name) + len(long_suffixes[0]),
         )
 
 
@@ -299,7 +299,7 @@ def name_not_usable_in_nicknames(view: LoopView) -> Findings:
     `description`.
     """
     name = view.name
-    wrong = sorted(c for c in set(name) if c in FORBIDDEN or not c.isascii())
+    wrong = sorted(c for c in set(name) if c in REFUSED_CHARS or not c.isascii())
     if wrong:
         yield view.report("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
     elif name.startswith("_"):
@@ -330,8 +330,8 @@ def nicknames_collide(context: ClickContext) -> Findings:
 # --- What decides whether a loop runs at all, and which way: its action, and the PID errors that its values cause -----
 
 MANUAL = CLICK.cite("Manual Mode")
-FORWARD = {"direct": "Forward", "reverse": "Reverse"}
-RISES = {"direct": "rises", "reverse": "falls"}
+ACTION_LABELS = {"direct": "Forward", "reverse": "Reverse"}
+PV_MOVEMENTS = {"direct": "rises", "reverse": "falls"}
 
 
 def pid_error_text(number: int) -> str:
@@ -362,8 +362,8 @@ def action_not_verified(view: LoopView) -> Findings:
             register=view.register("action"),
             bit=int(action == "reverse"),
             action=action,
-            shown=FORWARD[action],
-            moves=RISES[action],
+            shown=ACTION_LABELS[action],
+            moves=PV_MOVEMENTS[action],
         )
 
 
@@ -430,7 +430,7 @@ def auto_is_not_downloaded(view: LoopView) -> Findings:
 
 TUNING = CLICK.cite("PID Autotuning")
 OUTPUT = CLICK.cite("Control Output (DFn+08)")
-RAW = CLICK.cite("Raw Process Variable (DFn+11)")
+RAW_PV = CLICK.cite("Raw Process Variable (DFn+11)")
 
 D146 = Decision(
     146,
@@ -438,8 +438,8 @@ D146 = Decision(
     "A derivative gain beside `autotune.type: PI` is an info.",
     "That the autotune sets the gains is printed; what it does with the derivative for PI is not.",
 )
-FULL = (Decimal(0), Decimal(100))
-OUTSIDE = {
+CO_RANGE = (Decimal(0), Decimal(100))
+OUTSIDE_EFFECTS = {
     "bias": "the change to Auto replaces it by the output",
     "output": "the first sample in Auto brings it back",
 }
@@ -472,8 +472,8 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """
     limits = view.register_values("output_lower", "output_upper")
     planned = "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
-    if planned and limits and 0 <= limits[0] < limits[1] and (limits[0] > FULL[0] or limits[1] < FULL[1]):
-        yield view.report("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
+    if planned and limits and 0 <= limits[0] < limits[1] and (limits[0] > CO_RANGE[0] or limits[1] < CO_RANGE[1]):
+        yield view.report("autotune", "method", low=view.co_text(limits[0]), high=view.co_text(limits[1]))
 
 
 @per_loop
@@ -491,20 +491,20 @@ def stored_output_outside_limits(view: LoopView) -> Findings:
         value = view.register_value(name)
         inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
         if getattr(view.loop.state, name) is not None and value is not None and not inside:
-            effect = OUTSIDE[name]
+            effect = OUTSIDE_EFFECTS[name]
             yield view.report(
                 "state",
                 name,
                 effect=effect,
                 register=view.register(name),
-                value=view.co(value),
-                low=view.co(limits[0]),
-                high=view.co(limits[1]),
+                value=view.co_text(value),
+                low=view.co_text(limits[0]),
+                high=view.co_text(limits[1]),
             )
 
 
 @per_loop
-@info("CK394", RAW, "state.pv is {pv} and state.raw_pv is {raw}, but without a filter both are the same")
+@info("CK394", RAW_PV, "state.pv is {pv} and state.raw_pv is {raw}, but without a filter both are the same")
 def stored_pv_differs_from_raw(view: LoopView) -> Findings:
     """PV and raw PV differ in a loop without a filter.
 

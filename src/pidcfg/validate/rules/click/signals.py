@@ -26,7 +26,7 @@ D133 = Decision(
     "The help warns of the lag without a number. A lag of a quarter of the reset time costs a loop that is tuned with "
     "that reset time about 14 degrees of phase, a third of what it usually has.",
 )
-SHARE = 4
+MIN_RESET_RATIO = 4
 
 
 def time_constant(view: LoopView) -> float | None:
@@ -104,7 +104,7 @@ def filter_lags(view: LoopView) -> Findings:
     Fix: pass a larger percentage, sample faster, or tune the loop with the filter on.
     """
     tau, reset = time_constant(view), view.loop.tuning.reset_time
-    if tau is not None and tau * SHARE > reset and view.has_no_error_at("reset_time", "sample_rate"):
+    if tau is not None and tau * MIN_RESET_RATIO > reset and view.has_no_error_at("reset_time", "sample_rate"):
         yield view.report(
             "pv",
             "filter",
@@ -141,30 +141,30 @@ D132 = Decision(
     "The limits are enabled individually, and only one that is enabled has to be given a value; so a single limit is a "
     "regular use, whatever the other register holds.",
 )
-ENDS = ("lower", "upper")
+LIMIT_ENDS = ("lower", "upper")
 CROSSED_EFFECT = f"{EFFECT}{SETPOINT_CROSSED}"
 
 
-def limits_on(view: LoopView) -> dict[str, Decimal]:
+def enabled_limits(view: LoopView) -> dict[str, Decimal]:
     """The limits that are enabled and hold a value."""
-    limits = {end: view.register_value(f"setpoint_{end}") for end in ENDS if view.setpoint_limit_on(end)}
+    limits = {end: view.register_value(f"setpoint_{end}") for end in LIMIT_ENDS if view.setpoint_limit_on(end)}
     return {end: value for end, value in limits.items() if value is not None}
 
 
-def limits_crossed(view: LoopView) -> bool:
+def has_crossed_limits(view: LoopView) -> bool:
     """Whether both limits are enabled, and the lower one is above the upper one."""
     return SETPOINT_CROSSED in {error.number for error in view.errors}
 
 
 def limits_without_value(view: LoopView) -> list[str]:
     """The limits that are enabled without a value."""
-    return [end for end in ENDS if view.setpoint_limit_on(end) and view.value(f"setpoint_{end}") is None]
+    return [end for end in LIMIT_ENDS if view.setpoint_limit_on(end) and view.value(f"setpoint_{end}") is None]
 
 
 def limited_setpoint(view: LoopView, setpoint: Decimal) -> Decimal:
     """A set point as the PLC leaves it in the register."""
-    ends = limits_on(view)
-    if not limits_crossed(view):
+    ends = enabled_limits(view)
+    if not has_crossed_limits(view):
         setpoint = max(setpoint, ends.get("lower", setpoint))
         setpoint = min(setpoint, ends.get("upper", setpoint))
     return setpoint
@@ -190,19 +190,19 @@ def setpoint_limits_crossed(view: LoopView) -> Findings:
     Fix: write the smaller number as `lower_limit`.
     """
     ends = view.register_values("setpoint_lower", "setpoint_upper")
-    both = all(view.value(f"setpoint_{end}") is not None for end in ENDS)
+    both = all(view.value(f"setpoint_{end}") is not None for end in LIMIT_ENDS)
     if both and ends and ends[0] > ends[1]:
-        active = limits_crossed(view)
+        is_active = has_crossed_limits(view)
         yield view.report(
             "setpoint",
             "lower_limit",
-            plc_effect=CROSSED_EFFECT if active else None,
-            severity=None if active else Severity.INFO,
+            plc_effect=CROSSED_EFFECT if is_active else None,
+            severity=None if is_active else Severity.INFO,
             low=view.eu(ends[0]),
             low_register=view.register("setpoint_lower"),
             high=view.eu(ends[1]),
             high_register=view.register("setpoint_upper"),
-            when="" if active else ": error 23 as soon as both are enabled",
+            when="" if is_active else ": error 23 as soon as both are enabled",
         )
 
 
@@ -217,14 +217,14 @@ def setpoint_limit_without_value(view: LoopView) -> Findings:
     Fix: give the limit, or leave it switched off.
     """
     for end in limits_without_value(view):
-        broken = limits_crossed(view)
+        is_crossed = has_crossed_limits(view)
         consequence = f"set points {'below' if end == 'lower' else 'above'} 0 are replaced by 0"
-        if broken:
+        if is_crossed:
             consequence = "the limits are crossed"
         yield view.report(
             "setpoint",
             f"{end}_limit_enabled",
-            plc_effect=CROSSED_EFFECT if broken else None,
+            plc_effect=CROSSED_EFFECT if is_crossed else None,
             end=end,
             register=view.register(f"setpoint_{end}"),
             consequence=consequence,
@@ -241,8 +241,8 @@ def setpoint_limits_equal(view: LoopView) -> Findings:
 
     Fix: set the limits apart.
     """
-    ends = limits_on(view)
-    if len(ends) == len(ENDS) and ends["lower"] == ends["upper"] and not limits_without_value(view):
+    ends = enabled_limits(view)
+    if len(ends) == len(LIMIT_ENDS) and ends["lower"] == ends["upper"] and not limits_without_value(view):
         yield view.report("setpoint", "upper_limit", value=view.quote("setpoint_upper"))
 
 
@@ -259,17 +259,17 @@ def setpoint_outside_limits(view: LoopView) -> Findings:
     Fix: correct the set point, or widen the limits.
     """
     value = setpoint_in_file(view)
-    if value is None or limits_crossed(view):
+    if value is None or has_crossed_limits(view):
         return
-    kept = limited_setpoint(view, value)
-    if kept != value:
-        end, side = ("lower", "below") if kept > value else ("upper", "above")
+    limited_value = limited_setpoint(view, value)
+    if limited_value != value:
+        end, side = ("lower", "below") if limited_value > value else ("upper", "above")
         yield view.report(
             "setpoint",
             "value",
             value=view.quote("setpoint"),
             end=end,
-            limit=view.eu(kept),
+            limit=view.eu(limited_value),
             side=side,
             register=view.register("setpoint"),
         )
@@ -287,9 +287,9 @@ def setpoint_outside_range(view: LoopView) -> Findings:
     out the process gain; the virtual one measures it (D123).
     """
     value = setpoint_in_file(view)
-    kept = None if value is None else limited_setpoint(view, value)
+    limited_value = None if value is None else limited_setpoint(view, value)
     yield from outside_limits_findings(
-        view, "setpoint", "value", value=kept, limits=view.process_range, quote=view.eu, units=NUMBER_FIELDS
+        view, "setpoint", "value", value=limited_value, limits=view.process_range, quote=view.eu, units=NUMBER_FIELDS
     )
 
 
@@ -309,7 +309,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Findings:
     Fix: bring the limit inside `pv.range`, or correct the range.
     """
     limits = view.process_range
-    for end, value in limits_on(view).items():
+    for end, value in enabled_limits(view).items():
         if view.value(f"setpoint_{end}") is not None:
             yield from outside_limits_findings(
                 view,
@@ -332,7 +332,7 @@ def setpoint_limit_switched_off(view: LoopView) -> Findings:
 
     Fix: remove the `…_enabled: false`, or the limit.
     """
-    for end in ENDS:
+    for end in LIMIT_ENDS:
         if view.value(f"setpoint_{end}") is not None and not view.setpoint_limit_on(end):
             yield view.report(
                 "setpoint",
@@ -396,7 +396,7 @@ D141 = Decision(
     "The help gives no relation. Within a period the actuator is fully on and fully off: a process that a loop with "
     "that reset time controls follows both, and swings with the period.",
 )
-FULL = Decimal(100)
+FULL_OUTPUT = Decimal(100)
 
 
 def output_is_percent(view: LoopView) -> bool:
@@ -416,7 +416,7 @@ def output_upper_limit_zero(view: LoopView) -> Findings:
     """
     high = view.register_value("output_upper")
     if high is not None and high <= 0:
-        yield view.report("output", "limits", 1, high=view.co(high), register=view.register("output"))
+        yield view.report("output", "limits", 1, high=view.co_text(high), register=view.register("output"))
 
 
 @per_loop
@@ -431,7 +431,7 @@ def output_limits_not_ascending(view: LoopView) -> Findings:
     """
     limits = view.register_values("output_lower", "output_upper")
     if limits and limits[0] >= limits[1] > 0:
-        yield view.report("output", "limits", 1, high=view.co(limits[1]), low=view.co(limits[0]))
+        yield view.report("output", "limits", 1, high=view.co_text(limits[1]), low=view.co_text(limits[0]))
 
 
 @per_loop
@@ -446,7 +446,7 @@ def output_lower_limit_negative(view: LoopView) -> Findings:
     """
     low = view.register_value("output_lower")
     if low is not None and low < 0:
-        yield view.report("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
+        yield view.report("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co_text(low))
 
 
 @per_loop
@@ -461,13 +461,15 @@ def output_limit_beyond_full(view: LoopView) -> Findings:
     Fix: end the limits at 100, or give the unit in `output.unit`.
     """
     high = view.register_value("output_upper")
-    if high is None or high <= FULL:
+    if high is None or high <= FULL_OUTPUT:
         return
     if view.loop.output.pwm is not None:
         effect = "the pulses are on all the time from 100 % on"
-        yield view.report("output", "limits", 1, severity=Severity.WARNING, high=view.co(high), effect=effect)
+        yield view.report("output", "limits", 1, severity=Severity.WARNING, high=view.co_text(high), effect=effect)
     elif output_is_percent(view):
-        yield view.report("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
+        yield view.report(
+            "output", "limits", 1, high=view.co_text(high), effect="more than 100 % wants a unit of its own"
+        )
 
 
 @per_loop
@@ -482,7 +484,7 @@ def output_limit_looks_like_fraction(view: LoopView) -> Findings:
     """
     limits = view.register_values("output_lower", "output_upper")
     if limits and limits[0] < limits[1] and 0 < limits[1] <= 1 and (output_is_percent(view) or view.loop.output.pwm):
-        yield view.report("output", "limits", 1, high=view.co(limits[1]))
+        yield view.report("output", "limits", 1, high=view.co_text(limits[1]))
 
 
 @per_loop

@@ -25,7 +25,7 @@ D134 = Decision(
     "The gain is in % of output per unit of the PV, which is easily taken for % per %. Below 1 % a loop acts like a "
     "switch, and sensors and converters are hardly better than that.",
 )
-BAND = Decimal(100)
+SWITCH_SPAN_RATIO = Decimal(100)
 
 
 def output_travel(view: LoopView) -> Decimal | None:
@@ -36,10 +36,10 @@ def output_travel(view: LoopView) -> Decimal | None:
 
 def saturating_error(view: LoopView) -> Decimal | None:
     """The error that drives the output through its limits by the proportional term alone, in the PV's unit."""
-    way, gain = output_travel(view), view.loop.tuning.proportional_gain
-    if way is None or gain <= 0:
+    travel, gain = output_travel(view), view.loop.tuning.proportional_gain
+    if travel is None or gain <= 0:
         return None
-    linear = way / gain
+    linear = travel / gain
     return linear.sqrt() if view.error_squared_on else linear
 
 
@@ -106,7 +106,7 @@ def gain_acts_like_a_switch(view: LoopView) -> Findings:
     if (
         error is not None
         and view.span is not None
-        and error * BAND < view.span
+        and error * SWITCH_SPAN_RATIO < view.span
         and view.has_no_error_at("proportional_gain")
     ):
         yield view.report(
@@ -165,7 +165,10 @@ def windup_not_prevented(view: LoopView) -> Findings:
     ):
         low, high = view.loop.output.limits
         yield view.report(
-            "freeze_bias", low=view.co(low), high=view.co(high), reset=decimal_text(view.loop.tuning.reset_time)
+            "freeze_bias",
+            low=view.co_text(low),
+            high=view.co_text(high),
+            reset=decimal_text(view.loop.tuning.reset_time),
         )
 
 
@@ -207,11 +210,11 @@ D137 = Decision(
     "through the derivative alone, and the derivative has no gain limit.",
     "The topic prints a derivative of the error, so that steps of the set point count as well; it gives no number.",
 )
-TYPICAL = (8, 20)
-TIMES = ("reset_time", "derivative_gain")
-GAINS = ("proportional_gain", "derivative_gain")
-STEP = Decimal("0.1")
-FULL = Decimal(100)
+TYPICAL_LIMITS = (8, 20)
+TIME_REGISTERS = ("reset_time", "derivative_gain")
+GAIN_REGISTERS = ("proportional_gain", "derivative_gain")
+SETPOINT_STEP_SHARE = Decimal("0.1")
+FULL_OUTPUT = Decimal(100)
 
 
 def derivative_limit_in_use(view: LoopView) -> Decimal | None:
@@ -281,7 +284,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
         and view.has_no_error_at("sample_rate", "derivative_gain")
     ):
         times = tuning.derivative_gain / sample
-        if times > TYPICAL[1]:
+        if times > TYPICAL_LIMITS[1]:
             moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
             yield view.report(
                 "tuning",
@@ -306,8 +309,8 @@ def derivative_limit_untypical(view: LoopView) -> Findings:
     limit = view.register_value("derivative_gain_limit")
     if not view.derivative_limit_on or not limit or view.loop.tuning.derivative_gain <= 0:
         return
-    if not TYPICAL[0] <= limit <= TYPICAL[1]:
-        effect = "little of the derivative is left" if limit < TYPICAL[0] else "much of the noise passes"
+    if not TYPICAL_LIMITS[0] <= limit <= TYPICAL_LIMITS[1]:
+        effect = "little of the derivative is left" if limit < TYPICAL_LIMITS[0] else "much of the noise passes"
         if limit >= NO_LIMIT:
             effect = "100 filters nothing"
         yield view.report("derivative_gain_limit", limit=decimal_text(limit), effect=effect)
@@ -324,7 +327,7 @@ def derivative_exceeds_reset(view: LoopView) -> Findings:
     Fix: a quarter of the reset time is the most that tuning rules give.
     """
     tuning = view.loop.tuning
-    if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.has_no_error_at(*TIMES):
+    if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.has_no_error_at(*TIME_REGISTERS):
         yield view.report(
             "tuning",
             "derivative_gain",
@@ -352,13 +355,13 @@ def setpoint_step_kicks_output(view: LoopView) -> Findings:
     if (
         derivative_limit_in_use(view) is not None
         or view.error_squared_on
-        or not view.has_no_error_at("sample_rate", *GAINS)
+        or not view.has_no_error_at("sample_rate", *GAIN_REGISTERS)
         or view.span is None
     ):
         return
-    step = STEP * view.span
+    step = SETPOINT_STEP_SHARE * view.span
     kick = tuning.proportional_gain * tuning.derivative_gain / sample * step
-    if kick >= FULL:
+    if kick >= FULL_OUTPUT:
         yield view.report("tuning", "derivative_gain", step=view.eu(step), kick=f"{float(kick):.4g}")
 
 
@@ -407,14 +410,14 @@ def squared_error_in_squared_units(view: LoopView) -> Findings:
 
     Fix: check the gain at the error at which the loop should react fully; divide a linear gain by that error.
     """
-    full = saturating_error(view)
-    if view.error_squared_on and full is not None:
+    full_error = saturating_error(view)
+    if view.error_squared_on and full_error is not None:
         yield view.report(
             "error",
             "curve",
             gain=view.loop.tuning.proportional_gain,
             one=view.eu(Decimal(1)),
-            full=f"one of {four_digits_text(view, full)}",
+            full=f"one of {four_digits_text(view, full_error)}",
         )
 
 

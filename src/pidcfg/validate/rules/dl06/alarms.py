@@ -44,7 +44,7 @@ from pidcfg.validate.shared_checks import (
 )
 
 WORDS = {word.name: word for word in LOOP_TABLE.words}
-NINES = 9999
+MAX_BCD = 9999
 
 
 def counts_text(counts: Decimal | int) -> str:
@@ -53,7 +53,7 @@ def counts_text(counts: Decimal | int) -> str:
 
 
 @frozen
-class Pair:
+class RampSoakPair:
     """A ramp and its soak: their place in the list of steps, and what their four words hold (None: does not fit)."""
 
     index: int
@@ -106,17 +106,17 @@ class LoopView(SwitchedView[Loop]):
         return all_or_none(map(self.counts, names))
 
     @cached_property
-    def pairs(self) -> tuple[Pair, ...]:
+    def pairs(self) -> tuple[RampSoakPair, ...]:
         """The steps of the ramp/soak profile that are written."""
         profile = self.loop.ramp_soak
         steps = () if profile is None or profile.steps is None else profile.steps
         return tuple(self._pair(j, step, self.steps[j]) for j, step in enumerate(steps))
 
-    def _pair(self, j: int, step: RampSoakStep, block: Block) -> Pair:
+    def _pair(self, j: int, step: RampSoakStep, block: Block) -> RampSoakPair:
         misfits = {misfit.word.name for misfit in block.encoded.misfits}
         target, slope, soak, _ = block.encoded.words
         codec = self.scales["sp"].format.codec
-        return Pair(
+        return RampSoakPair(
             j,
             step,
             None if "ramp_to" in misfits else int(codec.decode(target)),
@@ -166,7 +166,7 @@ class LoopView(SwitchedView[Loop]):
     @property
     def off_resets(self) -> tuple[Decimal, ...]:
         """Reset times that are the off code 9999: as its digits read, and as the manual's text writes it."""
-        return NINES * RESET[self.config.plc.reset_decimals].step, Decimal(NINES)
+        return MAX_BCD * RESET[self.config.plc.reset_decimals].step, Decimal(MAX_BCD)
 
     @property
     def setpoint_limit_on(self) -> bool:
@@ -178,7 +178,7 @@ class LoopView(SwitchedView[Loop]):
         return setpoint * abs(setpoint) if self.loop.pv.square_root else setpoint
 
     @property
-    def bipolar(self) -> bool:
+    def is_bipolar(self) -> bool:
         """Whether the PV's format has a sign."""
         return self.scales["pv"].format.minimum < 0
 
@@ -205,7 +205,7 @@ class Dl06Context(Context[Dl06File, Encoding]):
     @cached_property
     def setup(self) -> Setup:
         """What the CPU makes of V7640 and V7641."""
-        return check_setup(self.config.plc.loop_table, bcd_word(min(max(self.count, 0), NINES)))
+        return check_setup(self.config.plc.loop_table, bcd_word(min(max(self.count, 0), MAX_BCD)))
 
     @property
     def counted_table(self) -> tuple[int, int]:
@@ -267,7 +267,7 @@ D21 = Decision(
     "A limit whose whole counts per sample differ from what is written by more than a tenth is a warning.",
     "The manual warns that fast sample rates diminish the resolution, and gives no number.",
 )
-COARSE = Decimal("0.1")
+MAX_RATE_ERROR = Decimal("0.1")
 
 DEVIATION_POINTS = ("yellow", "red")
 
@@ -279,8 +279,8 @@ def manual_mode_effect(view: LoopView) -> str:
 
 def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:
     """Two alarm points in the wrong order, both with their addresses."""
-    below, above = f"{group}_{low}", f"{group}_{high}"
-    texts = {name: f"{view.quote(name)} in {view.address_of(name)}" for name in (below, above)}
+    low_name, high_name = f"{group}_{low}", f"{group}_{high}"
+    texts = {name: f"{view.quote(name)} in {view.address_of(name)}" for name in (low_name, high_name)}
     return view.report(
         "alarms",
         group,
@@ -288,8 +288,8 @@ def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:
         plc_effect=manual_mode_effect(view),
         above=high,
         below=low,
-        high=texts[above],
-        low=texts[below],
+        high=texts[high_name],
+        low=texts[low_name],
     )
 
 
@@ -334,8 +334,8 @@ def pv_alarms_incomplete(view: LoopView) -> Findings:
 
 
 def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
-    broken = any(not has_points(view, low, high) for low, high, _ in neighbours_out_of_order(view, "pv"))
-    severity = Severity.ERROR if broken else Severity.WARNING if view.bipolar else Severity.INFO
+    is_broken = any(not has_points(view, low, high) for low, high, _ in neighbours_out_of_order(view, "pv"))
+    severity = Severity.ERROR if is_broken else Severity.WARNING if view.is_bipolar else Severity.INFO
     effect = {
         Severity.ERROR: "the order is broken",
         Severity.WARNING: "it alarms there",
@@ -347,7 +347,7 @@ def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
         "alarms",
         "pv",
         missing[0],
-        plc_effect=manual_mode_effect(view) if broken else None,
+        plc_effect=manual_mode_effect(view) if is_broken else None,
         severity=severity,
         missing=f"{list_names(missing)} {verb}",
         words=f"{words} {verb}",
@@ -481,7 +481,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Findings:
     if rate_alarm_on(view) and counts:
         exact = rate_in_counts(view)
         error = abs(counts - exact) / exact
-        if error > COARSE:
+        if error > MAX_RATE_ERROR:
             yield view.report(
                 "alarms",
                 "rate_of_change",
@@ -580,15 +580,15 @@ def hysteresis_wide(view: LoopView) -> Findings:
     Fix: choose 0.1 % to 5 % of the range, at most 512 counts.
     """
     counts = hysteresis_in_use(view)
-    widest, largest = span_share(view, WIDE_HYSTERESIS), span_share(view, LARGEST_HYSTERESIS)
-    if counts is None or not min(widest, MAX_COUNTS) < counts <= largest:
+    advised_max, absolute_max = span_share(view, WIDE_HYSTERESIS), span_share(view, LARGEST_HYSTERESIS)
+    if counts is None or not min(advised_max, MAX_COUNTS) < counts <= absolute_max:
         return
-    passed = f"more than 5 % of the span ({view.distance(widest)})"
+    limit_text = f"more than 5 % of the span ({view.distance(advised_max)})"
     if counts > MAX_COUNTS:
         as_counts = f"more than 200 hex if these are counts ({MAX_COUNTS})"
-        readings = f"{as_counts}, within them if they grow with the format ({largest})"
-        passed = readings if counts <= widest else f"{passed}, {readings}"
-    yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"), passed=passed)
+        readings = f"{as_counts}, within them if they grow with the format ({absolute_max})"
+        limit_text = readings if counts <= advised_max else f"{limit_text}, {readings}"
+    yield view.report("alarms", "hysteresis", value=view.quote("hysteresis"), passed=limit_text)
 
 
 @per_loop

@@ -18,12 +18,12 @@ from pidcfg.validate.shared_checks import exceeded_alarm, find_circles, find_sha
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import Output, Pv
-    from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView, Pair
+    from pidcfg.validate.rules.dl06.alarms import Dl06Context, LoopView, RampSoakPair
 
 # --- Cascade links: which loop gives which its set point, and whether the two words mean the same ---------------------
 
 POINTER = DL06.cite("Remote Setpoint (SP) Location")
-CASCADED = DL06.cite("Cascaded Loops in the DL06 CPU")
+CASCADED_LOOPS = DL06.cite("Cascaded Loops in the DL06 CPU")
 SOURCES = DL06.cite("Data Sources")
 
 D24 = Decision(
@@ -78,7 +78,7 @@ def link_key(view: LoopView) -> str:
     return "cascade_from" if view.loop.cascade_from is not None else "remote_setpoint"
 
 
-@error("DL258", CASCADED, "the cascade goes in a circle: {circle}")
+@error("DL258", CASCADED_LOOPS, "the cascade goes in a circle: {circle}")
 def cascade_cycle(context: Dl06Context) -> Findings:
     """Loops give each other their set points in a circle.
 
@@ -97,7 +97,7 @@ def cascade_cycle(context: Dl06Context) -> Findings:
                 yield finding.with_other_loops(*(name for name in names if name != view.name))
 
 
-@error("DL259", CASCADED, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
+@error("DL259", CASCADED_LOOPS, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
 def cascade_format_mismatch(context: Dl06Context) -> Findings:
     """Major and minor loop of a cascade use different data formats.
 
@@ -107,11 +107,11 @@ def cascade_format_mismatch(context: Dl06Context) -> Findings:
     Fix: give the minor loop's `pv.format` and the major loop's output the same format.
     """
     for major, minor in context.cascades:
-        written, read = major.scales["output"].format.name, minor.scales["pv"].format.name
-        if written != read:
+        output, pv = major.scales["output"].format.name, minor.scales["pv"].format.name
+        if output != pv:
             key = ("pv", "format") if "format" in minor.loop.pv.model_fields_set else (link_key(minor),)
             word = major.address_of("output")
-            values = {"minor": minor.name, "format": read, "major": major.name, "other": written, "word": word}
+            values = {"minor": minor.name, "format": pv, "major": major.name, "other": output, "word": word}
             yield from report_at_both(minor, minor.report(*key), major, major.report("output", "format"), **values)
 
 
@@ -125,26 +125,26 @@ def cascade_range_mismatch(context: Dl06Context) -> Findings:
     Fix: give the major loop's `output.range` the values of the minor loop's `pv.range`.
     """
     for major, minor in context.cascades:
-        written, read = major.loop.output.range, minor.loop.pv.range
+        output, pv = major.loop.output.range, minor.loop.pv.range
         same_unit = None in {major.loop.output.unit, minor.loop.pv.unit} or major.loop.output.unit == minor.loop.pv.unit
-        if (written is None) != (read is None):
-            yield from _one_range(major, minor)
-        elif written is not None and read is not None and (written != read or not same_unit):
-            key = "range" if written != read else "unit"
-            values = _scales(major, minor)
+        if (output is None) != (pv is None):
+            yield from _missing_range_findings(major, minor)
+        elif output is not None and pv is not None and (output != pv or not same_unit):
+            key = "range" if output != pv else "unit"
+            values = _scale_texts(major, minor)
             yield from report_at_both(major, major.report("output", key), minor, minor.report("pv", key), **values)
 
 
-def _one_range(major: LoopView, minor: LoopView) -> Findings:
+def _missing_range_findings(major: LoopView, minor: LoopView) -> Findings:
     """Only one side has a scale: it cannot be compared, and the other side's values are raw counts."""
-    values = _scales(major, minor)
+    values = _scale_texts(major, minor)
     at_major, at_minor = (
         view.report(part, "range", severity=Severity.WARNING) for view, part in ((major, "output"), (minor, "pv"))
     )
     yield from report_at_both(major, at_major, minor, at_minor, **values)
 
 
-def _scales(major: LoopView, minor: LoopView) -> dict[str, str]:
+def _scale_texts(major: LoopView, minor: LoopView) -> dict[str, str]:
     """The two scales of a cascade as a message compares them."""
     texts = {"read": _scale_text(minor.loop.pv), "written": _scale_text(major.loop.output)}
     return {"minor": minor.name, "major": major.name, **texts}
@@ -172,10 +172,10 @@ def cascade_into_square_root(context: Dl06Context) -> Findings:
     Fix: take the root outside the loop (in the transmitter or the ladder program), so that PV and set point are linear.
     """
     for major, minor in context.cascades:
-        most, top = major.counts("output_high"), minor.scales["sp"].full_counts
-        if minor.loop.pv.square_root and most is not None and most > round(top):
+        max_output, max_setpoint = major.counts("output_high"), minor.scales["sp"].full_counts
+        if minor.loop.pv.square_root and max_output is not None and max_output > round(max_setpoint):
             most_text = major.quote("output_high")
-            values = {"minor": minor.name, "top": round(top), "major": major.name, "most": most_text}
+            values = {"minor": minor.name, "top": round(max_setpoint), "major": major.name, "most": most_text}
             at_minor, at_major = minor.report("pv", "square_root"), major.report("output", "limits")
             yield from report_at_both(minor, at_minor, major, at_major, **values)
 
@@ -247,7 +247,7 @@ D26 = Decision(
     "Output limits of a major loop that reach beyond the minor loop's set point limits are a warning.",
     "The minor loop applies its limits internally; the major loop goes on integrating against them.",
 )
-RATIO = 10
+MIN_RATE_RATIO = 10
 
 
 @error(
@@ -291,7 +291,7 @@ def cascade_mode_without_major(view: LoopView) -> Findings:
 
 @warning(
     "DL267",
-    CASCADED,
+    CASCADED_LOOPS,
     "{major} has mode manual, but {minor} is meant for cascade: its set point would be the manual output of {major}",
 )
 def major_loop_left_in_manual(context: Dl06Context) -> Findings:
@@ -310,7 +310,7 @@ def major_loop_left_in_manual(context: Dl06Context) -> Findings:
 
 @info(
     "DL268",
-    CASCADED,
+    CASCADED_LOOPS,
     "{name} has mode {mode}, so it keeps its own set point, and the output of {major} leads nowhere",
 )
 def idle_cascade(context: Dl06Context) -> Findings:
@@ -339,7 +339,7 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         slow, fast = minor.loop.sample_rate, major.loop.sample_rate
         if fast < slow:
-            yield from _at_rates(major, minor, slow=slow, fast=fast)
+            yield from _rate_findings(major, minor, slow=slow, fast=fast)
 
 
 @info(
@@ -357,12 +357,12 @@ def cascade_rates_close(context: Dl06Context) -> Findings:
     """
     for major, minor in context.cascades:
         slow, fast = major.loop.sample_rate, minor.loop.sample_rate
-        if 0 < fast <= slow < RATIO * fast:
+        if 0 < fast <= slow < MIN_RATE_RATIO * fast:
             ratio = (slow / fast).quantize(Decimal("0.01"), ROUND_FLOOR).normalize()
-            yield from _at_rates(major, minor, slow=slow, fast=fast, ratio=ratio, limit=RATIO)
+            yield from _rate_findings(major, minor, slow=slow, fast=fast, ratio=ratio, limit=MIN_RATE_RATIO)
 
 
-def _at_rates(major: LoopView, minor: LoopView, slow: Decimal, fast: Decimal, **values: object) -> Findings:
+def _rate_findings(major: LoopView, minor: LoopView, slow: Decimal, fast: Decimal, **values: object) -> Findings:
     """A finding at the sample rates of both loops."""
     values |= {"major": major.name, "minor": minor.name, "slow": decimal_text(slow), "fast": decimal_text(fast)}
     yield from report_at_both(major, major.report("sample_rate"), minor, minor.report("sample_rate"), **values)
@@ -436,12 +436,12 @@ D27 = Decision(
     "one that a single sample completes as well.",
     "Slow ramps on wide ranges have few digits left, and the length of the ramp goes with the slope.",
 )
-ROUNDING = Decimal("0.01")
+MAX_SLOPE_ERROR = Decimal("0.01")
 
 
-def pairs_until_end(view: LoopView) -> list[Pair]:
+def pairs_until_end(view: LoopView) -> list[RampSoakPair]:
     """The pairs up to the first slope of 0, which ends the profile."""
-    pairs: list[Pair] = []
+    pairs: list[RampSoakPair] = []
     for pair in view.pairs:
         if pair.slope == 0:
             break
@@ -534,41 +534,41 @@ def slope_rounded(view: LoopView) -> Findings:
         if not pair.slope or exact <= 0:
             continue
         change = exact / pair.slope - 1
-        if abs(pair.slope - exact) > ROUNDING * exact:
+        if abs(pair.slope - exact) > MAX_SLOPE_ERROR * exact:
             yield view.report(
                 "ramp_soak",
                 "steps",
                 pair.index,
                 "slope",
-                value=f"{pair.step.slope}{_unit(view, pair)} a second",
+                value=f"{pair.step.slope}{_slope_unit(view, pair)} a second",
                 exact=f"{float(exact):.4g}",
                 stored=pair.slope,
                 percent=f"{abs(100 * float(change)):.1f}",
                 longer="longer" if change > 0 else "less",
-                fix=f"write {_nearest(view, exact, pair)}{_finer(view)}",
+                fix=f"write {_nearest_slopes(view, exact, pair)}{_finer_format_hint(view)}",
             )
 
 
-def _nearest(view: LoopView, exact: Decimal, pair: Pair) -> str:
+def _nearest_slopes(view: LoopView, exact: Decimal, pair: RampSoakPair) -> str:
     """The two nearest slopes that the word holds, in the unit of the file."""
     step, scale = SLOPE.step, view.scales["sp"]
     below = exact // step * step
     counts = [slope for slope in (below, below + step) if 0 < slope <= SLOPE.high]
     is_raw = pair.step.slope.counts or scale.range is None
     values = [slope if is_raw else EXACT_CONTEXT.divide(slope * scale.width, scale.full_counts) for slope in counts]
-    unit = " counts" if pair.step.slope.counts else _unit(view, pair)
+    unit = " counts" if pair.step.slope.counts else _slope_unit(view, pair)
     return " or ".join(
         f"{float(value):.4g}{unit} a second ({slope} counts)" for value, slope in zip(values, counts, strict=True)
     )
 
 
-def _finer(view: LoopView) -> str:
+def _finer_format_hint(view: LoopView) -> str:
     """What else has more counts; empty: nothing."""
     finer = "; or use the 15-bit format, which has eight times the counts"
     return finer if view.loop.pv.format.startswith("12") else ""
 
 
-def _unit(view: LoopView, pair: Pair) -> str:
+def _slope_unit(view: LoopView, pair: RampSoakPair) -> str:
     """The unit of a slope, with a blank before it."""
     return "" if pair.step.slope.counts or view.loop.pv.unit is None else f" {view.loop.pv.unit}"
 
@@ -587,12 +587,12 @@ def ramp_within_one_sample(view: LoopView) -> Findings:
 
     Fix: choose a smaller slope, or sample faster. The unit is per second: 5 degrees a minute is 0.083 a second.
     """
-    at = None if view.loop.setpoint.value is None else view.counts("setpoint")
+    target = None if view.loop.setpoint.value is None else view.counts("setpoint")
     for pair in pairs_until_end(view):
-        start, at = at, pair.target
-        if start is None or at is None or not pair.slope:
+        start, target = target, pair.target
+        if start is None or target is None or not pair.slope:
             continue
-        time = abs(at - start) / float(pair.slope)
+        time = abs(target - start) / float(pair.slope)
         if 0 < time <= float(view.loop.sample_rate):
             yield view.report(
                 "ramp_soak",
@@ -600,7 +600,7 @@ def ramp_within_one_sample(view: LoopView) -> Findings:
                 pair.index,
                 "slope",
                 start=view.eu(start, "sp"),
-                end=view.eu(at, "sp"),
+                end=view.eu(target, "sp"),
                 slope=pair.slope,
                 time=f"{time:.2g}",
                 sample=decimal_text(view.loop.sample_rate),

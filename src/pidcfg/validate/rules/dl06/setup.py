@@ -263,11 +263,11 @@ D348 = Decision(
     "and bit 3 of V7642 speaks of the boundary at V7577.",
 )
 CERTAIN_AREAS = tuple(area for area in CPU.transfer_sources if area[0] >= CPU.lower[0])
-BELOW_LOWER = (
+BELOW_V1200_TEXT = (
     "a data area of the PV transfer (V400-V677), but below the lower memory of V7640, which begins at V1200: bit 0 of "
     "+35 may come on"
 )
-BEYOND_SOURCES = (
+BEYOND_V7377_TEXT = (
     "up to V7577 by the flags of V7642, but the data area of the PV transfer ends at V7377: bit 0 of +35 may come on"
 )
 
@@ -346,7 +346,7 @@ def ramp_soak_table_in_disputed_memory(context: Dl06Context) -> Findings:
                 "ramp_soak",
                 "table",
                 words=address_range_text((first, last)),
-                doubt=BELOW_LOWER if below else BEYOND_SOURCES,
+                doubt=BELOW_V1200_TEXT if below else BEYOND_V7377_TEXT,
             )
 
 
@@ -597,10 +597,10 @@ def channel_read_and_written(context: Dl06Context) -> Findings:
     Fix: check the module in this slot.
     """
     for reader, writer in product(context.loops, repeat=2):
-        place = channel_of(reader.loop.pv.transfer)
-        if place is None or place != channel_of(writer.loop.output.transfer):
+        channel = channel_of(reader.loop.pv.transfer)
+        if channel is None or channel != channel_of(writer.loop.output.transfer):
             continue
-        values = {"slot": place[0], "channel": place[1], "reader": reader.name, "writer": writer.name}
+        values = {"slot": channel[0], "channel": channel[1], "reader": reader.name, "writer": writer.name}
         at_writer, at_reader = writer.report_key("output", "transfer"), reader.report_key("pv", "transfer")
         if reader is writer:
             yield at_writer.with_values(**values)
@@ -619,11 +619,11 @@ def pv_source_in_pid_table(context: Dl06Context) -> Findings:
     """
     for view in context.loops:
         transfer = view.loop.pv.transfer
-        if transfer is not None and transfer.address is not None and (what := _in_tables(context, transfer.address)):
+        if transfer is not None and transfer.address is not None and (what := _table_text(context, transfer.address)):
             yield view.report("pv", "transfer", "address", address=v_name(transfer.address), what=what)
 
 
-def _in_tables(context: Dl06Context, address: int) -> str:
+def _table_text(context: Dl06Context, address: int) -> str:
     """Which word of which table an address is; empty when it is outside them."""
     first, last = context.table
     if first <= address <= last:
@@ -650,7 +650,7 @@ def slot_counted_two_ways(view: LoopView) -> Findings:
     Fix: see that the PV follows the right terminal.
     """
     if _channels(view):
-        yield _slot(view)
+        yield _slot_finding(view)
 
 
 def _channels(view: LoopView) -> list[tuple[str, tuple[int, int]]]:
@@ -659,7 +659,7 @@ def _channels(view: LoopView) -> list[tuple[str, tuple[int, int]]]:
     return [(key, channel) for key, transfer in transfers if (channel := channel_of(transfer)) is not None]
 
 
-def _slot(view: LoopView) -> Finding:
+def _slot_finding(view: LoopView) -> Finding:
     """What the word of a loop's first channel holds."""
     key, (slot, channel) = _channels(view)[0]
     word = view.block.encoded.words[LOOP_TABLE.offset_of(f"{key}_transfer")]

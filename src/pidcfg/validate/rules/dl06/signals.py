@@ -30,7 +30,7 @@ D19 = Decision(
 )
 MIN_TENTHS, MAX_TENTHS = 1, 10
 """Tenths, as the word holds them."""
-THOUSANDTH = 1000
+OFFSET_SPAN_DIVISOR = 1000
 
 
 @per_loop
@@ -65,7 +65,7 @@ def filter_leaves_an_offset(view: LoopView) -> Findings:
     if not view.pv_filter_on or not MIN_TENTHS <= tenths <= MAX_TENTHS:
         return
     offset = 10 // (2 * tenths)
-    if offset * THOUSANDTH >= view.scales["pv"].format.span:
+    if offset * OFFSET_SPAN_DIVISOR >= view.scales["pv"].format.span:
         text = view.text(view.scales["pv"].span_value(offset), "pv", offset)
         yield view.report("pv", "filter", k=f"0.{tenths}", offset=text)
 
@@ -84,11 +84,11 @@ def filtered_alarm_at_end_of_scale(view: LoopView) -> Findings:
     """
     if not view.pv_filter_on or not view.pv_alarms_on:
         return
-    ends = view.scales["pv"].format
+    data_format = view.scales["pv"].format
     for key in PV_POINTS:
         if getattr(view.loop.alarms.pv, key) is not None and view.counts(f"pv_{key}") in {
-            ends.minimum,
-            ends.maximum,
+            data_format.minimum,
+            data_format.maximum,
         }:
             yield view.report("alarms", "pv", key, alarm=key, value=view.quote(f"pv_{key}"))
 
@@ -163,14 +163,14 @@ def square_root_alarm_scale(view: LoopView) -> Findings:
 
     Fix: square the flow: to alarm at 80 % of the flow, write 64 % of the range.
     """
-    if not view.loop.pv.square_root or not view.pv_alarms_on or view.bipolar:
+    if not view.loop.pv.square_root or not view.pv_alarms_on or view.is_bipolar:
         return
     full = view.scales["pv"].format.maximum
-    held = {key: view.counts(f"pv_{key}") for key in PV_POINTS}
-    shares = {key: counts / full for key, counts in held.items() if counts is not None and 0 < counts < full}
+    all_counts = {key: view.counts(f"pv_{key}") for key in PV_POINTS}
+    shares = {key: counts / full for key, counts in all_counts.items() if counts is not None and 0 < counts < full}
     texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
     for key in list(texts)[:1]:
-        more = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
+        others = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
         yield view.report(
             "alarms",
             "pv",
@@ -179,7 +179,7 @@ def square_root_alarm_scale(view: LoopView) -> Findings:
             value=view.quote(f"pv_{key}"),
             flow=texts[key][0],
             percent=texts[key][1],
-            others="".join(f"; {text}" for text in more),
+            others="".join(f"; {text}" for text in others),
         )
 
 
@@ -220,7 +220,7 @@ def square_root_of_signed_signal(view: LoopView) -> Findings:
 
     Fix: use a unipolar format for a differential-pressure signal.
     """
-    if view.loop.pv.square_root and view.bipolar:
+    if view.loop.pv.square_root and view.is_bipolar:
         most, top = round_to_integer(largest_root(view)), round_to_integer(view.scales["sp"].full_counts)
         yield view.report("pv", "square_root", format=view.loop.pv.format, most=most, top=top)
 
@@ -235,7 +235,7 @@ def setpoint_above_every_root(view: LoopView) -> Findings:
 
     Fix: use a unipolar format for a differential-pressure signal.
     """
-    if not (view.loop.pv.square_root and view.bipolar):
+    if not (view.loop.pv.square_root and view.is_bipolar):
         return
     root = largest_root(view)
     counts = view.counts("setpoint") if view.loop.setpoint.value is not None else None
@@ -517,7 +517,7 @@ def set_points_crossed(context: Dl06Context) -> Findings:
 
     Fix: put the set point of the reverse-acting loop above that of the direct-acting one, with a gap between them.
     """
-    pairs = ((one, other) for one, other in combinations(context.loops, 2) if _read_alike(one, other))
+    pairs = ((one, other) for one, other in combinations(context.loops, 2) if _have_same_source(one, other))
     for heating, cooling in crossed_set_points(
         pairs, lambda view: view.loop.action == "direct", lambda view: view.counts("setpoint")
     ):
@@ -528,7 +528,7 @@ def set_points_crossed(context: Dl06Context) -> Findings:
         yield from report_at_both(first, at_first, second, at_second, **values, **names)
 
 
-def _read_alike(*views: LoopView) -> bool:
+def _have_same_source(*views: LoopView) -> bool:
     """Whether loops read one place on one scale, and each has a set point of its own."""
     scales = {(source_of(view.loop.pv.transfer), view.scales["sp"]) for view in views}
     own = all(view.loop.setpoint.value is not None and view.loop.cascade_from is None for view in views)

@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate.rule import Finding, Findings, checklist, error, info, make_finding, per_loop, warning
-from pidcfg.validate.rules.dl06.alarms import NINES, Dl06Context, LoopView, counts_text
+from pidcfg.validate.rules.dl06.alarms import MAX_BCD, Dl06Context, LoopView, counts_text
 from pidcfg.validate.shared_checks import number_text, value_or_switch_key
 
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
@@ -34,7 +34,7 @@ D13 = Decision(
     "Td/Ts is the gain of the derivative term over the proportional one for a change within one sample; 20 is the "
     "largest limit that the CPU offers.",
 )
-LARGEST_LIMIT = 20
+MAX_DERIVATIVE_LIMIT = 20
 
 
 @warning(
@@ -53,10 +53,10 @@ def reset_has_two_readings(context: Dl06Context) -> Findings:
     the warning goes away with it.
     """
     if "reset_decimals" not in context.config.plc.model_fields_set:
-        yield from (_two_readings(view) for view in context.loops if reset_digits(view) is not None)
+        yield from (_readings_finding(view) for view in context.loops if reset_digits(view) is not None)
 
 
-def _two_readings(view: LoopView) -> Finding:
+def _readings_finding(view: LoopView) -> Finding:
     """The two times that the reset word of a loop may mean."""
     digits = reset_digits(view) or 0
     return view.report(
@@ -131,12 +131,12 @@ def _other_unit_cure(view: LoopView, value: Decimal, step: Decimal) -> str:
     """The same time in the other unit, where that has room for it."""
     if value <= 0:
         return "; a time is not negative, the direction of control is `action`"
-    minutes = view.loop.tuning.reset_unit == "minutes"
-    other = value * 60 if minutes else value / 60
+    in_minutes = view.loop.tuning.reset_unit == "minutes"
+    other = value * 60 if in_minutes else value / 60
     digits = round_to_integer(other / step)
-    if not 0 < digits < NINES:
+    if not 0 < digits < MAX_BCD:
         return ""
-    unit, key = ("s", "seconds") if minutes else ("min", "minutes")
+    unit, key = ("s", "seconds") if in_minutes else ("min", "minutes")
     return f"; write `reset: {decimal_text(digits * step)} {unit}` and `reset_unit: {key}`"
 
 
@@ -290,7 +290,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
     Fix: set `derivative_gain_limit` (1 to 20), filter the PV, or sample more slowly.
     """
     loop, sample = view.loop, view.loop.sample_rate
-    strong = sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample
+    strong = sample > 0 and loop.tuning.rate > MAX_DERIVATIVE_LIMIT * sample
     if strong and not view.derivative_limit_on and not view.pv_filter_on:
         times = loop.tuning.rate / sample
         spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
@@ -369,13 +369,13 @@ def freeze_never_reached(view: LoopView) -> Findings:
         and view.loop.algorithm == "position"
         and (limits := view.register_values("output_low", "output_high"))
     ):
-        ends = view.scales["output"].format
-        if limits[0] < limits[1] and (limits[0] > ends.minimum or limits[1] < ends.maximum):
+        data_format = view.scales["output"].format
+        if limits[0] < limits[1] and (limits[0] > data_format.minimum or limits[1] < data_format.maximum):
             yield view.report(
                 "bias_freeze",
                 low=view.quote("output_low"),
                 high=view.quote("output_high"),
-                ends=f"{ends.minimum} or {ends.maximum}",
+                ends=f"{data_format.minimum} or {data_format.maximum}",
             )
 
 
@@ -413,8 +413,8 @@ def windup_not_prevented(view: LoopView) -> Findings:
     loop, reset, limits = view.loop, view.reset, view.register_values("output_low", "output_high")
     if loop.bias_freeze or loop.algorithm != "position" or not limits or reset is None or "reset" in view.misfits:
         return
-    ends = view.scales["output"].format
-    if reset > 0 and (limits[0], limits[1]) == (ends.minimum, ends.maximum):
+    data_format = view.scales["output"].format
+    if reset > 0 and (limits[0], limits[1]) == (data_format.minimum, data_format.maximum):
         yield view.report("bias_freeze", low=limits[0], high=limits[1], reset=decimal_text(reset))
 
 
@@ -447,7 +447,7 @@ D1085 = Decision(
     "The loop is in Manual, where the limits do not hold (D645). The figure of the open loop stops at the full scale "
     "positive limit; only that of the closed loop names the limit settings.",
 )
-APART, FULL_SCALE = 205, 4095
+START_DISTANCE, FULL_SCALE = 205, 4095
 """Counts of 12 bit; of another format that share of the span (D57)."""
 
 
@@ -575,8 +575,8 @@ def has_closed_loop_autotune(view: LoopView) -> bool:
 
 def output_limit_at_an_end(view: LoopView) -> bool:
     """Whether an output limit is an end of the data range."""
-    limits, ends = view.register_values("output_low", "output_high"), view.scales["output"].format
-    return bool(limits) and (limits[0] <= ends.minimum or limits[1] >= ends.maximum)
+    limits, data_format = view.register_values("output_low", "output_high"), view.scales["output"].format
+    return bool(limits) and (limits[0] <= data_format.minimum or limits[1] >= data_format.maximum)
 
 
 @per_loop
@@ -592,11 +592,11 @@ def autotune_start_condition(view: LoopView) -> Findings:
     if bit 13 of +06 comes on, try the other reading.
     """
     if "autotune" in view.loop.model_fields_set:
-        apart = start_distance(view)
+        limit = start_distance(view)
         side = "below" if view.loop.action == "direct" else "above"
-        condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
+        condition = f"open-loop auto-tuning starts only with the PV at least {limit} {side} the set point"
         if view.loop.autotune.method == "closed":
-            condition = f"closed-loop auto-tuning starts only with PV and set point within 5 % of full scale ({apart})"
+            condition = f"closed-loop auto-tuning starts only with PV and set point within 5 % of full scale ({limit})"
         yield view.report_key("autotune", condition=condition)
 
 
@@ -607,6 +607,6 @@ def start_distance(view: LoopView) -> str:
     """
     rounding = ROUND_CEILING if view.loop.autotune.method == "open" else ROUND_FLOOR
     root = view.loop.pv.square_root
-    exact = APART * view.scales["sp"].full_counts / FULL_SCALE
+    exact = START_DISTANCE * view.scales["sp"].full_counts / FULL_SCALE
     counts = exact.quantize(Decimal("0.01") if root else Decimal(1), rounding)
     return f"{counts_text(counts)} of the set point's scale" if root else view.distance(int(counts))

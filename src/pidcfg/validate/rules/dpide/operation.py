@@ -48,11 +48,11 @@ def pulses_beyond_cycle(view: LoopView) -> Findings:
     gpwm, limits = view.loop.call.GPWM, view.limits
     if gpwm is None or limits is None or (limits[0] >= 0 and limits[1] == gpwm.cycle):
         return
-    low, high, effect = number_with_unit(limits[0], None), view.mv(limits[1]), _effect(limits, gpwm.cycle)
+    low, high, effect = number_with_unit(limits[0], None), view.mv_text(limits[1]), _pulse_effect(limits, gpwm.cycle)
     yield view.report("call", "GPWM", "cycle", low=low, high=high, cycle=gpwm.cycle, effect=effect)
 
 
-def _effect(limits: tuple[Decimal, Decimal], cycle: int) -> str:
+def _pulse_effect(limits: tuple[Decimal, Decimal], cycle: int) -> str:
     """What the output does."""
     if limits[1] > cycle:
         return f"from {cycle} on the output is never off"
@@ -76,8 +76,8 @@ def pulses_collide(context: DpideContext) -> Findings:
         for other in context.loops:
             others = {} if other is view or other.loop.call.GPWM is None else {"GPWM": other.loop.call.GPWM.output}
             enable = {} if other.loop.call.EN is None else {"EN": other.loop.call.EN}
-            given = {"I_MV": other.loop.device, **other.loop.devices.by_operand(), **enable, **others}
-            for name in [name for name, device in given.items() if device_range(name, device).overlaps(bit)]:
+            devices = {"I_MV": other.loop.device, **other.loop.devices.by_operand(), **enable, **others}
+            for name in [name for name, device in devices.items() if device_range(name, device).overlaps(bit)]:
                 finding = view.report("call", "GPWM", "output", bit=bit, other=f"{other.name}.{name}")
                 if other is view:
                     yield finding
@@ -133,7 +133,7 @@ class OperandDevice(NamedTuple):
 
     view: LoopView
     operand: str
-    place: DeviceRange
+    extent: DeviceRange
 
     @property
     def name(self) -> str:
@@ -158,14 +158,14 @@ def operands_with_device(context: DpideContext) -> list[OperandDevice]:
 def overlapping_operands(context: DpideContext) -> Iterator[tuple[OperandDevice, OperandDevice]]:
     """Pairs of operands that share a device."""
     items = operands_with_device(context)
-    rows = sorted(range(len(items)), key=lambda i: (items[i].place.bank, items[i].place.first))
+    rows = sorted(range(len(items)), key=lambda i: (items[i].extent.bank, items[i].extent.first))
     overlaps: list[tuple[int, int]] = []
-    before: list[int] = []
+    active: list[int] = []
     for i in rows:
-        place = items[i].place
-        before = [j for j in before if items[j].place.bank == place.bank and items[j].place.last >= place.first]
-        overlaps += [(min(i, j), max(i, j)) for j in before if items[j].place.overlaps(place)]
-        before.append(i)
+        extent = items[i].extent
+        active = [j for j in active if items[j].extent.bank == extent.bank and items[j].extent.last >= extent.first]
+        overlaps += [(min(i, j), max(i, j)) for j in active if items[j].extent.overlaps(extent)]
+        active.append(i)
     return ((items[i], items[j]) for i, j in sorted(overlaps))
 
 
@@ -181,14 +181,14 @@ def device_beyond_bank(context: DpideContext) -> Findings:
     Fix: let it begin lower.
     """
     for item in operands_with_device(context):
-        place = item.place
-        if place.bank == "D" and place.last > LAST_REGISTER:
+        extent = item.extent
+        if extent.bank == "D" and extent.last > LAST_REGISTER:
             yield item.view.report(
                 *item.path,
                 operand=item.operand,
-                place=place,
+                place=extent,
                 last=LAST_REGISTER,
-                latest=LAST_REGISTER - (place.last - place.first),
+                latest=LAST_REGISTER - (extent.last - extent.first),
             )
 
 
@@ -204,7 +204,7 @@ def integral_block_overlaps(context: DpideContext) -> Findings:
     """
     for first, second in overlapping_operands(context):
         if "I_MV" in {first.operand, second.operand}:
-            yield from _at_operands(first, second)
+            yield from _operand_findings(first, second)
 
 
 @error("DP703", D258, "{mine} at {place} and {other} at {other_place} {reason}")
@@ -221,22 +221,22 @@ def devices_collide(context: DpideContext) -> Findings:
     for first, second in overlapping_operands(context):
         reason = None if "I_MV" in {first.operand, second.operand} else conflict_reason(first, second)
         if reason is not None:
-            yield from _at_operands(first, second, reason=reason)
+            yield from _operand_findings(first, second, reason=reason)
 
 
-def _at_operands(first: OperandDevice, second: OperandDevice, **values: str) -> Findings:
+def _operand_findings(first: OperandDevice, second: OperandDevice, **values: str) -> Findings:
     """A finding at the operand of each loop; of operands of one loop at the second."""
     pairs = [(second, first)] if first.view is second.view else [(second, first), (first, second)]
     for item, other in pairs:
         finding = item.view.report(
-            *item.path, mine=item.name, place=item.place, other=other.name, other_place=other.place
+            *item.path, mine=item.name, place=item.extent, other=other.name, other_place=other.extent
         ).with_values(**values)
         yield finding if len(pairs) == 1 else finding.with_other_loops(other.view.name)
 
 
 def conflict_reason(first: OperandDevice, second: OperandDevice) -> str | None:
     """Why two operands cannot share their devices; None: they can."""
-    if first.place != second.place:
+    if first.extent != second.extent:
         return "overlap in part"
     if ROWS[first.operand].type is not ROWS[second.operand].type:
         return "are of different types"
@@ -325,7 +325,7 @@ def set_points_crossed(context: DpideContext) -> Findings:
         pairs, lambda view: view.loop.PID_DIR, lambda view: None if view.has_device("SV") else view.number("SV")
     ):
         first, second = sorted((heating, cooling), key=lambda view: view.index)
-        values = {"high": heating.pv(heating.loop.SV), "low": cooling.pv(cooling.loop.SV)}
+        values = {"high": heating.pv_text(heating.loop.SV), "low": cooling.pv_text(cooling.loop.SV)}
         names = {"heating": heating.name, "cooling": cooling.name, "device": first.loop.devices.PV}
         at_first, at_second = (view.report("SV") for view in (first, second))
         yield from report_at_both(first, at_first, second, at_second, **values, **names)
@@ -395,7 +395,7 @@ def cycle_shorter_than_scan(view: LoopView) -> Findings:
 # --- Running, manual and autotune: what PID_RUN, PID_MODE and PID_MAN do together -------------------------------------
 
 MODES = range(3)
-AUTOTUNE, BACK_CALCULATED = 1, 2
+AUTOTUNE_MODE, BACK_CALCULATED_MODE = 1, 2
 D259 = Decision(
     259,
     "an operand without a device is a number in the program",
@@ -428,7 +428,7 @@ def autotune_as_a_number(view: LoopView) -> Findings:
 
     Fix: give PID_MODE a device that nothing else uses, as in `devices: {PID_MODE: D104}`.
     """
-    if view.loop.PID_MODE == AUTOTUNE and not view.has_device("PID_MODE"):
+    if view.loop.PID_MODE == AUTOTUNE_MODE and not view.has_device("PID_MODE"):
         yield view.report("PID_MODE")
 
 
@@ -443,7 +443,7 @@ def tuned_coefficients_without_devices(view: LoopView) -> Findings:
     Fix: give the four operands devices, in a latched range.
     """
     bare = [name for name in WRITTEN_BY_AUTOTUNE[1:] if not view.has_device(name)]
-    if view.loop.PID_MODE == AUTOTUNE and bare:
+    if view.loop.PID_MODE == AUTOTUNE_MODE and bare:
         yield view.report("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
 
 
@@ -457,9 +457,9 @@ def tunes_at_once(view: LoopView) -> Findings:
 
     Fix: see that the plant may be moved at that moment. Otherwise write 0.
     """
-    if view.loop.PID_MODE == AUTOTUNE and view.loop.PID_RUN and view.limits is not None:
+    if view.loop.PID_MODE == AUTOTUNE_MODE and view.loop.PID_RUN and view.limits is not None:
         low, high = view.limits
-        yield view.report("PID_MODE", low=view.mv(low), high=view.mv(high))
+        yield view.report("PID_MODE", low=view.mv_text(low), high=view.mv_text(high))
 
 
 @per_loop
@@ -484,7 +484,7 @@ def always_in_manual(view: LoopView) -> Findings:
 
     Fix: write `PID_MAN: false`, or give it a bit that nothing else uses, as in `devices: {PID_MAN: M11}`.
     """
-    if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE and not view.has_device("PID_MAN"):
+    if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE_MODE and not view.has_device("PID_MAN"):
         low, high = view.limits or (view.loop.MOUT, view.loop.MOUT)
         yield view.report("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
 
@@ -498,7 +498,7 @@ def manual_during_autotune(view: LoopView) -> Findings:
 
     Fix: write `PID_MODE: 0` to hold the output, or `PID_MAN: false` to tune.
     """
-    if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE:
+    if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE_MODE:
         yield view.report("PID_MAN")
 
 
@@ -553,7 +553,7 @@ def set_point_outside_range(view: LoopView) -> Findings:
     """
     span, target = view.loop.pv.range, view.number("SV")
     yield from outside_limits_findings(
-        view, "SV", value=target, limits=span, quote=view.pv, units=("high",), field="sv"
+        view, "SV", value=target, limits=span, quote=view.pv_text, units=("high",), field="sv"
     )
 
 
@@ -567,7 +567,7 @@ def process_value_as_a_number(view: LoopView) -> Findings:
     Fix: leave PV out, or give it the device where the measured value stands: `devices: {PV: D100}`.
     """
     if view.operand_values("PV") and not view.has_device("PV"):
-        yield view.report("PV", pv=view.pv(view.operand_values("PV")[0]))
+        yield view.report("PV", pv=view.pv_text(view.operand_values("PV")[0]))
 
 
 # --- The output: its limits, what manual and feed forward make of them, and the 0 of a loop that is stopped -----------
@@ -600,7 +600,7 @@ def limits_equal(view: LoopView) -> Findings:
     """
     limits = view.operand_values("MV_MIN", "MV_MAX")
     if limits and limits[0] == limits[1]:
-        yield view.report("MV_MAX", limit=view.mv(limits[0]))
+        yield view.report("MV_MAX", limit=view.mv_text(limits[0]))
 
 
 @per_loop
@@ -613,12 +613,12 @@ def manual_output_outside_limits(view: LoopView) -> Findings:
     Fix: write a MOUT inside the limits.
     """
     mout, limits = view.number("MOUT"), view.limits
-    stated = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
-    if stated and mout is not None and limits is not None:
+    is_given = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
+    if is_given and mout is not None and limits is not None:
         place = "MOUT" if view.gives("MOUT") else "PID_MAN"
-        used = view.mv(min(max(mout, limits[0]), limits[1]))
+        used = view.mv_text(min(max(mout, limits[0]), limits[1]))
         yield from outside_limits_findings(
-            view, place, value=mout, limits=limits, quote=view.mv, units=(), field="mout", used=used
+            view, place, value=mout, limits=limits, quote=view.mv_text, units=(), field="mout", used=used
         )
 
 
@@ -637,10 +637,10 @@ def feed_forward_outside_limits(view: LoopView) -> Findings:
 
     Fix: write a BIAS inside the limits.
     """
-    taken_up = view.loop.PID_MODE == BACK_CALCULATED and view.coefficient("Ti_Ki") > 0
+    taken_up = view.loop.PID_MODE == BACK_CALCULATED_MODE and view.coefficient("Ti_Ki") > 0
     bias = view.number("BIAS") if view.gives("BIAS") and not taken_up else None
     yield from outside_limits_findings(
-        view, "BIAS", value=bias, limits=view.limits, quote=view.mv, units=(), field="bias"
+        view, "BIAS", value=bias, limits=view.limits, quote=view.mv_text, units=(), field="bias"
     )
 
 
@@ -656,7 +656,7 @@ def limits_beyond_output(view: LoopView) -> Findings:
     for key in ("MV_MAX", "MV_MIN"):
         limit, span = view.number(key), view.loop.output.range
         yield from outside_limits_findings(
-            view, key, value=limit, limits=span, quote=view.mv, units=("high",), field="limit", operand=key
+            view, key, value=limit, limits=span, quote=view.mv_text, units=("high",), field="limit", operand=key
         )
 
 
@@ -673,4 +673,4 @@ def stop_outside_limits(view: LoopView) -> Findings:
     """
     if view.limits is not None and not view.limits[0] <= 0 <= view.limits[1]:
         low, high = view.limits
-        yield view.report("MV_MIN" if low > 0 else "MV_MAX", low=number_text(low), high=view.mv(high))
+        yield view.report("MV_MIN" if low > 0 else "MV_MAX", low=number_text(low), high=view.mv_text(high))

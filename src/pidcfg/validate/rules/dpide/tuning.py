@@ -83,11 +83,11 @@ class LoopView(View[Loop]):
         """Whether MOUT stands in the device of the loop's own MV, so that both are one value."""
         return self.has_device("MV") and self.loop.devices.MOUT == self.loop.devices.MV
 
-    def pv(self, value: Decimal) -> str:
+    def pv_text(self, value: Decimal) -> str:
         """A number of the PV with its unit."""
         return number_with_unit(value, self.loop.pv.unit)
 
-    def mv(self, value: Decimal) -> str:
+    def mv_text(self, value: Decimal) -> str:
         """A number of the output with its unit."""
         return number_with_unit(value, self.loop.output.unit)
 
@@ -387,7 +387,9 @@ def dead_band_covers_range(view: LoopView) -> Findings:
     """
     span, values = view.loop.pv.range, view.operand_values("ERR_DBW", "SV")
     if span is not None and values and abs(values[0]) >= max(values[1] - span[0], span[1] - values[1]):
-        yield view.report("ERR_DBW", value=number_text(abs(values[0])), low=number_text(span[0]), high=view.pv(span[1]))
+        yield view.report(
+            "ERR_DBW", value=number_text(abs(values[0])), low=number_text(span[0]), high=view.pv_text(span[1])
+        )
 
 
 @per_loop
@@ -403,7 +405,7 @@ def dead_band_kick(view: LoopView) -> Findings:
     if any(view.operand_values("ERR_DBW")):
         kicks = not view.loop.PID_DE and derivative_of(view) > 0
         effect = "the derivative kicks MV" if kicks else "MV jumps with it"
-        yield view.report("ERR_DBW", value=view.pv(abs(view.operand_values("ERR_DBW")[0])), effect=effect)
+        yield view.report("ERR_DBW", value=view.pv_text(abs(view.operand_values("ERR_DBW")[0])), effect=effect)
 
 
 # --- Direction and form: choices that decide everything, and that nothing else tells ----------------------------------

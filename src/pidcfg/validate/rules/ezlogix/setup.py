@@ -33,9 +33,9 @@ from pidcfg.validate.shared_checks import (
     report_at_both,
 )
 
-PLACES = {word.name: word.offset for word in R_BLOCK.words}
-SETPOINT = PLACES["setpoint"]
-ROOT_PLACES = (("setpoint", "value"), ("setpoint", "limits", 0), ("setpoint", "limits", 1))
+OFFSETS = {word.name: word.offset for word in R_BLOCK.words}
+SETPOINT = OFFSETS["setpoint"]
+ROOT_PATHS = (("setpoint", "value"), ("setpoint", "limits", 0), ("setpoint", "limits", 1))
 """Places whose counts mean nothing where the root of counts that do not begin at 0 is taken."""
 
 
@@ -57,7 +57,7 @@ class LoopView(View[Loop]):
 
     def counts(self, name: str) -> int | None:
         """What a register holds; None when the value does not fit (which another rule reports)."""
-        return None if name in self.misfits else self.block.encoded.words[PLACES[name]]
+        return None if name in self.misfits else self.block.encoded.words[OFFSETS[name]]
 
     def all_counts(self, *names: str) -> list[int]:
         """What several registers hold; empty as soon as one value does not fit."""
@@ -66,7 +66,7 @@ class LoopView(View[Loop]):
     def register_value(self, name: str) -> Decimal | None:
         """The number that an unscaled register stands for: seconds, or the gain; None when the value does not fit."""
         raw = self.counts(name)
-        return None if raw is None else Decimal(R_BLOCK.words[PLACES[name]].decode(raw))
+        return None if raw is None else Decimal(R_BLOCK.words[OFFSETS[name]].decode(raw))
 
     def register_values(self, *names: str) -> list[Decimal]:
         """The numbers of several registers; empty as soon as one does not fit."""
@@ -74,9 +74,9 @@ class LoopView(View[Loop]):
 
     def register(self, name: str) -> str:
         """The address of one of the loop's registers: ``R107``."""
-        return f"R{self.loop.registers + PLACES[name]}"
+        return f"R{self.loop.registers + OFFSETS[name]}"
 
-    def pv(self, counts: int) -> str:
+    def pv_text(self, counts: int) -> str:
         """Counts on the set point's scale as people write them."""
         return quantity_text(self.scales["sp"].value(counts), self.loop.pv.unit)
 
@@ -84,7 +84,7 @@ class LoopView(View[Loop]):
         """A difference on the set point's scale as people write it."""
         return quantity_text(self.scales["sp"].span_value(counts), self.loop.pv.unit)
 
-    def cv(self, counts: int) -> str:
+    def cv_text(self, counts: int) -> str:
         """Counts of the CV as people write them."""
         return quantity_text(self.scales["output"].value(counts), self.loop.output.unit)
 
@@ -174,22 +174,22 @@ class EzlogixContext(Context[EzlogixFile, Encoding]):
     @cached_property
     def explained_paths(self) -> frozenset[Path]:
         """Places whose limits a rule of EZLogix's own explains better than the rules for every vendor."""
-        places: list[Path] = []
+        paths: list[Path] = []
         for i, loop in enumerate(self.config.loops):
             if loop.sample_rate == 0:
-                places.append(("loops", i, "sample_rate"))
+                paths.append(("loops", i, "sample_rate"))
             if loop.output.pulse is not None and loop.output.pulse.cycle_time == 0:
-                places.append(("loops", i, "output", "pulse", "cycle_time"))
+                paths.append(("loops", i, "output", "pulse", "cycle_time"))
             if loop.pv.square_root and loop.pv.counts is not None and loop.pv.counts[0]:
-                places += [("loops", i, *place) for place in ROOT_PLACES]
-        return frozenset(places)
+                paths += [("loops", i, *place) for place in ROOT_PATHS]
+        return frozenset(paths)
 
 
 # --- The blocks of registers and discretes: where they end, what they share, and how many loops there may be ----------
 
 BLOCK = EZLOGIX.cite("PID Setup")
 COUNT = EZLOGIX.cite("PID on EZLogix")
-LAST = {bank.prefix: bank.last for bank in SPACE.banks}
+LAST_ADDRESSES = {bank.prefix: bank.last for bank in SPACE.banks}
 
 
 @per_loop
@@ -207,7 +207,7 @@ def block_beyond_bank(view: LoopView) -> Findings:
 
     Fix: let the block begin lower.
     """
-    return shared_checks.block_beyond_bank(view, LAST)
+    return shared_checks.block_beyond_bank(view, LAST_ADDRESSES)
 
 
 @error("EZ402", BLOCK, "{block} {extent} of {loop} overlap {other_extent} of {other}")
@@ -288,7 +288,7 @@ def tags_collide(context: EzlogixContext) -> Findings:
 PV_TAG = EZLOGIX.cite("Process Variable (PV) Tag")
 CV_TAG = EZLOGIX.cite("Control Variable (CV) Tag")
 OUTPUT_TAG = EZLOGIX.cite("Control Output Tag")
-STOPPED = EZLOGIX.cite("Process PID when PLC is Stopped")
+STOPPED_PLC = EZLOGIX.cite("Process PID when PLC is Stopped")
 BASE = EZLOGIX.cite("Base Register Tag")
 
 D180 = Decision(
@@ -299,8 +299,8 @@ D180 = Decision(
     "Blocks hold what a loop runs by, and the manual lets any R register be a CV tag. Beyond the inner limits the set "
     "point stands still while the outer loop, whose CV is neither 0 nor 4095, goes on integrating.",
 )
-CV = "CV tag"
-NAMES = {offset: name for name, offset in PLACES.items()}
+CV_TAG_TEXT = "CV tag"
+NAMES_BY_OFFSET = {offset: name for name, offset in OFFSETS.items()}
 
 
 @error("EZ404", BASE, "the {what} tag {tag} of {loop} is the register {register} of {owner}: {consequence}")
@@ -314,7 +314,7 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
     Fix: choose a register outside all blocks.
     """
     for view in context.loops:
-        for description, tag, place in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
+        for description, tag, side in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
             owner = context.block_owner(tag)
             if owner is None or (description == "CV" and context.inner_loop(view) is not None):
                 continue
@@ -322,15 +322,15 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
                 "what": description,
                 "tag": tag,
                 "loop": view.name,
-                "register": NAMES[owner[1]],
+                "register": NAMES_BY_OFFSET[owner[1]],
                 "owner": owner[0].name,
                 "consequence": "the loop overwrites it" if description == "CV" else "it is no measurement",
             }
             if owner[0] is view:
-                yield view.report(place, "tag").with_values(**values)
+                yield view.report(side, "tag").with_values(**values)
             else:
                 at_owner = owner[0].report(owner[0].extents[0].key)
-                yield from report_at_both(view, view.report(place, "tag"), owner[0], at_owner, **values)
+                yield from report_at_both(view, view.report(side, "tag"), owner[0], at_owner, **values)
 
 
 @checklist(
@@ -376,8 +376,8 @@ def output_tag_shared(context: EzlogixContext) -> Findings:
     """
     for (tag, (view, what)), (other_tag, (other, other_tags)) in permutations(_tags_written(context), 2):
         if tag == other_tag:
-            place = ("output", "tag") if what == CV else ("output", "pulse", "tag")
-            basis = None if what == CV else OUTPUT_TAG
+            place = ("output", "tag") if what == CV_TAG_TEXT else ("output", "pulse", "tag")
+            basis = None if what == CV_TAG_TEXT else OUTPUT_TAG
             found = view.report(*place, basis=basis, tag=tag, what=other_tags, other=other.name)
             yield found if other is view else found.with_other_loops(other.name)
 
@@ -386,7 +386,7 @@ def _tags_written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView
     """The tags that loops write, with what they are."""
     for view in context.loops:
         output = view.loop.output
-        yield output.tag, (view, CV)
+        yield output.tag, (view, CV_TAG_TEXT)
         if output.pulse is not None:
             yield output.pulse.tag, (view, "control output")
 
@@ -409,7 +409,7 @@ def is_program_register(context: EzlogixContext, tag: str) -> bool:
     return register_number(tag) is not None and context.block_owner(tag) is None
 
 
-@warning("EZ410", STOPPED, "the loop goes on while the PLC is stopped, but {tags}")
+@warning("EZ410", STOPPED_PLC, "the loop goes on while the PLC is stopped, but {tags}")
 def logical_tag_while_stopped(context: EzlogixContext) -> Findings:
     """A loop is processed while the PLC is stopped, with tags that only the ladder program moves.
 
@@ -424,8 +424,8 @@ def logical_tag_while_stopped(context: EzlogixContext) -> Findings:
     outputs = {view.loop.output.tag for view in context.loops}
     for view in context.loops:
         pv, output = view.loop.pv.tag, view.loop.output
-        frozen = is_program_register(context, pv) and pv not in outputs
-        unheard = is_program_register(context, output.tag) and output.pulse is None and output.tag != pv
-        parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
+        is_frozen = is_program_register(context, pv) and pv not in outputs
+        is_unread = is_program_register(context, output.tag) and output.pulse is None and output.tag != pv
+        parts = [f"its PV {pv} stands still"] * is_frozen + [f"its CV {output.tag} reaches no output"] * is_unread
         if parts:
-            yield view.report("pv" if frozen else "output", "tag", tags=" and ".join(parts))
+            yield view.report("pv" if is_frozen else "output", "tag", tags=" and ".join(parts))

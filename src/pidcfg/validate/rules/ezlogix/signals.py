@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 # --- The process variable: its counts and its square root -------------------------------------------------------------
 
 ROOT = EZLOGIX.cite("Use PV Square Root")
-MUCH = 2
+MAX_COUNTS_RATIO = 2
 """From how many times as many counts of the PV as of the CV on they are worth a word."""
 
 D187 = Decision(
@@ -114,7 +114,7 @@ def counts_beyond_cv(view: LoopView) -> Findings:
     Fix: see that the gain was chosen for these counts. Otherwise scale the PV to 0 to 4095 in the ladder program.
     """
     span = view.scales["pv"].format.span
-    if span > MUCH * CV_FULL:
+    if span > MAX_COUNTS_RATIO * CV_FULL:
         yield view.report("pv", "counts", span=span, times=f"{span / CV_FULL:.3g}")
 
 
@@ -134,7 +134,7 @@ D621 = Decision(
     "The manual lets any R register be a PV or a CV tag. A loop that holds a valve near the middle by another actuator "
     "is built like this, a mistyped tag far more often.",
 )
-ENDS = (0, CV_FULL)
+PV_COUNTS = (0, CV_FULL)
 """Counts of a PV for which the file gives none (D150)."""
 
 
@@ -174,10 +174,10 @@ def set_points_crossed(context: EzlogixContext) -> Findings:
 
     Fix: put the set point of the direct-acting loop above that of the reverse-acting one, with a gap between them.
     """
-    alike = (pair for pair in pairs_with_one_pv(context) if len({view.loop.pv.square_root for view in pair}) == 1)
-    given = (pair for pair in alike if all(view.loop.setpoint.value is not None for view in pair))
+    rows = (pair for pair in pairs_with_one_pv(context) if len({view.loop.pv.square_root for view in pair}) == 1)
+    pairs = (pair for pair in rows if all(view.loop.setpoint.value is not None for view in pair))
     for heating, cooling in crossed_set_points(
-        given, lambda view: view.loop.action == "reverse", lambda view: view.setpoint
+        pairs, lambda view: view.loop.action == "reverse", lambda view: view.setpoint
     ):
         first, second = sorted((heating, cooling), key=lambda view: view.index)
         values = {"tag": first.loop.pv.tag, "high": heating.setpoint, "low": cooling.setpoint}
@@ -216,21 +216,21 @@ def scales_differ(first: Pv, other: Pv) -> bool:
     """Whether equal counts are different values in one unit, or the same value in different units."""
     if (first.range is None) != (other.range is None):
         return False
-    alike = [value_at(first, counts) for counts in ENDS] == [value_at(other, counts) for counts in ENDS]
+    alike = [value_at(first, counts) for counts in PV_COUNTS] == [value_at(other, counts) for counts in PV_COUNTS]
     units = {first.unit, other.unit}
     return alike == (None not in units and len(units) > 1)
 
 
 def value_at(pv: Pv, counts: int) -> Fraction:
     """What counts are on a PV's scale, exactly; without a range the share of its counts."""
-    first, last = pv.counts or ENDS
+    first, last = pv.counts or PV_COUNTS
     low, high = map(Fraction, pv.range or (0, 1))
     return low + (high - low) * (counts - first) / (last - first)
 
 
 def scale_text(pv: Pv) -> str:
     """A scale as a message quotes it."""
-    first, last = pv.counts or ENDS
+    first, last = pv.counts or PV_COUNTS
     values = f"{decimal_text(pv.range[0])} to {number_with_unit(pv.range[1], pv.unit)} at " if pv.range else ""
     return f"{values}{first} to {last} counts"
 
@@ -261,7 +261,7 @@ def cv_tag_is_another_pv(context: EzlogixContext) -> Findings:
 
 # --- The set point, its limits and the deadband -----------------------------------------------------------------------
 
-LOW = EZLOGIX.cite("Setpoint Low Limit")
+SETPOINT_LOW = EZLOGIX.cite("Setpoint Low Limit")
 LIMITS = EZLOGIX.cite("PID Limits")
 SETPOINT = EZLOGIX.cite("Setpoint")
 
@@ -273,7 +273,7 @@ D186 = Decision(
     "The manual gives no bounds. An error below the deadband counts as zero, and errors are whole counts; those of a "
     "square-root loop are not.",
 )
-WIDE = 10
+DEADBAND_DIVISOR = 10
 """Parts of the span that a deadband may be one of."""
 
 
@@ -294,7 +294,7 @@ def set_point_limits_crossed(view: LoopView) -> Findings:
     """
     limits = view.all_counts("setpoint_low", "setpoint_high")
     if limits and limits[0] > limits[1]:
-        yield view.report("setpoint", "limits", low=view.pv(limits[0]), high=view.pv(limits[1]))
+        yield view.report("setpoint", "limits", low=view.pv_text(limits[0]), high=view.pv_text(limits[1]))
 
 
 @per_loop
@@ -327,11 +327,11 @@ def set_point_limits_equal(view: LoopView) -> Findings:
     """
     limits = view.setpoint_limits
     if limits is not None and limits[0] == limits[1] and not has_limits_of_zero(view):
-        yield view.report("setpoint", "limits", value=view.pv(limits[0]))
+        yield view.report("setpoint", "limits", value=view.pv_text(limits[0]))
 
 
 @per_loop
-@error("EZ438", LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
+@error("EZ438", SETPOINT_LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
 def set_point_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside its own limits.
 
@@ -351,10 +351,10 @@ def set_point_outside_limits(view: LoopView) -> Findings:
     yield view.report(
         "setpoint",
         "value",
-        value=view.pv(value),
+        value=view.pv_text(value),
         side=side,
         end=end,
-        limit=view.pv(limited_setpoint or 0),
+        limit=view.pv_text(limited_setpoint or 0),
         register=view.register("setpoint"),
     )
 
@@ -381,7 +381,7 @@ def set_point_left_at_zero(context: EzlogixContext) -> Findings:
         ):
             continue
         if view.setpoint is not None and not has_limits_of_zero(view):
-            yield view.report("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
+            yield view.report("mode", register=view.register("setpoint"), value=view.pv_text(view.setpoint))
 
 
 @per_loop
@@ -398,13 +398,13 @@ def deadband_wide(view: LoopView) -> Findings:
     if not deadband or limits is None:
         return
     scale = view.scales["sp"]
-    furthest = max(limits[1] - scale.zero_counts, scale.top_counts - limits[0])
-    if deadband > furthest:
+    max_error = max(limits[1] - scale.zero_counts, scale.top_counts - limits[0])
+    if deadband > max_error:
         consequence = "no error is that large, the loop rests"
         yield view.report(
             "deadband", severity=Severity.ERROR, deadband=view.pv_distance(deadband), consequence=consequence
         )
-    elif deadband * WIDE > scale.top_counts - scale.zero_counts:
+    elif deadband * DEADBAND_DIVISOR > scale.top_counts - scale.zero_counts:
         share = f"{100 * deadband / (scale.top_counts - scale.zero_counts):.0f}"
         yield view.report(
             "deadband",
@@ -432,7 +432,7 @@ def deadband_without_effect(view: LoopView) -> Findings:
 # --- The control value: its limits, its offset, and windup ------------------------------------------------------------
 
 CV_LOW = EZLOGIX.cite("Control Value (CV) Low Limit")
-HIGH = EZLOGIX.cite("Control Value (CV) High Limit")
+CV_HIGH = EZLOGIX.cite("Control Value (CV) High Limit")
 ANTI_WINDUP = EZLOGIX.cite("Anti-Windup")
 OFFSET = EZLOGIX.cite("CV Offset")
 
@@ -450,13 +450,13 @@ D189 = Decision(
     "It is taken for a percentage, unless the output has a range or the limit is written with the word counts.",
     "100 of 4095 counts are 2.4 %; other controllers limit their outputs in %.",
 )
-PERCENT = 100
+MAX_PERCENT = 100
 
 
 def looks_like_percent(view: LoopView) -> bool:
     """Whether the CV limits look like percentages."""
     limits, output = view.cv_limits, view.loop.output
-    return limits is not None and limits[1] <= PERCENT and output.range is None and not output.limits[1].counts
+    return limits is not None and limits[1] <= MAX_PERCENT and output.range is None and not output.limits[1].counts
 
 
 def is_pulse_skipped(view: LoopView, cv: int) -> bool:
@@ -465,7 +465,7 @@ def is_pulse_skipped(view: LoopView, cv: int) -> bool:
 
 
 @per_loop
-@error("EZ455", HIGH, "the CV high limit {high} is not above the low limit {low}: the output cannot move")
+@error("EZ455", CV_HIGH, "the CV high limit {high} is not above the low limit {low}: the output cannot move")
 def cv_limits_not_ascending(view: LoopView) -> Findings:
     """The CV low limit is equal to or above the high one.
 
@@ -477,7 +477,7 @@ def cv_limits_not_ascending(view: LoopView) -> Findings:
     """
     limits = view.all_counts("cv_low", "cv_high")
     if limits and limits[0] >= limits[1]:
-        yield view.report("output", "limits", low=view.cv(limits[0]), high=view.cv(limits[1]))
+        yield view.report("output", "limits", low=view.cv_text(limits[0]), high=view.cv_text(limits[1]))
 
 
 @per_loop
@@ -501,7 +501,7 @@ def anti_windup_blind_to_limits(view: LoopView) -> Findings:
     if limits is None or limits == (0, CV_FULL) or looks_like_percent(view):
         return
     if view.loop.anti_windup and view.integrates:
-        held = [view.cv(limit) for limit, end in zip(limits, (0, CV_FULL), strict=True) if limit != end]
+        held = [view.cv_text(limit) for limit, end in zip(limits, (0, CV_FULL), strict=True) if limit != end]
         yield view.report("output", "limits", limits=" or ".join(held))
 
 
@@ -517,7 +517,7 @@ def output_never_off(view: LoopView) -> Findings:
     """
     low = view.cv_limits[0] if view.cv_limits is not None else 0
     if low and not is_pulse_skipped(view, low):
-        yield view.report("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
+        yield view.report("output", "limits", low=view.cv_text(low), percent=f"{100 * low / DUTY_FULL:.3g}")
 
 
 @per_loop
@@ -535,7 +535,7 @@ def offset_outside_limits(view: LoopView) -> Findings:
     if default or (offset == 0 and view.integrates):
         return
     yield from outside_limits_findings(
-        view, "output", "offset", value=offset, limits=limits, quote=view.cv, units=NUMBER_FIELDS, field="offset"
+        view, "output", "offset", value=offset, limits=limits, quote=view.cv_text, units=NUMBER_FIELDS, field="offset"
     )
 
 
@@ -551,7 +551,7 @@ def offset_beside_integral(view: LoopView) -> Findings:
     """
     offset, limits = view.counts("cv_offset"), view.cv_limits
     if offset and view.integrates and limits is not None and limits[0] <= offset <= limits[1]:
-        yield view.report("output", "offset", offset=view.cv(offset))
+        yield view.report("output", "offset", offset=view.cv_text(offset))
 
 
 @per_loop

@@ -385,8 +385,8 @@ def autotune_step_impossible(view: LoopView) -> Findings:
             "output",
             "limits",
             plc_effect="autotune status 5",
-            low=view.cv(limits[0]),
-            high=view.cv(limits[1]),
+            low=view.cv_text(limits[0]),
+            high=view.cv_text(limits[1]),
             step=TENTH_OF_CV,
         )
 
@@ -413,7 +413,7 @@ D192 = Decision(
     "million times a year.",
 )
 SHORT_RELAY_CYCLE = 10
-YEAR = 365 * 86400
+SECONDS_PER_YEAR = 365 * 86400
 """Seconds."""
 MILLION = 1_000_000
 
@@ -563,7 +563,7 @@ def low_limit_pulse_left_out(context: EzlogixContext) -> Findings:
                 "output",
                 "pulse",
                 "min_on",
-                low=view.cv(p.low),
+                low=view.cv_text(p.low),
                 on=seconds_text(p.on_time(p.low)),
                 min_on=decimal_text(p.min_on),
             )
@@ -588,7 +588,7 @@ def high_limit_gap_left_out(context: EzlogixContext) -> Findings:
                 "output",
                 "pulse",
                 "min_off",
-                high=view.cv(p.high),
+                high=view.cv_text(p.high),
                 off=seconds_text(p.cycle - p.on_time(p.high)),
                 min_off=decimal_text(p.min_off),
             )
@@ -642,7 +642,7 @@ def cycle_wears_relays(context: EzlogixContext) -> Findings:
     """
     for view, p in loops_with_pulses(context):
         if p.cycle < SHORT_RELAY_CYCLE:
-            times = YEAR / p.cycle / MILLION
+            times = SECONDS_PER_YEAR / p.cycle / MILLION
             yield view.report("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), times=f"{float(times):.3g}")
 
 
