@@ -530,7 +530,7 @@ def test_what_is_allowed_is_told_by_its_ends(low, high, unit, text):
 )
 def test_a_gain_in_units_is_told_in_ranges(pv, output, share):
     loop = Facts(gain=Decimal(2), pv=Facts(range=[*map(Decimal, pv)]), output=Facts(range=[*map(Decimal, output)]))
-    assert Scales("gain").share(loop) == share
+    assert Scales("gain").normalized_gain(loop) == share
 
 
 # --- A number may carry its key's own unit; another unit is an error that names both ----------------------------------
