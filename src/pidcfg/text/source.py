@@ -269,7 +269,7 @@ def _walk_events(text: str, builder: _Builder) -> None:
     }
     ends = {events.MappingEndEvent, events.SequenceEndEvent}
     try:
-        for event in thread_parser().parse(text):
+        for event in events_in(text):
             kind = event.__class__
             if kind in handlers:
                 handlers[kind](event)
@@ -279,6 +279,22 @@ def _walk_events(text: str, builder: _Builder) -> None:
         _refuse_syntax(text, e)
     except YAMLError as e:
         raise _RefusedError("PID001", f"not YAML: {str(e).splitlines()[0]}", START) from None
+
+
+def events_in(text: str) -> Iterator[Any]:
+    """The events of a text. ruamel itself would make a class for each text that its parser in C reads, and keep it."""
+    from ruamel.yaml.parser import Parser
+
+    reader = thread_parser()
+    if issubclass(reader.Parser, Parser):
+        yield from reader.parse(text)
+        return
+    parser = reader.Parser(text)
+    try:
+        while parser.check_event():
+            yield parser.get_event()
+    finally:
+        parser.dispose()
 
 
 def thread_parser() -> Any:
@@ -327,7 +343,7 @@ class Comment(NamedTuple):
 def comments_in(text: str) -> Iterator[Comment]:
     """The comments of a text that the parser accepts, in order."""
     taken: dict[int, list[tuple[int, int]]] = defaultdict(list)
-    for event in thread_parser().parse(text):
+    for event in events_in(text):
         if hasattr(event, "value"):
             _mark_columns(span_of(event), taken, block=event.style in BLOCK_STYLES)
     for number, line in enumerate(LINE_BREAK.split(text), start=1):
