@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,16 +15,24 @@ from pidcfg.validate.engine import check_document
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from pidcfg.text.diagnostics import Diagnostic
+
 FOLDER = Path(__file__).parent / "cases"
 GOLDEN = FOLDER / "messages.txt"
 VENDOR = re.compile(r"^vendor: *(\w+)", re.MULTILINE)
 
 
+@cache
+def said_of(case: Path) -> tuple[Diagnostic, ...]:
+    """What the rules say of one file: its findings, and the lines that it gives the checklist."""
+    checked = check_document(read_document(case.read_bytes(), case.name))
+    return (*checked.findings, *checked.to_check)
+
+
 def lines(case: Path) -> list[str]:
     """The findings of one file that carry its code, each in a line."""
     code = CODE.match(case.stem)[0]
-    checked = check_document(read_document(case.read_bytes(), case.name))
-    found = [d for d in (*checked.findings, *checked.to_check) if d.code == code]
+    found = [d for d in said_of(case) if d.code == code]
     return [
         f"{d.file}:{d.span.line}:{d.span.column} {d.severity.label}: {d.message}"
         + (f" [{d.plc_effect}]" if d.plc_effect else "")

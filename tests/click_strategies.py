@@ -28,6 +28,40 @@ def part(**keys: st.SearchStrategy) -> st.SearchStrategy:
     return st.fixed_dictionaries({}, optional=keys)
 
 
+SECTIONS = {
+    "pv": part(
+        unit=st.just("degF"), input_range=st.just((-328, 1562)), filter=st.integers(1, 100), filter_enabled=FLAGS
+    ),
+    "setpoint": part(
+        value=number(),
+        lower_limit=number(),
+        lower_limit_enabled=FLAGS,
+        upper_limit=number(),
+        upper_limit_enabled=FLAGS,
+    ),
+    "output": part(
+        limits=st.tuples(number("0", "100"), number("0", "100")),
+        unit=st.just("%"),
+        pwm=part(period=st.integers(1, 600)).map(lambda p: {"bit": "Y001", **p}),
+    ),
+    "error": part(curve=st.sampled_from(["linear", "squared"]), deadband=number("0", "50"), deadband_enabled=FLAGS),
+    "alarms": part(
+        pv=part(low_low=number(), low=number(), high=number(), high_high=number(), enabled=FLAGS),
+        deviation=part(high=number(), high_high=number(), enabled=FLAGS),
+        rate_of_change=number("0", "50"),
+        rate_of_change_enabled=FLAGS,
+        hysteresis=number("0", "5"),
+    ),
+    "autotune": part(
+        method=st.sampled_from(["open", "closed"]),
+        type=st.sampled_from(["PID", "PI"]),
+        hysteresis=number("1", "10"),
+    ),
+    "state": part(bias=number(), output=number(), raw_pv=number(), pv=number()),
+}
+"""Made once: making them anew takes longer than drawing from them."""
+
+
 @st.composite
 def loops(draw, index: int):
     """One loop with every key that the schema knows, given or left out."""
@@ -50,53 +84,8 @@ def loops(draw, index: int):
         },
         "derivative_gain_limit": draw(maybe(st.integers(0, 100))),
         "derivative_gain_limit_enabled": draw(maybe(FLAGS)),
-        "pv": {
-            "range": (low, low + draw(number("0.5", "9000"))),
-            **draw(
-                part(
-                    unit=st.just("degF"),
-                    input_range=st.just((-328, 1562)),
-                    filter=st.integers(1, 100),
-                    filter_enabled=FLAGS,
-                )
-            ),
-        },
-        "setpoint": draw(
-            part(
-                value=number(),
-                lower_limit=number(),
-                lower_limit_enabled=FLAGS,
-                upper_limit=number(),
-                upper_limit_enabled=FLAGS,
-            )
-        ),
-        "output": draw(
-            part(
-                limits=st.tuples(number("0", "100"), number("0", "100")),
-                unit=st.just("%"),
-                pwm=part(period=st.integers(1, 600)).map(lambda p: {"bit": "Y001", **p}),
-            )
-        ),
-        "error": draw(
-            part(curve=st.sampled_from(["linear", "squared"]), deadband=number("0", "50"), deadband_enabled=FLAGS)
-        ),
-        "alarms": draw(
-            part(
-                pv=part(low_low=number(), low=number(), high=number(), high_high=number(), enabled=FLAGS),
-                deviation=part(high=number(), high_high=number(), enabled=FLAGS),
-                rate_of_change=number("0", "50"),
-                rate_of_change_enabled=FLAGS,
-                hysteresis=number("0", "5"),
-            )
-        ),
-        "autotune": draw(
-            part(
-                method=st.sampled_from(["open", "closed"]),
-                type=st.sampled_from(["PID", "PI"]),
-                hysteresis=number("1", "10"),
-            )
-        ),
-        "state": draw(part(bias=number(), output=number(), raw_pv=number(), pv=number())),
+        "pv": {"range": (low, low + draw(number("0.5", "9000"))), **draw(SECTIONS["pv"])},
+        **{name: draw(section) for name, section in SECTIONS.items() if name != "pv"},
     }
     return {key: value for key, value in data.items() if value is not None}
 

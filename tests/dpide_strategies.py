@@ -63,36 +63,43 @@ def calls() -> st.SearchStrategy:
     return st.fixed_dictionaries({}, optional=options)
 
 
-@st.composite
-def loops(draw, name: str) -> dict:
-    """One loop with every key that the schema knows, given or left out."""
+def keys() -> st.SearchStrategy:
+    """Every key that the schema knows of a loop, given or left out."""
     switches = {key: st.booleans() for key, row in ROWS.items() if row.type is BOOL}
     reals = {key: numbers() for key in ("PV", "ERR_DBW", "MOUT", "BIAS")}
     devices = {key: flags() if row.type is BOOL else registers() for key, row in ROWS.items() if key != "I_MV"}
-    data = draw(
-        st.fixed_dictionaries(
-            {
-                "SV": numbers(),
-                "CYCLE": st.integers(-(2**31), 2**31 - 1) | st.just("1.5 s"),
-                "Kc_Kp": numbers(),
-                "Ti_Ki": times(),
-                "Td_Kd": times(),
-                "MV_MAX": numbers(),
-                "MV_MIN": numbers(),
-            },
-            optional={
-                **switches,
-                **reals,
-                "Tf": times(),
-                "PID_MODE": st.integers(-(2**31), 2**31 - 1),
-                "call": calls(),
-                "pv": scales(),
-                "output": scales(),
-                "description": TEXTS,
-                "devices": st.fixed_dictionaries({}, optional=devices),
-            },
-        )
+    return st.fixed_dictionaries(
+        {
+            "SV": numbers(),
+            "CYCLE": st.integers(-(2**31), 2**31 - 1) | st.just("1.5 s"),
+            "Kc_Kp": numbers(),
+            "Ti_Ki": times(),
+            "Td_Kd": times(),
+            "MV_MAX": numbers(),
+            "MV_MIN": numbers(),
+        },
+        optional={
+            **switches,
+            **reals,
+            "Tf": times(),
+            "PID_MODE": st.integers(-(2**31), 2**31 - 1),
+            "call": calls(),
+            "pv": scales(),
+            "output": scales(),
+            "description": TEXTS,
+            "devices": st.fixed_dictionaries({}, optional=devices),
+        },
     )
+
+
+KEYS = keys()
+"""Made once: making it anew takes longer than drawing from it."""
+
+
+@st.composite
+def loops(draw, name: str) -> dict:
+    """One loop."""
+    data = draw(KEYS)
     return {"name": name, "device": f"D{BLOCK_REGISTERS * draw(st.integers(0, 900))}", **data}
 
 

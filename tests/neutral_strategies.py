@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
@@ -65,12 +67,14 @@ def part(**keys: st.SearchStrategy) -> st.SearchStrategy:
     return st.fixed_dictionaries({}, optional=keys)
 
 
+@cache
 @st.composite
 def within(draw, low: float, high: float) -> float:
     """A value between two ends, with few digits."""
     return round(low + (high - low) * draw(st.integers(0, 100)) / 100, 6)
 
 
+@cache
 @st.composite
 def pairs(draw, low: float, high: float) -> tuple[float, float]:
     """Two ascending values between two ends."""
@@ -85,12 +89,45 @@ def alarms(draw, low: float, high: float):
     names = draw(st.sets(st.sampled_from(["low_low", "low", "high", "high_high"])))
     points = dict(zip(("low_low", "low", "high", "high_high"), shares, strict=True))
     width = high - low
-    deviation = part(high=within(0.03 * width, 0.1 * width), high_high=within(0.2 * width, 0.3 * width))
     return {
         "pv": {name: round(low + width * points[name] / 100, 6) for name in names},
-        "deviation": draw(deviation),
-        **draw(part(rate_of_change=within(0.01 * width, width), hysteresis=within(0, 0.02 * width))),
+        "deviation": draw(deviations(width)),
+        **draw(changes(width)),
     }
+
+
+@cache
+def deviations(width: float) -> st.SearchStrategy:
+    """Distances from the set point, each of which may be missing."""
+    return part(high=within(0.03 * width, 0.1 * width), high_high=within(0.2 * width, 0.3 * width))
+
+
+@cache
+def changes(width: float) -> st.SearchStrategy:
+    """What else alarms may have."""
+    return part(rate_of_change=within(0.01 * width, width), hysteresis=within(0, 0.02 * width))
+
+
+PVS = part(unit=st.just("degC"), filter=st.decimals(0, 10, places=1), square_root=st.booleans())
+
+
+@cache
+def set_points(low: float, high: float) -> st.SearchStrategy:
+    """What a set point may have."""
+    return part(value=within(low, high), limits=pairs(low, high), follows_pv=st.booleans())
+
+
+@cache
+def outputs(low: float, high: float) -> st.SearchStrategy:
+    """What an output may have beside its range."""
+    return part(
+        unit=st.just("%"),
+        limits=pairs(low, high),
+        bias=within(low, high),
+        manual=within(low, high),
+        max_rate=st.integers(1, 50),
+        pulse=st.fixed_dictionaries({"period": st.integers(2, 600)}, optional={"min_on": st.integers(0, 1)}),
+    )
 
 
 @st.composite
@@ -113,26 +150,9 @@ def neutral_loops(draw, index: int):
         "output_raises_pv": draw(st.booleans()),
         "sample_time": draw(st.decimals("0.1", 20, places=1)),
         "tuning": tuning,
-        "pv": {
-            "range": (low, high),
-            **draw(part(unit=st.just("degC"), filter=st.decimals(0, 10, places=1), square_root=st.booleans())),
-        },
-        "setpoint": draw(part(value=within(low, high), limits=pairs(low, high), follows_pv=st.booleans())),
-        "output": {
-            "range": (out_low, out_high),
-            **draw(
-                part(
-                    unit=st.just("%"),
-                    limits=pairs(out_low, out_high),
-                    bias=within(out_low, out_high),
-                    manual=within(out_low, out_high),
-                    max_rate=st.integers(1, 50),
-                    pulse=st.fixed_dictionaries(
-                        {"period": st.integers(2, 600)}, optional={"min_on": st.integers(0, 1)}
-                    ),
-                )
-            ),
-        },
+        "pv": {"range": (low, high), **draw(PVS)},
+        "setpoint": draw(set_points(low, high)),
+        "output": {"range": (out_low, out_high), **draw(outputs(out_low, out_high))},
         "deadband": draw(within(0, 0.02 * (high - low))),
         "anti_windup": draw(st.booleans()),
         "alarms": draw(alarms(low, high)),

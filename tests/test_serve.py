@@ -5,6 +5,7 @@ import io
 import json
 import random
 import shutil
+import signal
 import socket
 import struct
 import subprocess
@@ -541,11 +542,12 @@ def test_a_place_that_is_taken_is_said(desk):
         pidcfg.serve(SCENARIOS["click"], listen=f"127.0.0.1:{port}", seconds=0.1)
 
 
+@pytest.mark.usefixtures("heeding_interrupts")
 @pytest.mark.parametrize("unit", [None, 3, 255])
 def test_it_answers_its_own_unit_and_no_other(unit):
     asked = {}
 
-    def ready(place):
+    def ask(place):
         for number in (0, 1, 2, 3, 255):
             try:
                 pidcfg.pull(f"modbus://{place}?unit={number}", like=CLICK, timeout=0.5, retries=0)
@@ -553,11 +555,17 @@ def test_it_answers_its_own_unit_and_no_other(unit):
                 asked[number] = str(error)
 
     def started(place):
-        clients.append(Thread(target=ready, args=(place,)))
+        clients.append(Thread(target=ask_and_end, args=(place,)))
         clients[0].start()
 
+    def ask_and_end(place):
+        try:
+            ask(place)
+        finally:
+            signal.raise_signal(signal.SIGINT)
+
     clients = []
-    pidcfg.serve(SCENARIOS["click"], listen="127.0.0.1:0", unit=unit, ready=started, seconds=4)
+    pidcfg.serve(SCENARIOS["click"], listen="127.0.0.1:0", unit=unit, ready=started)
     clients[0].join()
     assert set(asked) == {0, 1, 2, 3, 255} - {1 if unit is None else unit}
     assert all("gateway" in said for said in asked.values())

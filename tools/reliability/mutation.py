@@ -59,6 +59,7 @@ class Runner:
             for path in sorted((SOURCE / part).rglob("*.py")):
                 importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))
         self.functions = defaultdict[Any, list[FunctionType]](list)
+        gc.unfreeze()  # what the tests' collection has frozen is looked through as well
         for thing in gc.get_objects():
             if isinstance(thing, FunctionType) and thing.__code__.co_filename.startswith(str(SOURCE)):
                 code = thing.__code__
