@@ -1012,7 +1012,7 @@ def unfolded(text):
 
 def test_the_short_report_has_what_is_lost_and_says_the_rest_in_numbers():
     result = api.convert(Path(__file__).parents[1] / "examples/dl06/reactor.yaml", "click")
-    short, whole = (unfolded(formats.conversion_report(result, whole=whole)) for whole in (False, True))
+    short, whole = (unfolded(formats.conversion_report(result, full=whole)) for whole in (False, True))
     assert [row for row in short if row.startswith(" !")] == [row for row in whole if row.startswith(" !")] != []
     assert not any(row.startswith(("  assumed", "  exact")) for row in short)
     assert "LIC-103: 15 exact, 6 assumed" in short
@@ -1024,7 +1024,7 @@ def test_the_short_report_says_once_what_is_the_same_of_several_loops():
     head, loop = COUNTED.format(value=50).split("loops:\n")
     text = f"{head}loops:\n" + "".join(loop.replace("name: T", f"name: {name}") for name in ("T", "B0", "B1"))
     result = api.convert(text, "click", verify=True)
-    short = formats.conversion_report(result, whole=False).splitlines()
+    short = formats.conversion_report(result, full=False).splitlines()
     assert [row.startswith("T, B0, B1: ") for row in short].count(True) == 1
     assert [row.partition(";")[0] for row in short if "alike" in row] == [
         f"  {loop.loop}: alike in {len(loop.stages)} stages" for loop in result.verified
@@ -1036,7 +1036,7 @@ def test_the_short_report_says_once_what_is_the_same_of_several_loops():
 def test_the_report_of_a_verified_conversion_fits_on_a_screen():
     """A line that is longer than 80 columns takes several rows."""
     result = api.convert(Path(__file__).parents[1] / "examples/generic/boiler.yaml", "dl06", verify=True)
-    short = formats.conversion_report(result, whole=False).splitlines()
+    short = formats.conversion_report(result, full=False).splitlines()
     assert sum(-(-max(len(line), 1) // 80) for line in short) <= 38
     codes = sorted({d.code for d in result.faults})
     assert " ".join(row.strip() for row in short).count(
@@ -1049,7 +1049,7 @@ def test_the_report_of_a_verified_conversion_fits_on_a_screen():
 
 def test_few_findings_of_the_target_are_told_in_words():
     result = api.convert(Path(__file__).parents[1] / "examples/click/tank.yaml", "dl06")
-    short = unfolded(formats.conversion_report(result, whole=False))
+    short = unfolded(formats.conversion_report(result, full=False))
     [start] = [i for i, row in enumerate(short) if row == "what the rules of dl06 say about the result:"]
     assert [row.split()[1].rstrip(":") for row in short[start + 1 :]] == [d.code for d in result.faults]
 

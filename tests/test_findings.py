@@ -22,7 +22,7 @@ from good_plants import good_files, text_lines
 from living_rig import GOOD, run
 from pidcfg.cli.formats import render_findings
 from pidcfg.cli.formats.findings import (
-    MOST_PLACES,
+    MAX_PLACES,
     VERBOSE_HINT,
     VERBOSE_HINT_OF_INFOS,
     VERBOSE_HINT_OF_LONG,
@@ -235,8 +235,8 @@ def test_what_differs_in_more_than_its_words_stands_alone(other):
 
 
 def test_very_many_places_are_counted():
-    shown = findings_text([row(n, f"L{n}") for n in range(1, MOST_PLACES + 12)], {})
-    assert f"L{MOST_PLACES + 1} (line {MOST_PLACES + 1}), 10 more (--format concise" in shown
+    shown = findings_text([row(n, f"L{n}") for n in range(1, MAX_PLACES + 12)], {})
+    assert f"L{MAX_PLACES + 1} (line {MAX_PLACES + 1}), 10 more (--format concise" in shown
 
 
 # --- names, which everything hangs on ---------------------------------------------------------------------------------

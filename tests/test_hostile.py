@@ -715,9 +715,9 @@ def test_a_terminal_of_any_width_shows_a_rule(monkeypatch, capsysbinary, columns
 
 def test_a_temporary_file_is_named_after_its_target_and_locked(tmp_path):
     target = tmp_path / "a.txt"
-    handle, path = temporary.temporary_for(target)
+    handle, path = temporary.open_temporary(target)
     assert path.name.startswith(".a.txt.")
-    second, other = temporary.temporary_for(target)
+    second, other = temporary.open_temporary(target)
     assert path.exists(), "another writer's file stays while it is written"
     for number, name in ((handle, path), (second, other)):
         os.close(number)
@@ -947,13 +947,13 @@ def test_a_signal_of_which_a_library_makes_an_error_of_its_own_is_no_bug(number,
 
 def test_a_part_that_is_whole_ends_before_its_signal_counts():
     done = []
-    with pytest.raises(interrupts.Terminated), interrupts.uninterrupted():  # noqa: PT012 - the end of the block raises it
+    with pytest.raises(interrupts.Terminated), interrupts.defer_signals():  # noqa: PT012 - the end of the block raises it
         interrupts._take_signal(signal.SIGTERM, None)
-        with interrupts.uninterrupted():
+        with interrupts.defer_signals():
             done.append(1)
         done.append(2)
     assert done == [1, 2]
-    with interrupts.uninterrupted():
+    with interrupts.defer_signals():
         pass
 
 

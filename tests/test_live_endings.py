@@ -149,7 +149,7 @@ def test_a_reading_that_is_ended_is_no_result(desk, number, ending):
 
 @pytest.mark.usefixtures("handlers")
 def test_the_command_ends_with_the_report(monkeypatch):
-    monkeypatch.setattr("pidcfg.cli.commands.plc._reach_text", lambda _: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr("pidcfg.cli.commands.plc._exposure_text", lambda _: signal.raise_signal(signal.SIGINT))
     done = run("serve", SCENARIO, "--listen", "127.0.0.1:0")
     assert done.exit_code == 0, done
     assert "in steps of 0.1 s" in done.stdout
@@ -222,7 +222,7 @@ def test_it_is_drawn_and_its_last_picture_stays(monkeypatch):
     chart = LiveChart(None)
     chart.add_row(0.0, {"L.PV": "1", "L.SP": "1", "L.OUT": "1"})
     for i in range(1, 5):
-        monkeypatch.setattr(chart, "_drawn_at", chart._drawn_at - REDRAW_SECONDS)
+        monkeypatch.setattr(chart, "_last_drawn", chart._last_drawn - REDRAW_SECONDS)
         chart.add_row(float(i), {"L.PV": str(i), "L.SP": "1", "L.OUT": "1"})
     chart.close()
     pictures = stream.getvalue().count("until Ctrl-C")

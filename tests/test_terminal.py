@@ -255,7 +255,7 @@ def test_a_files_text_does_nothing_to_a_terminal_and_is_the_same_elsewhere(monke
 
 
 def test_nothing_is_shown_where_stderr_is_no_terminal(capsys, monkeypatch):
-    line = progress.Line()
+    line = progress.ProgressLine()
     monkeypatch.setattr(progress, "DELAY_SECONDS", 0)
     line.begin()
     assert line.end() is False
@@ -265,7 +265,7 @@ def test_nothing_is_shown_where_stderr_is_no_terminal(capsys, monkeypatch):
 def test_the_line_is_held_while_processes_are_forked(monkeypatch):
     monkeypatch.setattr(progress, "is_watched", lambda: True)
     monkeypatch.setattr(progress, "DELAY_SECONDS", 1e6)
-    monkeypatch.setattr(progress, "LINE", line := progress.Line())
+    monkeypatch.setattr(progress, "LINE", line := progress.ProgressLine())
     before = threading.active_count()
     line.begin()
     assert threading.active_count() == before + 1
@@ -295,7 +295,7 @@ def test_the_line_is_gone_before_click_says_that_it_was_interrupted(monkeypatch)
 
 
 def test_quiet_silences_the_line(monkeypatch):
-    monkeypatch.setattr(progress, "LINE", line := progress.Line())
+    monkeypatch.setattr(progress, "LINE", line := progress.ProgressLine())
     CliRunner().invoke(cli, ["validate", REACTOR])
     assert line.silent is False
     CliRunner().invoke(cli, ["validate", REACTOR, "--quiet"])
@@ -358,7 +358,7 @@ def printed(monkeypatch, code_page: str, *arguments: str) -> str:
     with monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", out)
         patch.setattr(sys, "stderr", err)
-        glyphs.install()
+        glyphs.install_fallback()
         try:
             cli(list(arguments), standalone_mode=False, prog_name="pidcfg")
         except click.exceptions.Exit:

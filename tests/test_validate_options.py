@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from pidcfg.cli import console as module
-from pidcfg.cli.console import next_step
+from pidcfg.cli.console import suggest_next_step
 from pidcfg.cli.formats import reports as markdown
 from pidcfg.cli.main import cli
 
@@ -250,17 +250,17 @@ def terminal(monkeypatch):
 
 
 def test_it_names_the_command(terminal):
-    next_step("validate", "my loops.yaml")
-    next_step("simulate", "a/b.yaml")
+    suggest_next_step("validate", "my loops.yaml")
+    suggest_next_step("simulate", "a/b.yaml")
     assert terminal == ['next: pidcfg validate "my loops.yaml"', "next: pidcfg simulate a/b.yaml"]
 
 
 def test_it_is_silent_for_programs_and_where_it_is_not_wanted(terminal, monkeypatch):
-    next_step("validate", "x", quiet=True)
-    next_step("validate", "x", fmt="json")
+    suggest_next_step("validate", "x", quiet=True)
+    suggest_next_step("validate", "x", fmt="json")
     monkeypatch.setenv("CI", "1")
-    next_step("validate", "x")
+    suggest_next_step("validate", "x")
     monkeypatch.delenv("CI")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: False, raising=False)
-    next_step("validate", "x")
+    suggest_next_step("validate", "x")
     assert terminal == []

@@ -106,7 +106,7 @@ def format_names() -> list[str]:
 
 def format_of(vendor: Vendor, name: str) -> Any:
     """One of a vendor's file formats; raises `KeyError` naming those it has."""
-    kinds = vendor.load("formats")
-    if name not in kinds:
-        raise KeyError(f"{vendor.title} has no format {name}; it has {', '.join(kinds)}")
-    return kinds[name]
+    formats = vendor.load("formats")
+    if name not in formats:
+        raise KeyError(f"{vendor.title} has no format {name}; it has {', '.join(formats)}")
+    return formats[name]

@@ -248,7 +248,7 @@ def command(words: list[str], code_page: tuple[str, str] = CODE_PAGES[0]) -> tup
     streams = [_Stream(io.BytesIO(), encoding=encoding, errors=errors) for _ in range(2)]
     before = sys.stdout, sys.stderr, sys.argv
     sys.stdout, sys.stderr, sys.argv = *streams, ["pidcfg", *words]
-    glyphs.install()
+    glyphs.install_fallback()
     signal.signal(signal.SIGVTALRM, _hangs)
     signal.setitimer(signal.ITIMER_VIRTUAL, SECONDS)
     try:

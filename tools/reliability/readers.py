@@ -70,7 +70,7 @@ def _settings() -> tuple[Reader, tuple[type[Exception], ...]]:
 
     from pidcfg.cli import settings
 
-    return lambda data: settings._load(Path("pidcfg.toml"), "pidcfg.toml", data), (click.ClickException,)
+    return lambda data: settings._load_settings(Path("pidcfg.toml"), "pidcfg.toml", data), (click.ClickException,)
 
 
 def _baseline() -> tuple[Reader, tuple[type[Exception], ...]]:

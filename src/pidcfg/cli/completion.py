@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 END_OF_LINE = "\x01"
 """Put at the end of the line, so that the last word is the one that is typed, even when it is empty."""
 ASSIGNMENT = re.compile(r"\w+=")
-UNQUOTED = re.compile(r"[\w./\\:=,+~-]+")
+UNQUOTED_WORD = re.compile(r"[\w./\\:=,+~-]+")
 SINGLE_QUOTES = re.compile("['\u2018-\u201b]")
 """What ends a text in single quotes for PowerShell, unless it stands twice: typographic ones do as well."""
 
@@ -62,10 +62,10 @@ class Shell(ShellComplete):
         words = split_line(os.environ.get("COMP_WORDS", "") + END_OF_LINE, self.escape)
         while len(words) > 1 and ASSIGNMENT.match(words[0]):
             del words[0]
-        typed = words[-1].removesuffix(END_OF_LINE)
-        match = re.match(rf".*[{self.word_breaks}]", typed)
+        last_word = words[-1].removesuffix(END_OF_LINE)
+        match = re.match(rf".*[{self.word_breaks}]", last_word)
         self.word_head = match.group() if match else ""
-        return words[1:-1], typed
+        return words[1:-1], last_word
 
     def get_completions(self, args: list[str], incomplete: str) -> list[CompletionItem[str]]:
         """The candidates, with those that only pidcfg knows."""
@@ -125,7 +125,7 @@ class PowerShell(Shell):
     def format_completion(self, item: CompletionItem[object]) -> str:
         """Three lines; a value with spaces is quoted."""
         value = self.whole_word(item)
-        if not UNQUOTED.fullmatch(value):
+        if not UNQUOTED_WORD.fullmatch(value):
             value = f"'{SINGLE_QUOTES.sub(lambda quote: 2 * quote.group(), value)}'"
         return f"{item.type}\n{value}\n{encodable(one_line(item.help), 'ascii')}"
 
@@ -164,37 +164,37 @@ def register_shells() -> None:
 SCENARIO_KEY = re.compile(rb"^(?:\xef\xbb\xbf)?scenario\s*:", re.MULTILINE)
 HEAD_BYTES = 65_536
 """Bytes of a file in which its kind is looked for."""
-OPTION_OR_HOME = ("-", "~")
+SPECIAL_SIGNS = ("-", "~")
 """How names of files begin that commands take for options, and shells for homes."""
-MOST_OPENED = 500
+MAX_OPENED_FILES = 500
 """Files of a folder that are opened to see what they hold; after so many every one is offered."""
 
 
 # --- files -----------------------------------------------------------------------------------------------------------
 
 
-def any_file(ctx: click.Context, typed: str) -> Items:
+def any_file(ctx: click.Context, incomplete: str) -> Items:
     """Every file."""
     del ctx
-    return _file_items(typed, lambda _: True)
+    return _file_items(incomplete, lambda _: True)
 
 
-def yaml_file(ctx: click.Context, typed: str) -> Items:
+def yaml_file(ctx: click.Context, incomplete: str) -> Items:
     """YAML files."""
     del ctx
-    return _file_items(typed, is_yaml)
+    return _file_items(incomplete, is_yaml)
 
 
-def scenario_file(ctx: click.Context, typed: str) -> Items:
+def scenario_file(ctx: click.Context, incomplete: str) -> Items:
     """YAML files that are scenarios."""
     del ctx
-    return _file_items(typed, is_scenario)
+    return _file_items(incomplete, is_scenario)
 
 
-def configuration_file(ctx: click.Context, typed: str) -> Items:
+def configuration_file(ctx: click.Context, incomplete: str) -> Items:
     """YAML files that are no scenarios."""
     del ctx
-    return _file_items(typed, lambda path: is_yaml(path) and not is_scenario(path))
+    return _file_items(incomplete, lambda path: is_yaml(path) and not is_scenario(path))
 
 
 def is_yaml(path: Path) -> bool:
@@ -207,21 +207,21 @@ def is_scenario(path: Path) -> bool:
     return is_yaml(path) and SCENARIO_KEY.search(_file_head(path)) is not None
 
 
-def _file_items(typed: str, is_wanted: Callable[[Path], bool]) -> Items:
+def _file_items(incomplete: str, is_wanted: Callable[[Path], bool]) -> Items:
     """Folders, and files that fit, whose names begin as typed."""
-    typed_path = os.path.expanduser(typed)  # noqa: PTH111 - a Path would lose `./` and `/`
-    folder, prefix = os.path.split(typed_path)
-    folder_part = typed_path[: len(typed_path) - len(prefix)]
-    is_empty = not typed
+    path = os.path.expanduser(incomplete)  # noqa: PTH111 - a Path would lose `./` and `/`
+    folder, prefix = os.path.split(path)
+    folder_part = path[: len(path) - len(prefix)]
+    is_empty = not incomplete
     items: Items = []
     for entry in sorted(_folder_entries(folder or "."), key=lambda entry: entry.name):
         is_hidden = entry.name.startswith(".") and not prefix.startswith(".")
         if is_hidden or not entry.name.startswith(prefix) or not entry.name.isprintable():
             continue
-        name = f"./{entry.name}" if is_empty and entry.name.startswith(OPTION_OR_HOME) else f"{folder_part}{entry.name}"
+        name = f"./{entry.name}" if is_empty and entry.name.startswith(SPECIAL_SIGNS) else f"{folder_part}{entry.name}"
         if entry.is_dir():
             items.append(CompletionItem(f"{name}/", type="folder"))
-        elif len(items) > MOST_OPENED or is_wanted(Path(entry.path)):
+        elif len(items) > MAX_OPENED_FILES or is_wanted(Path(entry.path)):
             items.append(CompletionItem(name, type="path"))
     return items
 
@@ -244,10 +244,10 @@ def _file_head(path: Path) -> bytes:
 # --- words -----------------------------------------------------------------------------------------------------------
 
 
-def code_items(ctx: click.Context, typed: str) -> Items:
+def code_items(ctx: click.Context, incomplete: str) -> Items:
     """Rule codes with their titles; the last one of a list."""
     del ctx
-    codes_before, comma, prefix = typed.rpartition(",")
+    codes_before, comma, prefix = incomplete.rpartition(",")
     codes_named = set(codes_before.upper().split(","))
     return [
         CompletionItem(f"{codes_before}{comma}{code}", help=title)
@@ -263,24 +263,24 @@ def rule_titles() -> Iterator[tuple[str, str]]:
         yield code, title
 
 
-def limit_items(ctx: click.Context, typed: str) -> Items:
+def limit_items(ctx: click.Context, incomplete: str) -> Items:
     """Names of limits."""
     del ctx
     return [
         CompletionItem(f"{field.name}=", type="part")
         for field in fields(Limits)
-        if field.name.startswith(typed) and "=" not in typed
+        if field.name.startswith(incomplete) and "=" not in incomplete
     ]
 
 
-def report_file_items(ctx: click.Context, typed: str) -> Items:
+def report_file_items(ctx: click.Context, incomplete: str) -> Items:
     """``FORMAT=PATH``: the formats of the command, then any file."""
-    front, equals, begin = typed.partition("=")
+    fmt, equals, file_begin = incomplete.partition("=")
     if equals:
-        return [CompletionItem(f"{front}={item.value}", type=item.type) for item in any_file(ctx, begin)]
+        return [CompletionItem(f"{fmt}={item.value}", type=item.type) for item in any_file(ctx, file_begin)]
     formats = next((p.type for p in ctx.command.params if p.name in {"fmt", "report"}), None)
     names = formats.choices if isinstance(formats, click.Choice) else ()
-    return [CompletionItem(f"{name}=", type="part") for name in names if name.startswith(typed)]
+    return [CompletionItem(f"{name}=", type="part") for name in names if name.startswith(incomplete)]
 
 
 def words_before(ctx: click.Context) -> list[str]:
@@ -289,11 +289,11 @@ def words_before(ctx: click.Context) -> list[str]:
     return [word.partition("=")[2] or word if word.startswith("--") else word for word in words]
 
 
-def format_items(ctx: click.Context, typed: str) -> Items:
+def format_items(ctx: click.Context, incomplete: str) -> Items:
     """The formats of the vendor of the file on the line; of all vendors when the file cannot be read."""
     vendor = next(filter(None, map(_vendor_of, words_before(ctx))), None)
     names = vendor.load("format_names") if vendor is not None else format_names()
-    return [CompletionItem(name) for name in names if name.startswith(typed)]
+    return [CompletionItem(name) for name in names if name.startswith(incomplete)]
 
 
 def _vendor_of(name: str) -> Vendor | None:
@@ -369,10 +369,10 @@ def source_of(command: str, param: click.Parameter) -> Source | None:
 
 def with_candidates(command: click.Command) -> click.Command:
     """A copy of a command whose parameters know their candidates."""
-    completing = copy(command)
-    completing.params = [copy(param) for param in command.params]
-    for param in completing.params:
+    copied = copy(command)
+    copied.params = [copy(param) for param in command.params]
+    for param in copied.params:
         source = source_of(command.name or "", param)
         if source is not None:
             param.type = CompletedType(source)
-    return completing
+    return copied

@@ -19,7 +19,7 @@ import click
 from pidcfg.about import VERSION
 from pidcfg.cli import environment
 from pidcfg.cli.environment import parameter_hint
-from pidcfg.cli.terminal import LINE, encodable, fits, is_coloured, paint_report
+from pidcfg.cli.terminal import LINE, can_encode, encodable, is_coloured, paint_report
 from pidcfg.text.signs import CI_COMMAND, break_ci_commands, find_ci_command, to_one_line, to_printable
 
 if TYPE_CHECKING:
@@ -64,8 +64,8 @@ def show_ci_commands(text: str) -> None:
     if sys.stdout.isatty():
         text = to_printable(text.replace("\r\n", "\n"))
     _print_text(text, color=False)
-    if not fits(text, sys.stdout.encoding):
-        missing_signs = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
+    if not can_encode(text, sys.stdout.encoding):
+        missing_signs = "".join(dict.fromkeys(c for c in text if not can_encode(c, sys.stdout.encoding)))
         write_note(
             f"note: the code page {sys.stdout.encoding} lacks {missing_signs!a}: that text was replaced; "
             "a file is written in UTF-8, and so is standard output with PYTHONUTF8=1"
@@ -74,7 +74,7 @@ def show_ci_commands(text: str) -> None:
 
 def show_text(text: str) -> None:
     """A result for people: in colour where that is wanted."""
-    text, coloured = _for_people(text, sys.stdout), is_coloured(sys.stdout)
+    text, coloured = _to_safe_text(text, sys.stdout), is_coloured(sys.stdout)
     _print_text(paint_report(text) if coloured else text, color=coloured)
 
 
@@ -97,14 +97,14 @@ def echo_xml(text: str) -> None:
 def _is_utf8(text: str) -> bool:
     """Whether a text reaches standard output as UTF-8."""
     encoding = sys.stdout.encoding or "utf-8"
-    return codecs.lookup(encoding).name == "utf-8" and fits(text, encoding)
+    return codecs.lookup(encoding).name == "utf-8" and can_encode(text, encoding)
 
 
 def write_note(text: str) -> None:
     """A remark for people, on stderr."""
     LINE.end()
     coloured = is_coloured(sys.stderr)
-    text = _for_people(text, sys.stderr)
+    text = _to_safe_text(text, sys.stderr)
     try:
         click.echo(paint_report(text) if coloured else text, err=True, color=coloured)
     except OSError:  # nobody reads it, or the disk is full: a remark that is lost changes no exit code
@@ -116,22 +116,22 @@ def write_remark(text: str) -> None:
     write_note(to_one_line(text))
 
 
-def _for_people(text: str, stream: TextIO) -> str:
+def _to_safe_text(text: str, stream: TextIO) -> str:
     """Text that hides nothing and orders nothing, also once a code page has replaced some of it."""
     return break_ci_commands(encodable(to_printable(text), stream.encoding))
 
 
 def _refuse_ci_commands(text: str) -> None:
     """Ends the command where a line of a result would be an order to a CI system that reads it; a file is no log."""
-    order = None if set(CI_VARIABLES).isdisjoint(os.environ) else find_ci_command(text)
-    if order is None:
+    ci_command = None if set(CI_VARIABLES).isdisjoint(os.environ) else find_ci_command(text)
+    if ci_command is None:
         return
     try:
         if stat.S_ISREG(os.fstat(sys.stdout.fileno()).st_mode):
             return
     except OSError:  # no file at all
         pass
-    line = text.count("\n", 0, order.end()) + 1
+    line = text.count("\n", 0, ci_command.end()) + 1
     reason = f"line {line} of the result would be an order to the CI job that keeps this log"
     raise click.ClickException(f"{reason}; send the result to a file: > FILE")
 
@@ -178,7 +178,7 @@ SAFE_WORD = re.compile(r"[\w@%+=:,./-]+")
 """A word that a shell takes as it is."""
 
 
-def next_step(*words: str, quiet: bool = False, fmt: str = "text") -> None:
+def suggest_next_step(*words: str, quiet: bool = False, fmt: str = "text") -> None:
     """Names the command that is usually next, ``words`` behind ``pidcfg``."""
     if quiet or fmt != "text" or "CI" in os.environ or not sys.stderr.isatty():
         return
@@ -193,13 +193,13 @@ def _quote_word(word: str) -> str:
 # --- ``--verbose``: what a command has read, left out and taken from elsewhere, on standard error ---------------------
 
 
-class Detail:
+class VerboseLog:
     """What is said with ``--verbose``, and nothing without it."""
 
-    def __init__(self, ctx: click.Context, *, wanted: bool, quiet: bool) -> None:
-        if wanted and quiet:
+    def __init__(self, ctx: click.Context, *, verbose: bool, quiet: bool) -> None:
+        if verbose and quiet:
             raise click.UsageError("--verbose and --quiet exclude each other", ctx)
-        self.is_wanted = wanted
+        self.is_wanted = verbose
         self._begin_time = self._last_time = time.perf_counter()
         self.write_lines(f"pidcfg {VERSION}, Python {platform.python_version()}, {platform.system()}")
         self.write_lines(*(f"environment: {setting}" for setting in environment.variables_in_force(ctx.command)))
@@ -238,7 +238,7 @@ def print_error(error: click.ClickException) -> None:
     error.show(text)
     if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.parent is None:
         text.write("Options of a command stand behind it: pidcfg validate --strict …\n")
-    for parameter in _also_missing(error):
+    for parameter in _missing_parameters(error):
         text.write(f"Also missing: {parameter}\n")
     message = text.getvalue().rstrip("\n")
     if error.message and not isinstance(error, click.exceptions.NoArgsIsHelpError):
@@ -246,7 +246,7 @@ def print_error(error: click.ClickException) -> None:
     write_note(message)
 
 
-def _also_missing(error: click.ClickException) -> Iterable[str]:
+def _missing_parameters(error: click.ClickException) -> Iterable[str]:
     """Further required parameters that were not given: those that the command line has come before all others."""
     if not isinstance(error, click.MissingParameter) or error.ctx is None:
         return ()

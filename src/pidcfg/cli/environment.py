@@ -12,7 +12,7 @@ from click.core import ParameterSource
 # --- Environment variables: each option has one, ``PIDCFG_COMMAND_OPTION``, which the command line outranks -----------
 
 PREFIX = "PIDCFG"
-OPTIONS_WITHOUT = {"version"}
+OPTIONS_WITHOUT_VARIABLE = {"version"}
 """Options that have none: a variable of that name belongs to whoever builds or installs pidcfg."""
 
 
@@ -32,7 +32,7 @@ def with_variables(command: click.Command, name: str = "") -> click.Command:
 def options_of(command: click.Command) -> Iterator[click.Option]:
     """The options that have a variable."""
     for param in command.params:
-        if isinstance(param, click.Option) and not param.hidden and param.name not in OPTIONS_WITHOUT:
+        if isinstance(param, click.Option) and not param.hidden and param.name not in OPTIONS_WITHOUT_VARIABLE:
             yield param
 
 
@@ -49,14 +49,14 @@ def variables_in_force(command: click.Command) -> Iterator[str]:
 
 def unknown_variables(command: click.Command, name: str) -> Iterator[str]:
     """What is wrong with variables that look like those of a command and are none."""
-    known = [str(option.envvar) for option in options_of(command)]
+    known_names = [str(option.envvar) for option in options_of(command)]
     prefix = variable_of(name, "")
-    for name_set in sorted(os.environ):
-        if name_set.startswith(prefix) and name_set not in known:
+    for variable in sorted(os.environ):
+        if variable.startswith(prefix) and variable not in known_names:
             from pidcfg.text.signs import closest_name
 
-            nearest = closest_name(name_set, known)
-            yield f"{name_set} is no variable of pidcfg {name}" + (f"; did you mean {nearest}?" if nearest else "")
+            nearest = closest_name(variable, known_names)
+            yield f"{variable} is no variable of pidcfg {name}" + (f"; did you mean {nearest}?" if nearest else "")
 
 
 def parameter_hint(param: click.Parameter, ctx: click.Context | None) -> str:

@@ -35,7 +35,7 @@ class ReadRecorder:
     names_by_file: dict[str, str] = field(default_factory=dict)
     """What the input calls a file, by the name under which it was read."""
     hashes: dict[str, str] = field(default_factory=dict)
-    is_known: bool = True
+    is_cacheable: bool = True
     """Whether all that was read is known by what the input calls it, and could be read."""
 
     def resolve(self, name: str, other: str) -> str:
@@ -50,12 +50,12 @@ class ReadRecorder:
         try:
             data = self.reader.read(name, most)
         except (OSError, ValueError):
-            self.is_known = False
+            self.is_cacheable = False
             raise
         if name in self.names_by_file:
             self.hashes[self.names_by_file[name]] = hash_of(data)
         else:
-            self.is_known = False
+            self.is_cacheable = False
         return data
 
 
@@ -106,9 +106,9 @@ class Cache:
         if stored is None:
             return None
         try:
-            reads, rows = stored
-            files = [entry.name, *(RECORDED_DISK.resolve(entry.name, other) for other in reads)]
-            if not self._are_unchanged(files[1:], reads.values()):
+            hashes, rows = stored
+            files = [entry.name, *(RECORDED_DISK.resolve(entry.name, other) for other in hashes)]
+            if not self._are_unchanged(files[1:], hashes.values()):
                 return None
             findings = [_finding(row, files) for row in rows]
         except (OSError, ValueError, TypeError, AttributeError, IndexError):
@@ -116,31 +116,31 @@ class Cache:
         text = entry.data.decode("utf-8-sig", "replace")
         return Document(entry.name, text, None, Node(None)), findings
 
-    def put(self, entry: Input, findings: Sequence[Diagnostic], reads: ReadRecorder) -> None:
+    def put(self, entry: Input, findings: Sequence[Diagnostic], recorder: ReadRecorder) -> None:
         """Keeps an input's findings, unless they say more than the key can know."""
         from pidcfg.validate.catalog import is_unusable
 
-        if entry.problem is not None or not reads.is_known or any(map(is_unusable, findings)):
+        if entry.problem is not None or not recorder.is_cacheable or any(map(is_unusable, findings)):
             return
-        names_read = {other: name for name, other in reads.names_by_file.items() if other in reads.hashes}
-        files = [entry.name, *(names_read[other] for other in reads.hashes)]
-        if any(d.file not in files for d in findings) or _names_one(findings, files):
+        names_read = {other: name for name, other in recorder.names_by_file.items() if other in recorder.hashes}
+        files = [entry.name, *(names_read[other] for other in recorder.hashes)]
+        if any(d.file not in files for d in findings) or _mention_files(findings, files):
             return
         rows = [_finding_row(d, files.index(d.file)) for d in findings]
-        self.store.put(self._key(entry), [reads.hashes, rows])
+        self.store.put(self._key(entry), [recorder.hashes, rows])
 
     def _key(self, entry: Input) -> str:
         return hashlib.sha256(self.key_base + entry.data).hexdigest()
 
     def _are_unchanged(self, names: Iterable[str], hashes: Iterable[str]) -> bool:
         """Whether other files are what they were."""
-        most_bytes = self.limits.listing_bytes + 1
+        max_bytes = self.limits.listing_bytes + 1
         return all(
-            hash_of(RECORDED_DISK.read(name, most_bytes)) == kept for name, kept in zip(names, hashes, strict=True)
+            hash_of(RECORDED_DISK.read(name, max_bytes)) == kept for name, kept in zip(names, hashes, strict=True)
         )
 
 
-def _names_one(findings: Iterable[Diagnostic], files: Iterable[str]) -> bool:
+def _mention_files(findings: Iterable[Diagnostic], files: Iterable[str]) -> bool:
     """Whether findings say the name of a file in words."""
     return any(name in text for d in findings for text in _finding_texts(d) for name in files)
 
@@ -219,29 +219,29 @@ def _source_state() -> object:
 
 # --- The findings of the inputs of a command, and the one configuration that some commands work on --------------------
 
-LEAST_FOR_POOL, CHUNK_SIZE = 200, 25
+MIN_POOL_FILES, CHUNK_SIZE = 200, 25
 """From so many files on a process per processor pays for its start; files are handed out so many at a time."""
 
 
 def check_all(
-    inputs: Sequence[Input], limits: Limits, *, cached: bool = True
+    inputs: Sequence[Input], limits: Limits, *, use_cache: bool = True
 ) -> Iterator[tuple[Document, list[Diagnostic]]]:
     """Each input's text and findings, in order; many files are shared out among the processors.
 
-    ``cached``: findings of files that have not changed are taken from the user's cache (`pidcfg.cli.findings`).
+    ``use_cache``: findings of files that have not changed are taken from the user's cache (`pidcfg.cli.findings`).
     """
-    cache = _open_cache(limits) if cached else None
+    cache = _open_cache(limits) if use_cache else None
     if cache is None:
         yield from ((document, findings) for document, findings, _ in _check_inputs(inputs))
         return
     cached_results = {i: result for i, entry in enumerate(inputs) if (result := cache.get(entry))}
-    checked = _check_inputs([entry for i, entry in enumerate(inputs) if i not in cached_results])
+    results = _check_inputs([entry for i, entry in enumerate(inputs) if i not in cached_results])
     for i, entry in enumerate(inputs):
         if i in cached_results:
             yield cached_results[i]
             continue
-        document, findings, reads = next(checked)
-        cache.put(entry, findings, reads)
+        document, findings, recorder = next(results)
+        cache.put(entry, findings, recorder)
         yield document, findings
 
 
@@ -252,7 +252,7 @@ def _open_cache(limits: Limits) -> Cache | None:
 def _check_inputs(inputs: Sequence[Input]) -> Iterator[tuple[Document, list[Diagnostic], ReadRecorder]]:
     """Inputs that have to be checked, each with what was read for it."""
     processors = os.cpu_count() or 1
-    if len(inputs) < LEAST_FOR_POOL or processors == 1:
+    if len(inputs) < MIN_POOL_FILES or processors == 1:
         yield from map(check_input, inputs)
         return
     from concurrent.futures import ProcessPoolExecutor
@@ -268,12 +268,12 @@ def check_input(entry: Input) -> tuple[Document, list[Diagnostic], ReadRecorder]
     """One input's text and findings; the data are let go, since a report needs the text only."""
     from pidcfg.api import check
 
-    reads = ReadRecorder(entry.name)
-    result = check(document_of_input(entry), files=reads, comments=False, limits=entry.limits)
-    return result.document.without_data(), list(result.findings), reads
+    recorder = ReadRecorder(entry.name)
+    result = check(document_of_input(entry), files=recorder, comments=False, limits=entry.limits)
+    return result.document.without_data(), list(result.findings), recorder
 
 
-def one_configuration(path: str, limits: Limits) -> Document:
+def load_configuration(path: str, limits: Limits) -> Document:
     """The single configuration that a command works on; ends the command when the path names none or several."""
     from pidcfg.validate.engine import is_scenario
 
@@ -304,5 +304,5 @@ def exit_code(findings: Sequence[Diagnostic], *, strict: bool = False) -> Exit:
 
     if any(map(is_unusable, findings)):
         return Exit.UNUSABLE
-    worst = max((d.severity for d in findings), default=Severity.INFO)
-    return Exit.FINDINGS if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK
+    severity = max((d.severity for d in findings), default=Severity.INFO)
+    return Exit.FINDINGS if severity is Severity.ERROR or (strict and severity is Severity.WARNING) else Exit.OK

@@ -61,12 +61,12 @@ def file_identity(name: str) -> Identity:
 
 def equal_file_fault(names: Iterable[str]) -> str | None:
     """What is wrong with the names of outputs where two of them mean one file."""
-    names_of: dict[Identity, str] = {}
+    names_by_identity: dict[Identity, str] = {}
     for name in names:
-        place = file_identity(name)
-        if place in names_of:
-            return f"{names_of[place]} and {name} are one file; name two"
-        names_of[place] = name
+        identity = file_identity(name)
+        if identity in names_by_identity:
+            return f"{names_by_identity[identity]} and {name} are one file; name two"
+        names_by_identity[identity] = name
     return None
 
 
@@ -139,21 +139,21 @@ class Pattern(NamedTuple):
     reason: str
     """Why an entry that it names is left out."""
     regex: re.Pattern[str]
-    leaves_out: bool
-    of_folders: bool
+    excludes: bool
+    folders_only: bool
     """Whether it ends with a slash."""
-    of_names: bool
+    names_only: bool
     """Whether it has no other slash, and so is compared with the name in whatever folder."""
-    jumps: int
+    double_stars: int
     """How many ``**`` it has."""
 
     def matches(self, path: str, *, folder: bool) -> bool:
         """Whether it names this entry itself; one that would take very long is taken for what leaves nothing out."""
-        if self.of_folders and not folder:
+        if self.folders_only and not folder:
             return False
-        text = path.rpartition("/")[2] if self.of_names else path
-        if self.jumps and comb(text.count("/") + self.jumps, self.jumps) > MAX_PATTERN_WAYS:
-            return not self.leaves_out
+        text = path.rpartition("/")[2] if self.names_only else path
+        if self.double_stars and comb(text.count("/") + self.double_stars, self.double_stars) > MAX_PATTERN_WAYS:
+            return not self.excludes
         match = self.regex.search(text)
         return match is not None and match.lastindex is None  # its group is the slash behind a folder above
 
@@ -169,8 +169,8 @@ class Patterns(NamedTuple):
         """The last pattern that names an entry; None for what lies elsewhere, too."""
         if not path.startswith(self.base):
             return None
-        below = path[len(self.base) :]
-        return next((row for row in reversed(self.rows) if row.matches(below, folder=folder)), None)
+        relative = path[len(self.base) :]
+        return next((row for row in reversed(self.rows) if row.matches(relative, folder=folder)), None)
 
 
 def parse_patterns(base: str, origin: str, lines: Iterable[str], *, numbered: bool = False) -> Patterns:
@@ -191,13 +191,13 @@ def _parse_pattern(origin: str, line: str) -> Pattern | None:
     line = f"{stripped} " if stripped.endswith("\\") and stripped != line else stripped
     body = line.removesuffix("/")
     try:
-        regex, leaves_out = GitIgnoreSpecPattern.pattern_to_regex(body)
-        if regex is None or leaves_out is None:
+        regex, excludes = GitIgnoreSpecPattern.pattern_to_regex(body)
+        if regex is None or excludes is None:
             return None
         compiled = re.compile(BETWEEN_STARS.sub(r"(?>[^/]*?\1)", STARS.sub("[^/]*", regex)))
     except (ValueError, re.error):
         return None
-    return Pattern(f"{origin}: {line}", compiled, leaves_out, body != line, "/" not in body, body.count(ANY_FOLDERS))
+    return Pattern(f"{origin}: {line}", compiled, excludes, body != line, "/" not in body, body.count(ANY_FOLDERS))
 
 
 def pattern_fault(line: str) -> str | None:
@@ -218,7 +218,7 @@ ENVIRONMENT_FILE = "pyvenv.cfg"
 PACKAGE_FOLDERS = frozenset({"node_modules", "site-packages"})
 """Folders of packages, by name."""
 GITIGNORE, REPOSITORY = ".gitignore", ".git"
-LARGEST_GITIGNORE = 128 << 10
+MAX_GITIGNORE = 128 << 10
 """Bytes of a ``.gitignore``."""
 
 Reasons = list[tuple[str, str]]
@@ -235,9 +235,9 @@ class Folder(NamedTuple):
     """Names of the folders that are entered next, and of links, which are not."""
     files: list[str]
     """Names of YAML files, and of whatever else is called so."""
-    left_out: Reasons
+    excluded: Reasons
     """Folders, with a slash at the end, and YAML files that are not looked at."""
-    unused: Reasons
+    unused_patterns: Reasons
     """Files of patterns that do not count."""
 
 
@@ -245,47 +245,47 @@ def walk_folders(name: str, on_error: Callable[[OSError], None] | None = None) -
     """The folder, whatever patterns say of it, and those below it; ``on_error`` hears of those that cannot be read."""
     excluded, unused = _excluded_patterns(), Reasons()
     levels = {name: _gitignores_above(name, unused)}
-    for place, folders, files in os.walk(name, onerror=on_error):
-        ignored = levels.pop(place)
-        if place != name and REPOSITORY in {*folders, *files}:
-            ignored = ()  # a repository of its own
+    for folder, folders, files in os.walk(name, onerror=on_error):
+        levels_here = levels.pop(folder)
+        if folder != name and REPOSITORY in {*folders, *files}:
+            levels_here = ()  # a repository of its own
         if GITIGNORE in files:
-            ignored = (*_gitignore_patterns(place, unused), *ignored)
+            levels_here = (*_gitignore_patterns(folder, unused), *levels_here)
         folder_reasons = {
-            f: _folder_reason(place, f, excluded, ignored) for f in sorted(folders) if not f.startswith(".")
+            f: _folder_reason(folder, f, excluded, levels_here) for f in sorted(folders) if not f.startswith(".")
         }
         yaml = (f for f in sorted(files) if Path(f).suffix.lower() in SUFFIXES)
-        file_reasons = {f: _pattern_reason(place, f, excluded, ignored) for f in yaml}
+        file_reasons = {f: _pattern_reason(folder, f, excluded, levels_here) for f in yaml}
         folders[:] = (f for f, reason in folder_reasons.items() if reason is None)
-        levels |= {os.path.join(place, f): ignored for f in folders}  # noqa: PTH118 - as os.walk spells it
-        left_out = [(f"{f}/", reason) for f, reason in folder_reasons.items() if reason is not None]
-        left_out += ((f, reason) for f, reason in file_reasons.items() if reason is not None)
-        yield Folder(place, folders, [f for f, reason in file_reasons.items() if reason is None], left_out, unused)
+        levels |= {os.path.join(folder, f): levels_here for f in folders}  # noqa: PTH118 - as os.walk spells it
+        skipped = [(f"{f}/", reason) for f, reason in folder_reasons.items() if reason is not None]
+        skipped += ((f, reason) for f, reason in file_reasons.items() if reason is not None)
+        yield Folder(folder, folders, [f for f, reason in file_reasons.items() if reason is None], skipped, unused)
         unused = Reasons()
 
 
-def _folder_reason(place: str, name: str, excluded: Patterns | None, ignored: Levels) -> str | None:
+def _folder_reason(folder_path: str, name: str, excluded: Patterns | None, levels: Levels) -> str | None:
     """Why a folder is left out, if it is; a link to one is no folder for patterns."""
-    path = Path(place, name)
+    path = Path(folder_path, name)
     if name in PACKAGE_FOLDERS:
         return "packages of others"
     if os.path.lexists(path / ENVIRONMENT_FILE):
         return f"holds {ENVIRONMENT_FILE}"
-    return _pattern_reason(place, name, excluded, ignored, folder=not path.is_symlink())
+    return _pattern_reason(folder_path, name, excluded, levels, folder=not path.is_symlink())
 
 
 def _pattern_reason(
-    place: str, name: str, excluded: Patterns | None, ignored: Levels, *, folder: bool = False
+    folder_path: str, name: str, excluded: Patterns | None, levels: Levels, *, folder: bool = False
 ) -> str | None:
     """Why patterns leave an entry out, if they do: of those of git, the last of the deepest file counts."""
-    if excluded is None and not ignored:
+    if excluded is None and not levels:
         return None
-    path = _pattern_base(place) + name
+    path = _pattern_base(folder_path) + name
     row = None if excluded is None else excluded.deciding_pattern(path, folder=folder)
-    if row is None or not row.leaves_out:
-        rows = (level.deciding_pattern(path, folder=folder) for level in ignored)
+    if row is None or not row.excludes:
+        rows = (level.deciding_pattern(path, folder=folder) for level in levels)
         row = next((row for row in rows if row is not None), None)
-    return row.reason if row is not None and row.leaves_out else None
+    return row.reason if row is not None and row.excludes else None
 
 
 def _pattern_base(folder: str) -> str:
@@ -323,16 +323,16 @@ def _gitignore_patterns(folder: str, unused: Reasons) -> Iterable[Patterns]:
     try:
         if not stat.S_ISREG(path.lstat().st_mode):
             return
-        data = read_file(path, LARGEST_GITIGNORE + 1)
+        data = read_file(path, MAX_GITIGNORE + 1)
     except FileNotFoundError:
         return
     except OSError as error:
         unused.append((shown_path, f"cannot be read ({error.strerror}): what it names is not left out"))
         return
     lines = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "surrogateescape").split("\n")
-    if len(data) > LARGEST_GITIGNORE or len(lines) > MAX_LINES:
+    if len(data) > MAX_GITIGNORE or len(lines) > MAX_LINES:
         unused.append(
-            (shown_path, f"has more than {LARGEST_GITIGNORE} bytes or {MAX_LINES} lines: what it names is not left out")
+            (shown_path, f"has more than {MAX_GITIGNORE} bytes or {MAX_LINES} lines: what it names is not left out")
         )
         return
     yield parse_patterns(_pattern_base(folder), shown_path, (line.removesuffix("\r") for line in lines), numbered=True)
@@ -360,11 +360,11 @@ SIMILAR_KEYS = (
 """Keys at the top by which a file is for pidcfg although that key is missing or misspelt."""
 
 
-def is_for_pidcfg(name: str, data: bytes, most_bytes: int) -> bool:
-    """Whether a file is for pidcfg by its first bytes; when they are more than ``most_bytes``, by all of them."""
+def is_for_pidcfg(name: str, data: bytes, max_bytes: int) -> bool:
+    """Whether a file is for pidcfg by its first bytes; when they are more than ``max_bytes``, by all of them."""
     if has_key(data):
         return True
-    if len(data) <= most_bytes:
+    if len(data) <= max_bytes:
         return False
     try:
         content = read_file(name, MAX_SNIFF_SIZE + 1)
@@ -394,7 +394,7 @@ STDIN_TITLE = "<stdin>"
 """Standard input in findings, unless ``--stdin-filename`` names it."""
 STDIN_NAME_KEY = "pidcfg.stdin"
 """Where a command keeps that name."""
-MOST_NAMES = 3
+MAX_NAMES = 3
 """Names of what was left out."""
 
 
@@ -411,7 +411,7 @@ class Input:
     """A YAML file without the ``pidcfg`` key, in a folder or where such files are to be skipped."""
     remark: str | None = None
     """Why a foreign entry of a folder was not even looked at."""
-    left_out: str | None = None
+    reason: str | None = None
     """Why a foreign entry of a folder was to be left out; the name of a folder ends with a slash."""
     limits: Limits = DEFAULT
     """Within which it was read."""
@@ -424,34 +424,34 @@ def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
 
 def read_entries(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
     """The inputs that are for pidcfg; behind them a remark says what was left out."""
-    left_out = []
+    foreign = []
     for entry in gather_inputs(paths, limits):
         if entry.is_foreign:
-            left_out.append(entry)
+            foreign.append(entry)
         else:
             yield entry
     ctx = click.get_current_context(silent=True)
     params = {} if ctx is None else ctx.params
-    if (text := excluded_text(left_out)) and not params.get("quiet"):
+    if (text := excluded_text(foreign)) and not params.get("quiet"):
         write_remark(text)
-    for reason in exclusion_reasons(left_out) if params.get("verbose") else ():
+    for reason in exclusion_reasons(foreign) if params.get("verbose") else ():
         write_remark(reason)
 
 
 def excluded_text(entries: Iterable[Input]) -> str:
     """How many folders and files were left out, and the names of some; nothing where none was."""
-    names = [entry.name for entry in entries if entry.left_out is not None]
+    names = [entry.name for entry in entries if entry.reason is not None]
     folders = sum(name.endswith("/") for name in names)
     counts = ((folders, "folder"), (len(names) - folders, "file"))
     number = " and ".join(f"{n} {noun}{'s' if n != 1 else ''}" for n, noun in counts if n)
-    kinds = list(dict.fromkeys(Path(name).name for name in names))
-    kinds[MOST_NAMES:] = ["…"] * (len(kinds) > MOST_NAMES)
-    return f"{number} left out ({', '.join(kinds)})" if names else ""
+    base_names = list(dict.fromkeys(Path(name).name for name in names))
+    base_names[MAX_NAMES:] = ["…"] * (len(base_names) > MAX_NAMES)
+    return f"{number} left out ({', '.join(base_names)})" if names else ""
 
 
 def exclusion_reasons(entries: Iterable[Input]) -> Iterator[str]:
     """Each entry that was left out, and why."""
-    return (f"left out: {entry.name} ({entry.left_out})" for entry in entries if entry.left_out is not None)
+    return (f"left out: {entry.name} ({entry.reason})" for entry in entries if entry.reason is not None)
 
 
 def document_of_input(entry: Input) -> Document:
@@ -470,19 +470,19 @@ def gather_inputs(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = 
     ``skip_foreign``: a YAML file without one counts as foreign even when it is named. Standard input comes first: it
     stands for the file that ``--stdin-filename`` names, also in a folder.
     """
-    taken = _TakenFiles(limits)
+    taken_files = _TakenFiles(limits)
     for name in sorted(expand_patterns(paths), key=lambda name: name != STDIN):
         folder = name != STDIN and Path(name).is_dir()
-        if not taken.add_path(name_of(name), folder=folder):
+        if not taken_files.add_path(name_of(name), folder=folder):
             continue
         if _is_pattern(name):
             yield Input(name, problem=f"no file matches {name}")
             continue
-        if taken.is_full:
-            yield taken.limit_input(name)
+        if taken_files.is_full:
+            yield taken_files.limit_input(name)
             return
         if folder:
-            yield from _inputs_below(name, taken)
+            yield from _folder_inputs(name, taken_files)
         else:
             entry = read_input(name, limits)
             foreign = skip_foreign and name != STDIN and not concerns_pidcfg(entry)
@@ -494,17 +494,17 @@ class _TakenFiles:
     """What has been taken: each file once, by whatever way its folder is reached, and no more than the limit."""
 
     limits: Limits
-    places: set[tuple[str, str]] = field(default_factory=set)
+    paths: set[tuple[str, str]] = field(default_factory=set)
     files: int = 0
 
     def add_path(self, name: str, *, folder: bool = False) -> bool:
         """Takes a file or a folder, unless it has been."""
-        above, file = os.path.split(name)
-        key = (os.path.realpath(name), "") if folder else (os.path.realpath(above), file)
-        new = key not in self.places
-        self.places.add(key)
-        self.files += new and not folder
-        return new
+        parent, file = os.path.split(name)
+        key = (os.path.realpath(name), "") if folder else (os.path.realpath(parent), file)
+        is_new = key not in self.paths
+        self.paths.add(key)
+        self.files += is_new and not folder
+        return is_new
 
     @property
     def is_full(self) -> bool:
@@ -536,17 +536,17 @@ def _is_pattern(path: str) -> bool:
     return any(c in path for c in "*?[") and not Path(path).exists()
 
 
-def _inputs_below(name: str, taken: _TakenFiles) -> Iterator[Input]:
+def _folder_inputs(name: str, taken_files: _TakenFiles) -> Iterator[Input]:
     """The files below a folder that have the ``pidcfg`` key or cannot be read; other YAML files as foreign."""
     has_files, foreign = False, []
-    for entry in _walked_inputs(name, taken.limits):
+    for entry in _walk_inputs(name, taken_files.limits):
         if entry.is_foreign:
             foreign.append(entry)
             yield entry
-        elif taken.add_path(entry.name):
+        elif taken_files.add_path(entry.name):
             has_files = True
-            yield taken.limit_input(entry.name) if taken.is_full else entry
-            if taken.is_full:
+            yield taken_files.limit_input(entry.name) if taken_files.is_full else entry
+            if taken_files.is_full:
                 return
         else:
             has_files = True
@@ -555,16 +555,14 @@ def _inputs_below(name: str, taken: _TakenFiles) -> Iterator[Input]:
         yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key{left_out_text}")
 
 
-def _walked_inputs(name: str, limits: Limits) -> Iterator[Input]:
+def _walk_inputs(name: str, limits: Limits) -> Iterator[Input]:
     """Every YAML file below a folder, and whatever may hide some."""
     errors: list[OSError] = []
     root = Path(name).resolve()
     for folder in walk_folders(name, errors.append):
-        yield from (Input(path, is_foreign=True, remark=reason) for path, reason in folder.unused)
-        for entry, reason in folder.left_out:
-            yield Input(
-                Path(folder.path, entry).as_posix() + "/" * entry.endswith("/"), is_foreign=True, left_out=reason
-            )
+        yield from (Input(path, is_foreign=True, remark=reason) for path, reason in folder.unused_patterns)
+        for entry, reason in folder.excluded:
+            yield Input(Path(folder.path, entry).as_posix() + "/" * entry.endswith("/"), is_foreign=True, reason=reason)
         for path in (Path(folder.path, f) for f in folder.folders):
             if path.is_symlink() and not path.resolve().is_relative_to(root):
                 yield Input(
@@ -572,12 +570,12 @@ def _walked_inputs(name: str, limits: Limits) -> Iterator[Input]:
                 )
         for path in (Path(folder.path, f) for f in folder.files):
             if path.is_file() or not path.exists():
-                yield _read_in_folder(path, limits)
+                yield _read_folder_entry(path, limits)
     for error in errors:
         yield Input(Path(error.filename).as_posix(), problem=f"cannot read {error.filename}: {error.strerror}")
 
 
-def _read_in_folder(path: Path, limits: Limits) -> Input:
+def _read_folder_entry(path: Path, limits: Limits) -> Input:
     """One YAML file in a folder; foreign where it has no ``pidcfg`` key."""
     name = path.as_posix()
     entry = read_input(name, limits)
@@ -593,9 +591,9 @@ class RememberedFiles(Disk):
 
     def resolve(self, name: str, other: str) -> str:
         """Notes the file that another one refers to, whether it is there or not."""
-        place = super().resolve(name, other)
-        note_name(place)
-        return place
+        path = super().resolve(name, other)
+        note_name(path)
+        return path
 
 
 RECORDED_DISK = RememberedFiles()
@@ -612,15 +610,15 @@ def name_of(path: str) -> str:
 
 def read_input(name: str, limits: Limits) -> Input:
     """The bytes of one file or of standard input, at most one more than the limit."""
-    most_bytes = limits.listing_bytes + 1
+    max_bytes = limits.listing_bytes + 1
     try:
         if name == STDIN:
             if sys.stdin is None:
                 return Input(name_of(name), problem="cannot read standard input: it is closed", is_piped=True)
             with hold_line():
                 RECORDED_DISK.on_open(sys.stdin.buffer)
-                return Input(name_of(name), sys.stdin.buffer.read(most_bytes), is_piped=True, limits=limits)
-        return Input(name, RECORDED_DISK.read(name, most_bytes), limits=limits)
+                return Input(name_of(name), sys.stdin.buffer.read(max_bytes), is_piped=True, limits=limits)
+        return Input(name, RECORDED_DISK.read(name, max_bytes), limits=limits)
     except (OSError, ValueError) as error:
         return Input(name_of(name), problem=read_failure(name_of(name), error), is_piped=name == STDIN)
 

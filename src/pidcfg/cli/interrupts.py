@@ -20,7 +20,7 @@ class _SignalState:
 
     has_begun = False
     open_parts = 0
-    pending: int | None = None
+    pending_signal: int | None = None
     is_over = False
     ending_signal: int | None = None
     """The signal that has ended the command."""
@@ -74,7 +74,7 @@ def _take_signal(number: int, frame: object) -> None:
     if not _SignalState.has_begun:
         os._exit(128 + number)
     if _SignalState.open_parts:
-        _SignalState.pending = number
+        _SignalState.pending_signal = number
     elif not _SignalState.is_over:
         _end_command(number)
 
@@ -85,13 +85,13 @@ def _end_command(number: int) -> None:
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
+def defer_signals() -> Iterator[None]:
     """A part of the program that no signal cuts in two: one that comes meanwhile counts at its end."""
     _SignalState.open_parts += 1
     try:
         yield
     finally:
         _SignalState.open_parts -= 1
-        if not _SignalState.open_parts and (number := _SignalState.pending) is not None:
-            _SignalState.pending = None
+        if not _SignalState.open_parts and (number := _SignalState.pending_signal) is not None:
+            _SignalState.pending_signal = None
             _end_command(number)

@@ -211,7 +211,7 @@ class LazyGroup(click.Group):
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(VERSION, prog_name="pidcfg")
-@terminal.option()
+@terminal.color_option()
 def cli() -> None:
     """Check, encode and simulate the PID loops of PLCs from text files. Nothing is ever written to a PLC.
 
@@ -296,7 +296,7 @@ def main() -> None:
     os.environ.setdefault(*NO_PLUGINS)
     warnings.showwarning = _show_warning
     _open_streams()
-    terminal.install()
+    terminal.install_fallback()
     try:
         interrupts.begin_command()
         code = _run_command()

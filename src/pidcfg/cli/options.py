@@ -22,7 +22,7 @@ from pidcfg.text.reader import DEFAULT, Limits
 Decorator = Callable[[Callable[..., object]], Callable[..., object]]
 
 
-def is_plain(value: object) -> bool:
+def is_plain_number(value: object) -> bool:
     """Whether a number is spelled as everybody reads it: Python takes 1_0 and the digits of other scripts, too."""
     return not isinstance(value, str) or (value.isascii() and "_" not in value)
 
@@ -35,7 +35,7 @@ class Integer(IntParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number."""
-        if not is_plain(value) or (isinstance(value, str) and not WHOLE_NUMBER.fullmatch(value.strip())):
+        if not is_plain_number(value) or (isinstance(value, str) and not WHOLE_NUMBER.fullmatch(value.strip())):
             self.fail(f"{value!r} is not a whole number; write digits alone", param, ctx)
         return super().convert(value, param, ctx)
 
@@ -63,7 +63,7 @@ class Number(click.ParamType[float]):
 
         number = None
         with suppress(ValueError):
-            number = float(value) if is_plain(value) else None
+            number = float(value) if is_plain_number(value) else None
         if number is None:
             self.fail(f"{value!r} is not a number; {unitless_cure(str(value))}", param, ctx)
         return number
@@ -151,9 +151,9 @@ def exit_zero(command: Callable[..., object]) -> Callable[..., object]:
     from pidcfg.cli.main import Exit
 
     @wraps(command)
-    def exit_on_verdict(*args: object, exit_zero: bool, **rest: object) -> object:
+    def exit_on_verdict(*args: object, exit_zero: bool, **kwargs: object) -> object:
         try:
-            return command(*args, **rest)
+            return command(*args, **kwargs)
         except click.exceptions.Exit as end:
             if exit_zero and end.exit_code == Exit.FINDINGS:
                 raise click.exceptions.Exit(Exit.OK) from None
@@ -223,7 +223,7 @@ EXCLUDE_OPTION = click.option(
 )
 MAP_OPTION = click.option(
     "--map",
-    "stated",
+    "map_path",
     metavar="FILE",
     help="The Modbus map of a PLC whose manual prints none, in place of the file's plc.map: rows such as "
     "R1,holding,0,uint16 (encode --format modbus-map writes them to be filled in).",
@@ -243,12 +243,12 @@ def map_file(name: str | None, limits: Limits) -> Path | None:
 STANDARD_OUTPUT = "-"
 
 
-def or_standard_output(_ctx: click.Context, _param: click.Parameter, name: str | None) -> str | None:
+def dash_as_none(_ctx: click.Context, _param: click.Parameter, name: str | None) -> str | None:
     """The name of a file; None where it is left out, or - stands for standard output."""
     return None if name == STANDARD_OUTPUT else name
 
 
-def only_file(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
+def refuse_dash(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
     """The name of a file or a folder that standard output cannot be."""
     if name == STANDARD_OUTPUT:
         raise click.BadParameter("'-' is standard output; write a name", ctx, param)
@@ -260,7 +260,7 @@ OUTPUT_OPTION = click.option(
     "--output",
     "out",
     type=click.Path(dir_okay=False),
-    callback=or_standard_output,
+    callback=dash_as_none,
     help="Write to a file, never over one that differs; - is standard output.",
 )
 FORCE_OPTION = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
@@ -297,9 +297,9 @@ def selects_code(code: str, select: list[str], ignore: list[str]) -> bool:
     )
 
 
-def select_severe(findings: list[Diagnostic], severity: str, fails: Severity) -> list[Diagnostic]:
+def select_severe(findings: list[Diagnostic], severity: str, threshold: Severity) -> list[Diagnostic]:
     """The findings that are shown: those of this severity and above, and whatever fails the run."""
-    return [d for d in findings if d.severity >= min(Severity[severity.upper()], fails)]
+    return [d for d in findings if d.severity >= min(Severity[severity.upper()], threshold)]
 
 
 def examples_text(*lines: str) -> str:
@@ -318,8 +318,8 @@ class VerifyCommand(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """The options, with the value that ``--verify`` alone stands for."""
         end = args.index("--") if "--" in args else len(args)
-        filled = ["--verify=pass" if arg == "--verify" else arg for arg in args[:end]]
-        return super().parse_args(ctx, [*filled, *args[end:]])
+        complete_args = ["--verify=pass" if arg == "--verify" else arg for arg in args[:end]]
+        return super().parse_args(ctx, [*complete_args, *args[end:]])
 
 
 @contextmanager

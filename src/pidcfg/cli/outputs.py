@@ -17,7 +17,7 @@ import click
 
 from pidcfg.cli.console import echo, write_user_file
 from pidcfg.cli.inputs import equal_file_fault, was_read
-from pidcfg.cli.interrupts import uninterrupted
+from pidcfg.cli.interrupts import defer_signals
 from pidcfg.cli.terminal import encodable
 from pidcfg.text.reader import STREAM, open_file, read_file
 from pidcfg.text.signs import UNPRINTABLE
@@ -30,7 +30,7 @@ from pidcfg.text.signs import UNPRINTABLE
 TEMPORARY_SUFFIX = ".pidcfg"
 RANDOM_DIGITS = 8
 """Hexadecimal digits that tell two writers of one target apart."""
-MOST_NAME_BYTES = 200
+MAX_NAME_BYTES = 200
 """Bytes of a name; file systems have 255."""
 LOCKS: dict[Path, int] = {}
 """The temporary files of this process, each with the descriptor that holds its lock; -1: without one."""
@@ -45,12 +45,12 @@ def _remove_all() -> None:
 atexit.register(_remove_all)
 
 
-def temporary_for(target: Path) -> tuple[int, Path]:
+def open_temporary(target: Path) -> tuple[int, Path]:
     """An open temporary file in the target's folder, and its path; raises `OSError`."""
     _remove_leftovers(target)
     while True:
         path = target.with_name(f"{_name_beginning(target)}{os.urandom(RANDOM_DIGITS // 2).hex()}{TEMPORARY_SUFFIX}")
-        with uninterrupted():
+        with defer_signals():
             try:
                 handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600)
             except FileExistsError:
@@ -71,14 +71,14 @@ def temporary_for(target: Path) -> tuple[int, Path]:
 
 def discard_file(path: Path) -> None:
     """Removes a temporary file, if it is still there, and gives up its lock."""
-    with uninterrupted(), suppress(OSError):
+    with defer_signals(), suppress(OSError):
         path.unlink(missing_ok=True)
     release_lock(path)
 
 
 def release_lock(path: Path) -> None:
     """Gives up the lock of a file that is in its place now."""
-    with uninterrupted():
+    with defer_signals():
         lock = LOCKS.pop(path, -1)
         if lock != -1:
             os.close(lock)
@@ -87,7 +87,7 @@ def release_lock(path: Path) -> None:
 def _name_beginning(target: Path) -> str:
     """How the names of a target's temporary files begin."""
     name = target.name
-    if len(os.fsencode(name)) > MOST_NAME_BYTES:
+    if len(os.fsencode(name)) > MAX_NAME_BYTES:
         name = hashlib.sha256(os.fsencode(name)).hexdigest()
     return f".{name}."
 
@@ -114,10 +114,10 @@ def _remove_leftovers(target: Path) -> None:
     with suppress(OSError), os.scandir(target.parent) as entries:
         for entry in entries:
             if entry.name.startswith(begin) and entry.name.endswith(TEMPORARY_SUFFIX) and len(entry.name) == length:
-                _remove_if_left(Path(entry.path))
+                _remove_leftover(Path(entry.path))
 
 
-def _remove_if_left(path: Path) -> None:
+def _remove_leftover(path: Path) -> None:
     """Removes a regular file whose lock is free."""
     if sys.platform == "win32":
         with suppress(OSError):
@@ -154,34 +154,34 @@ def write_files(
     files: Mapping[str, str | bytes],
     *,
     force: bool = False,
-    renewed: Collection[str] = (),
-    streamed: Sequence[StagedFile] = (),
-    over_inputs: bool = False,
+    rewritable: Collection[str] = (),
+    streamed_files: Sequence[StagedFile] = (),
+    allow_inputs: bool = False,
 ) -> None:
     """Writes texts or bytes to paths: first everything to temporary files beside the targets, then each in place.
 
-    ``renewed`` are paths that are written anew by every run, such as reports for CI; ``streamed`` are files that lie
-    beside their targets already. ``over_inputs``: files that were read may be replaced, for commands that correct
+    ``rewritable`` are paths that are written anew by every run, such as reports for CI; ``streamed_files`` lie
+    beside their targets already. ``allow_inputs``: files that were read may be replaced, for commands that correct
     them.
     """
     contents = {name: to_bytes(file) if isinstance(file, str) else file for name, file in files.items()}
-    names = [*(entry.name for entry in streamed), *contents]
+    names = [*(entry.name for entry in streamed_files), *contents]
     problem = equal_file_fault(names)
     if problem is not None:
         raise click.ClickException(problem)
-    if not over_inputs:
-        refuse_read(names)
-    staged = list(streamed)
+    if not allow_inputs:
+        refuse_read_files(names)
+    staged = list(streamed_files)
     name = ""
     try:
-        for name, target, temporary in streamed:
-            _refuse_other(name, target, force=force or _has_same_bytes(target, temporary))
+        for name, target, temporary in streamed_files:
+            _guard_file(name, target, force=force or _has_same_bytes(target, temporary))
         targets = {name: output_path(name) for name in contents}
         for name, content in contents.items():
-            _refuse_other(name, targets[name], force=force or name in renewed or _has_content(targets[name], content))
+            _guard_file(name, targets[name], force=force or name in rewritable or _has_content(targets[name], content))
         for name, content in contents.items():
             staged.append(StagedFile(name, targets[name], _stage_file(targets[name], content)))
-        with uninterrupted():
+        with defer_signals():
             _commit_files(staged)
     except OSError as error:
         raise _write_error(name, error) from None
@@ -194,14 +194,14 @@ def to_bytes(text: str) -> bytes:
     return encodable(text, "utf-8").encode()
 
 
-def refuse_read(names: Collection[str]) -> None:
+def refuse_read_files(names: Collection[str]) -> None:
     """No output takes the place of a file that this run has read, with force or without."""
     for name in names:
         if was_read(name):
             raise click.ClickException(f"{name} is a file that is read; give the output another name")
 
 
-def _other_way(name: str) -> str:
+def _device_advice(name: str) -> str:
     """What to do instead of writing to a device: the option ``-o`` can be left out."""
     context = click.get_current_context(silent=True)
     out = context.params.get("out") if context is not None else None
@@ -213,17 +213,17 @@ def output_path(name: str) -> Path:
     if not name:
         raise click.ClickException("the output has no name")
     if STREAM.fullmatch(name):
-        raise click.ClickException(f"{name} is a stream and no file; {_other_way(name)}")
+        raise click.ClickException(f"{name} is a stream and no file; {_device_advice(name)}")
     try:
         target = Path(name).resolve()
         if target.exists() and not target.is_file():
-            raise click.ClickException(f"{name} is no regular file; {_other_way(name)}")
+            raise click.ClickException(f"{name} is no regular file; {_device_advice(name)}")
     except (OSError, RuntimeError, ValueError) as error:
         raise _write_error(name, error) from None
     return target
 
 
-def take_rights(temporary: Path, target: Path) -> None:
+def copy_permissions(temporary: Path, target: Path) -> None:
     """Gives a file the rights of the one that it replaces, or of a new one."""
     if os.name == "posix":
         umask = os.umask(0)
@@ -241,7 +241,7 @@ def _write_error(name: str, error: Exception) -> click.ClickException:
     return click.ClickException(f"cannot write {name}: {getattr(error, 'strerror', None) or error}")
 
 
-def _refuse_other(name: str, target: Path, *, force: bool) -> None:
+def _guard_file(name: str, target: Path, *, force: bool) -> None:
     """Ends the command when something else is there; ``force``: it may be replaced, or is the same."""
     if not force and target.exists():
         raise click.ClickException(f"{name} exists and differs; use --force to overwrite it")
@@ -265,13 +265,13 @@ def _has_same_bytes(target: Path, other: Path) -> bool:
 
 def _stage_file(target: Path, content: bytes) -> Path:
     """A flushed temporary file in the target's folder, with the rights that the target will have."""
-    handle, temporary = temporary_for(target)
+    handle, temporary = open_temporary(target)
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
-        take_rights(temporary, target)
+        copy_permissions(temporary, target)
     except BaseException:
         discard_file(temporary)
         raise
@@ -281,7 +281,7 @@ def _stage_file(target: Path, content: bytes) -> Path:
 def _commit_files(staged: Sequence[StagedFile]) -> None:
     """Puts every file in place; when one cannot be, those before it get their old contents back."""
     backups: list[StagedFile] = []
-    done: list[StagedFile] = []
+    replaced: list[StagedFile] = []
     name = ""
     try:
         for entry in staged[:-1]:  # what stands last needs nothing to go back to
@@ -290,9 +290,9 @@ def _commit_files(staged: Sequence[StagedFile]) -> None:
         for entry in staged:
             name = entry.name
             entry.temporary.replace(entry.target)
-            done.append(entry)
+            replaced.append(entry)
     except OSError as error:
-        remaining = _undo_files(done, backups)
+        remaining = _undo_files(replaced, backups)
         remark = (
             f"; {', '.join(remaining)} {'is' if len(remaining) == 1 else 'are'} written all the same"
             if remaining
@@ -307,7 +307,7 @@ def _backup_file(entry: StagedFile) -> list[StagedFile]:
     """The present contents of a target under another name, where there are any."""
     if not entry.target.exists():
         return []
-    handle, backup = temporary_for(entry.target)
+    handle, backup = open_temporary(entry.target)
     os.close(handle)
     try:
         backup.unlink()
@@ -323,11 +323,11 @@ def _backup_file(entry: StagedFile) -> list[StagedFile]:
     return [StagedFile(entry.name, entry.target, backup)]
 
 
-def _undo_files(done: Sequence[StagedFile], backed_up: Sequence[StagedFile]) -> list[str]:
+def _undo_files(replaced: Sequence[StagedFile], backed_up: Sequence[StagedFile]) -> list[str]:
     """Takes back what was put in place; the names of what could not be."""
     backups = {entry.target: entry.temporary for entry in backed_up}
     remaining = []
-    for entry in done:
+    for entry in replaced:
         try:
             if entry.target in backups:
                 backups[entry.target].replace(entry.target)
@@ -360,7 +360,7 @@ def file_keeper(name: str) -> Callable[[bytes], None]:
     def keep_data(data: bytes) -> None:
         temporary: Path | None = None
         try:
-            handle, temporary = temporary_for(target)
+            handle, temporary = open_temporary(target)
             with os.fdopen(handle, "wb") as stream:
                 stream.write(data)
                 stream.flush()
@@ -430,7 +430,7 @@ def replace_files(changed: Mapping[str, tuple[bytes, bytes]]) -> None:
         if status.st_nlink > 1:
             links = "has more than one name (hard links), and the others would keep the old text"
             raise click.ClickException(f"{name} {links}; nothing was written")
-    write_files({name: data for name, (_, data) in changed.items()}, force=True, over_inputs=True)
+    write_files({name: data for name, (_, data) in changed.items()}, force=True, allow_inputs=True)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -439,20 +439,20 @@ def replace_files(changed: Mapping[str, tuple[bytes, bytes]]) -> None:
 
 @contextmanager
 def trend_file(
-    name: str | None, *, force: bool, others: Mapping[str, str | bytes] | None = None
+    name: str | None, *, force: bool, other_files: Mapping[str, str | bytes] | None = None
 ) -> Iterator[TextIO | None]:
     """An open stream for a trend (None without a name); the target appears when a run has come to its end.
 
-    The ``others``, files by name, are written with it: all or none.
+    The ``other_files``, files by name, are written with it: all or none.
     """
     if name is None:
         yield None
-        write_files(others or {}, force=force)
+        write_files(other_files or {}, force=force)
         return
     target = output_path(name)
-    refuse_read([name])
+    refuse_read_files([name])
     try:
-        handle, temporary = temporary_for(target)
+        handle, temporary = open_temporary(target)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     staged = [StagedFile(name, target, temporary)]
@@ -462,8 +462,8 @@ def trend_file(
             stream.flush()
             os.fsync(stream.fileno())
         if temporary.stat().st_size:
-            take_rights(temporary, target)
-            write_files(others or {}, force=force, streamed=staged)
+            copy_permissions(temporary, target)
+            write_files(other_files or {}, force=force, streamed_files=staged)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     finally:

@@ -25,7 +25,7 @@ TERMINAL_NAME = "-"
 SUFFIXES = (".svg", ".png", ".html")
 MAX_LOOPS = 40
 """Charts in one file: what a page of pictures can hold and a person look through."""
-NARROWEST, WIDEST, PICTURE_HEIGHT = 40, 160, 12
+MIN_WIDTH, MAX_WIDTH, PICTURE_HEIGHT = 40, 160, 12
 """Characters of a picture in the terminal."""
 PIPED_WIDTH = 80
 """Its width where the output is not a terminal."""
@@ -45,7 +45,7 @@ def name_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...
     return names
 
 
-def only_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
+def refuse_terminal(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
     """The same where the terminal shows the pictures anyway."""
     if TERMINAL_NAME in names:
         raise click.BadParameter("--verify draws in the terminal; name a file", ctx, param)
@@ -60,7 +60,7 @@ MARGINS_OPTION = _plot(
     callback=name_files, help="Draw margins and answers of the loop: FILE.svg, .png or .html, or - in the terminal."
 )
 VERIFIED_OPTION = _plot(
-    callback=only_files,
+    callback=refuse_terminal,
     help="As --verify, and draw both sides over each other: FILE.svg, .png or .html; repeatable.",
 )
 OVERLAY_OPTION = _plot(
@@ -90,10 +90,10 @@ def check_options(fmt: str, plot: Sequence[str], loops: Sequence[str] = ()) -> N
 
 def refuse_unknown_loops(loops: Sequence[str], outcomes: Sequence[Outcome | BatchOutcome]) -> None:
     """Ends the command where a picture of a loop is wanted that did not run."""
-    known = list(dict.fromkeys(loop for outcome in outcomes for loop in outcome.axes))
-    unknown = next((loop for loop in loops if loop not in known), None)
-    if unknown is not None and known:
-        raise click.UsageError(f"--plot-loop {unknown}: no such loop; there are {', '.join(known)}")
+    drawn_loops = list(dict.fromkeys(loop for outcome in outcomes for loop in outcome.axes))
+    unknown = next((loop for loop in loops if loop not in drawn_loops), None)
+    if unknown is not None and drawn_loops:
+        raise click.UsageError(f"--plot-loop {unknown}: no such loop; there are {', '.join(drawn_loops)}")
 
 
 def charts_of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
@@ -153,7 +153,7 @@ def chart_text(chart: Chart, stream: TextIO, height: int = PICTURE_HEIGHT) -> st
     """A chart as wide as the terminal, in the signs that its code page has."""
     from pidcfg.pictures.characters import can_encode_signs, draw_rows
 
-    width = min(max(shutil.get_terminal_size((PIPED_WIDTH, 24)).columns - 1, NARROWEST), WIDEST)
+    width = min(max(shutil.get_terminal_size((PIPED_WIDTH, 24)).columns - 1, MIN_WIDTH), MAX_WIDTH)
     return "\n".join(draw_rows(chart, width, height, ascii_only=not can_encode_signs(stream.encoding)))
 
 

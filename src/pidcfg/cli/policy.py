@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 # --- The triage of findings: what is reported, what comments, settings or a baseline set aside, and remarks on it -----
 
-LARGEST_BASELINE = 64 << 20
+MAX_BASELINE_BYTES = 64 << 20
 """Bytes of a baseline."""
 
 
@@ -59,13 +59,13 @@ class Triage:
     ignored: list[IgnoredFinding] = field(default_factory=list)
     known: list[Diagnostic] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-    set_aside: int = 0
+    left_out_count: int = 0
     """How many findings a settings file leaves out."""
 
     @property
     def hides_findings(self) -> bool:
         """Whether even a quiet run has to mention findings that it does not show."""
-        return bool(self.ignored or self.known or self.set_aside)
+        return bool(self.ignored or self.known or self.left_out_count)
 
     def suppressed(self, severity: Severity) -> list[tuple[Diagnostic, str | None]]:
         """What is not reported, with the reason that a comment gives; None: the baseline knows it."""
@@ -78,8 +78,8 @@ class Triage:
         rows = [(one.finding, f"ignored, {one.reason or 'for no reason'}") for one in self.ignored]
         for d, why in (*rows, *((d, "in the baseline") for d in self.known)):
             yield f"{d.file}:{d.span.line}:{d.span.column}: {d.code}: {why}"
-        if self.set_aside:
-            yield f"{count_text(self.set_aside, 'finding')}, by the settings"
+        if self.left_out_count:
+            yield f"{count_text(self.left_out_count, 'finding')}, by the settings"
 
     @property
     def counts_text(self) -> str:
@@ -97,18 +97,18 @@ def triage_findings(
     findings: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules
 ) -> Triage:
     """Sorts findings into reported, ignored and known; writes or shrinks the baseline as the options ask."""
-    result = _without_ignored(findings, documents)
+    result = _apply_comments(findings, documents)
     all_findings = result.reported
-    left_out = {file: settings.ignored_in(file) for file in documents}
+    ignored_codes = {file: settings.ignored_codes(file) for file in documents}
 
     def is_selected(d: Diagnostic) -> bool:
-        return bool(options.select_findings([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
+        return bool(options.select_findings([d], rules.select, [*rules.ignore, *ignored_codes.get(d.file, ())]))
 
     result.ignored = [entry for entry in result.ignored if is_selected(entry.finding)]
     result.reported = [d for d in all_findings if is_selected(d)]
-    result.set_aside = len(all_findings) - len(result.reported) if settings.file is not None else 0
+    result.left_out_count = len(all_findings) - len(result.reported) if settings.file is not None else 0
     if rules.baseline is not None:
-        _with_baseline(result, all_findings, is_selected, documents, rules)
+        _apply_baseline(result, all_findings, is_selected, documents, rules)
     elif rules.create or rules.shrink:
         raise click.UsageError("name the baseline with --baseline FILE")
     return result
@@ -125,9 +125,9 @@ def validated_findings(findings: Sequence[Diagnostic], doc: Document) -> tuple[t
     except click.ClickException as error:
         settings, remark = Settings(), error.format_message()
         result = triage_findings(findings, {doc.file: doc}, settings, _rules_of(settings))
-    fails = Severity.WARNING if settings.values.get("strict") else Severity.ERROR
-    least = min(Severity[str(settings.values.get("severity", "info")).upper()], fails)
-    return tuple(d for d in result.reported if d.severity >= least), remark
+    threshold = Severity.WARNING if settings.values.get("strict") else Severity.ERROR
+    min_severity = min(Severity[str(settings.values.get("severity", "info")).upper()], threshold)
+    return tuple(d for d in result.reported if d.severity >= min_severity), remark
 
 
 def _rules_of(settings: Settings) -> Rules:
@@ -136,7 +136,7 @@ def _rules_of(settings: Settings) -> Rules:
     return Rules(values.get("select", []), values.get("ignore", []), values.get("baseline"))
 
 
-def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Document]) -> Triage:
+def _apply_comments(findings: Sequence[Diagnostic], documents: Mapping[str, Document]) -> Triage:
     """The findings without those that comments ignore, file by file."""
     if not any("ignore" in doc.text for doc in documents.values()):
         return Triage(list(findings))
@@ -147,14 +147,14 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
     for d in findings:
         by_file.get(d.file, []).append(d)
     for file, file_findings in by_file.items():
-        outcome = suppress(file_findings, documents[file])
-        is_changed = len(outcome.findings) != len(file_findings) or outcome.ignored
-        result.reported += sort_findings(outcome.findings) if is_changed else file_findings
-        result.ignored += outcome.ignored
+        suppression = suppress(file_findings, documents[file])
+        is_changed = len(suppression.findings) != len(file_findings) or suppression.ignored
+        result.reported += sort_findings(suppression.findings) if is_changed else file_findings
+        result.ignored += suppression.ignored
     return result
 
 
-def _with_baseline(
+def _apply_baseline(
     result: Triage,
     all_findings: list[Diagnostic],
     is_selected: Callable[[Diagnostic], bool],
@@ -182,16 +182,16 @@ def _with_baseline(
     entries, text = read_baseline(name)
     files = {e.file for e in entries}
     checked_files = {file_of(file) for file in documents} | {file for file in files if not (folder / file).exists()}
-    compared = baseline.compare(all_findings, is_selected, entries, checked_files, file_of)
-    result.reported, result.known = compared.new, compared.known
-    if rules.shrink and compared.stale:
+    comparison = baseline.compare(all_findings, is_selected, entries, checked_files, file_of)
+    result.reported, result.known = comparison.new, comparison.known
+    if rules.shrink and comparison.stale:
         from pidcfg.cli.outputs import write_files
 
-        write_files({name: baseline.baseline_text(baseline.remove_entries(entries, compared.stale))}, force=True)
-        result.remarks.append(f"{name}: {count_text(len(compared.stale), 'entry', 'entries')} removed")
+        write_files({name: baseline.baseline_text(baseline.remove_entries(entries, comparison.stale))}, force=True)
+        result.remarks.append(f"{name}: {count_text(len(comparison.stale), 'entry', 'entries')} removed")
         return
     ignored = {baseline.entry_of(one.finding, file_of) for one in result.ignored}
-    stale = baseline.stale_findings(compared.stale, ignored, entries, text, Path(name).as_posix())
+    stale = baseline.stale_findings(comparison.stale, ignored, entries, text, Path(name).as_posix())
     result.reported += [d for d in stale if is_selected(d)]
 
 
@@ -214,15 +214,15 @@ def read_baseline(name: str) -> tuple[list[Entry], str]:
 def _read_baseline_text(name: str) -> str:
     """The text of a baseline."""
     try:
-        data = read_file(name, LARGEST_BASELINE + 1)
+        data = read_file(name, MAX_BASELINE_BYTES + 1)
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise click.ClickException(f"{name} is not UTF-8") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise click.ClickException(f"cannot read {name}: {reason}; --create-baseline makes one") from None
-    if len(data) > LARGEST_BASELINE:
-        raise click.ClickException(f"{name} is larger than {LARGEST_BASELINE} bytes")
+    if len(data) > MAX_BASELINE_BYTES:
+        raise click.ClickException(f"{name} is larger than {MAX_BASELINE_BYTES} bytes")
     return text
 
 
@@ -244,25 +244,25 @@ def fix_inputs(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> lis
     """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
     from pidcfg.cli.outputs import patch_text, print_patch, replace_files
 
-    diff, quiet = ctx.params["diff"], ctx.params["quiet"]
-    piped = [entry for entry in inputs if entry.is_piped]
+    shows_diff, quiet = ctx.params["diff"], ctx.params["quiet"]
+    piped_inputs = [entry for entry in inputs if entry.is_piped]
     has_format = (
         ctx.get_parameter_source("fmt") is not ParameterSource.DEFAULT
     )  # a CI job's own format is nobody's wish
-    if piped and not diff and (len(inputs) > 1 or (has_format and ctx.params["fmt"] != "text")):
+    if piped_inputs and not shows_diff and (len(inputs) > 1 or (has_format and ctx.params["fmt"] != "text")):
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
     corrections = progress((_fix_input(entry, rules, ctx) for entry in inputs), "correcting", len(inputs))
     pairs = list(zip(inputs, corrections, strict=True))
     changed = [(entry, fixed) for entry, fixed in pairs if fixed.data != entry.data]
     corrected = [fixed for _, fixed in changed if fixed.fixed]
     total = f"{count_text(sum(len(f.fixed) for f in corrected), 'finding')} in {count_text(len(corrected), 'file')}"
-    if diff:
+    if shows_diff:
         print_patch("".join(patch_text(_patch_name(entry), entry.data, fixed.data) for entry, fixed in changed))
         if not quiet:
             write_note(f"{total} would be corrected")
         is_unread = any(is_unusable(d) for _, fixed in pairs for d in fixed.remaining)
         ctx.exit(Exit.UNUSABLE if is_unread else Exit.FINDINGS if corrected else Exit.OK)
-    if piped:
+    if piped_inputs:
         write_user_file(pairs[0][1].data)
     else:
         replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
@@ -321,5 +321,5 @@ def _fix_input(entry: Input, rules: Rules, ctx: click.Context) -> FixedFile:
     doc = document_of_input(entry)
     if entry.problem is not None:
         return FixedFile(entry.data, (), tuple(check_any(doc, RECORDED_DISK)))
-    ignore = [*rules.ignore, *settings.current(ctx).ignored_in(entry.name)]
+    ignore = [*rules.ignore, *settings.current_settings(ctx).ignored_codes(entry.name)]
     return correct_file(entry.data, doc, RECORDED_DISK, lambda d: selects_code(d.code, rules.select, ignore))

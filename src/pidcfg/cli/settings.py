@@ -15,7 +15,7 @@ import click
 
 from pidcfg.cli.formats import formats_of
 from pidcfg.cli.inputs import EXCLUSION_KEY, Exclusion, relative_path
-from pidcfg.cli.options import only_file
+from pidcfg.cli.options import refuse_dash
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import PARENT, Data
 from pidcfg.text.reader import read_file
@@ -115,19 +115,19 @@ class _File(NamedTuple):
     def refuse(self, key: str, message: str, cure: str | None = None, value: str | None = None) -> NoReturn:
         """Ends the command with one error at a key, or at a text below it."""
         line, column = locate(self.text, self.table, key, value)
-        place = f":{line}:{column}" if line else ""
-        raise click.ClickException(f"{self.name}{place}: {message}" + (f"; {cure}" if cure else ""))
+        location = f":{line}:{column}" if line else ""
+        raise click.ClickException(f"{self.name}{location}: {message}" + (f"; {cure}" if cure else ""))
 
 
-def check_table(table: object, name: str, text: str, within: str, root: Path) -> Data:
+def check_table(table: object, name: str, text: str, table_name: str, root: Path) -> Data:
     """The settings of a table, as option values."""
-    file = _File(name, text, within, root)
+    file = _File(name, text, table_name, root)
     if not isinstance(table, dict):
-        file.refuse(within.rpartition(".")[2], f"[{within}] must be a table")
-    return {key: _value(key, value, file) for key, value in table.items()}
+        file.refuse(table_name.rpartition(".")[2], f"[{table_name}] must be a table")
+    return {key: _check_value(key, value, file) for key, value in table.items()}
 
 
-def _value(key: str, value: object, file: _File) -> object:
+def _check_value(key: str, value: object, file: _File) -> object:
     row = SETTINGS_KEYS.get(key)
     if row is None:
         near = ALIASES.get(key) or closest_name(key, SETTINGS_KEYS)
@@ -136,7 +136,7 @@ def _value(key: str, value: object, file: _File) -> object:
     return CHECKS[row.kind](key, value, file)
 
 
-def _codes(key: str, value: object, file: _File) -> list[str]:
+def _check_codes(key: str, value: object, file: _File) -> list[str]:
     """Codes or their beginnings."""
     from pidcfg.validate import list_texts
     from pidcfg.validate.catalog import suggest_code
@@ -159,13 +159,13 @@ def _shorten(value: object) -> str:
     return text if len(text) <= MAX_VALUE_LENGTH else f"{text[:MAX_VALUE_LENGTH]}…"
 
 
-def _switch(key: str, value: object, file: _File) -> bool:
+def _check_switch(key: str, value: object, file: _File) -> bool:
     if not isinstance(value, bool):
         file.refuse(key, f"{key} must be true or false, not {_shorten(value)}", f"write {key} = true, without quotes")
     return value
 
 
-def _choice(words: tuple[str, ...]) -> Callable[[str, object, _File], str]:
+def _choice_check(words: tuple[str, ...]) -> Callable[[str, object, _File], str]:
     def choice(key: str, value: object, file: _File) -> str:
         if not isinstance(value, str) or value not in words:
             near = closest_name(value, words) if isinstance(value, str) else None
@@ -176,7 +176,7 @@ def _choice(words: tuple[str, ...]) -> Callable[[str, object, _File], str]:
     return choice
 
 
-def _path(key: str, value: object, file: _File) -> str:
+def _check_path(key: str, value: object, file: _File) -> str:
     """A path that stays below the folder of the settings file, links included."""
     if not isinstance(value, str) or not value:
         file.refuse(key, f"{key} must be the path of a file, not {_shorten(value)}")
@@ -189,7 +189,7 @@ def _path(key: str, value: object, file: _File) -> str:
     return relative_path(str(file.root / value), Path())
 
 
-def _patterns(key: str, value: object, file: _File) -> list[str]:
+def _check_patterns(key: str, value: object, file: _File) -> list[str]:
     """Lines of ``.gitignore``."""
     from pidcfg.cli.inputs import pattern_fault
 
@@ -198,12 +198,12 @@ def _patterns(key: str, value: object, file: _File) -> list[str]:
     if len(value) > MAX_PATTERNS:
         file.refuse(key, f"{key} has more than {MAX_PATTERNS} patterns", "name their folder")
     for line in value:
-        if wrong := pattern_fault(line):
-            file.refuse(key, wrong, value=line)
+        if fault := pattern_fault(line):
+            file.refuse(key, fault, value=line)
     return value
 
 
-def _per_file(key: str, value: object, file: _File) -> dict[str, list[str]]:
+def _check_per_file(key: str, value: object, file: _File) -> dict[str, list[str]]:
     """A table of patterns."""
     if not isinstance(value, dict):
         file.refuse(key, f"{key} must be a table of patterns", f"write {key} = {SETTINGS_KEYS[key].example}")
@@ -217,17 +217,17 @@ def _per_file(key: str, value: object, file: _File) -> dict[str, list[str]]:
                 "put a settings file into the folder above",
                 glob,
             )
-    return {glob: _codes(glob, codes, file) for glob, codes in value.items()}
+    return {glob: _check_codes(glob, codes, file) for glob, codes in value.items()}
 
 
 CHECKS: dict[str, Callable[[str, object, _File], object]] = {
-    "codes": _codes,
-    "switch": _switch,
-    "severity": _choice(SEVERITIES),
-    "format": _choice(formats_of("validate")),
-    "path": _path,
-    "patterns": _patterns,
-    "table": _per_file,
+    "codes": _check_codes,
+    "switch": _check_switch,
+    "severity": _choice_check(SEVERITIES),
+    "format": _choice_check(formats_of("validate")),
+    "path": _check_path,
+    "patterns": _check_patterns,
+    "table": _check_per_file,
 }
 
 
@@ -240,15 +240,15 @@ def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[i
     text = COMMENT.sub(lambda found: found[1] or " " * len(found[0]), text)
     begin = re.search(rf"^[ \t]*\[[ \t]*{re.escape(table)}\b", text, re.MULTILINE) if table else None
     start = begin.start() if begin else 0
-    quoted = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"
-    match = re.compile(rf"{quoted}(?=[ \t]*[=.\]])").search(text, start)
+    key_pattern = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"
+    match = re.compile(rf"{key_pattern}(?=[ \t]*[=.\]])").search(text, start)
     if match is None:
         return 0, 0
-    at = match.start()
+    offset = match.start()
     if value is not None:
-        at = max(at, text.find(value, match.end()))
-    before = text[:at].split("\n")
-    return len(before), len(before[-1]) + 1
+        offset = max(offset, text.find(value, match.end()))
+    lines = text[:offset].split("\n")
+    return len(lines), len(lines[-1]) + 1
 
 
 # --- Settings of `validate` from ``pidcfg.toml`` or ``[tool.pidcfg]`` of a ``pyproject.toml`` -------------------------
@@ -260,9 +260,9 @@ def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[i
 SETTINGS_FILE, PYPROJECT = "pidcfg.toml", "pyproject.toml"
 TABLE = "tool.pidcfg"
 REPOSITORY = ".git"
-HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[?[\"' \t]*tool[\"' \t]*[\]=]", re.MULTILINE)
+TABLE_PATTERN = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[?[\"' \t]*tool[\"' \t]*[\]=]", re.MULTILINE)
 """What a shared file must hold before it is read as TOML."""
-SETTINGS, CONFIG_FILE, IS_ISOLATED = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
+SETTINGS_META, CONFIG_FILE_META, ISOLATED_META = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
 TOML_TOKEN = re.compile(
     rb"""\"{3}(?:[^\\]|\\.)*?\"{3}|'{3}.*?'{3}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\.|[\w-]+|[^\S\n]+|(?P<ends>\#[^\n]*|.)""",
     re.DOTALL,
@@ -295,7 +295,7 @@ class Settings:
         patterns: dict[str, list[str]] = self.values.get(PER_FILE, {})
         return patterns
 
-    def ignored_in(self, file: str) -> list[str]:
+    def ignored_codes(self, file: str) -> list[str]:
         """The beginnings of codes that are left out in a file."""
         if not self.per_file_ignores:
             return []
@@ -305,22 +305,22 @@ class Settings:
         return [code for pattern, codes in self.per_file_ignores.items() if matches(pattern, path) for code in codes]
 
 
-def current(ctx: click.Context) -> Settings:
+def current_settings(ctx: click.Context) -> Settings:
     """The settings of the running command."""
-    settings: Settings = ctx.meta[SETTINGS]
+    settings: Settings = ctx.meta[SETTINGS_META]
     return settings
 
 
-def apply(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
+def apply_settings(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
     """Callback of the paths, which come before the options: settings become the options' defaults."""
     del param
     if ctx.resilient_parsing:
         return paths
-    config, isolated = ctx.meta.get(CONFIG_FILE), ctx.meta.get(IS_ISOLATED, False)
+    config, isolated = ctx.meta.get(CONFIG_FILE_META), ctx.meta.get(ISOLATED_META, False)
     if config is not None and isolated:
         raise click.UsageError("--config and --isolated exclude each other", ctx)
     settings = Settings() if isolated or not paths else settings_of([search_start(path) for path in paths], config)
-    ctx.meta[SETTINGS] = settings
+    ctx.meta[SETTINGS_META] = settings
     ctx.meta[EXCLUSION_KEY] = Exclusion(
         settings.root, f"{EXCLUDE_REASON}{settings.file}", tuple(settings.values.get(EXCLUDE, ()))
     )
@@ -333,12 +333,12 @@ def settings_of(paths: Sequence[str], config: str | None) -> Settings:
     """The settings of a file that was named, or of the one that all paths have."""
     if config is not None:
         path = Path(config)
-        data = _read(path, config)
-        return _load(path, config, data)
+        data = _read_settings_file(path, config)
+        return _load_settings(path, config, data)
     files: dict[Path | None, str] = {}
     starts = {_start_folder(name): name for name in reversed(paths)}
     for folder, name in reversed(starts.items()):
-        files.setdefault(_first_with_table(_candidates_from(folder)), name)
+        files.setdefault(_find_settings_file(_candidates_from(folder)), name)
     if len(files) > 1:
         examples = [f"{name}: {_label(file) if file else 'none'}" for file, name in files.items()]
         raise click.UsageError(
@@ -346,15 +346,15 @@ def settings_of(paths: Sequence[str], config: str | None) -> Settings:
             "or check them one by one"
         )
     (file,) = files
-    return Settings() if file is None else _load(file, _label(file), _read(file, _label(file)))
+    return Settings() if file is None else _load_settings(file, _label(file), _read_settings_file(file, _label(file)))
 
 
-def _first_with_table(places: Sequence[Path]) -> Path | None:
+def _find_settings_file(candidates: Sequence[Path]) -> Path | None:
     """The first of these files that exists and has a pidcfg table."""
-    for path in places:
+    for path in candidates:
         if path.is_file():
-            data = _read(path, _label(path)) if path.name != SETTINGS_FILE else b""
-            if path.name == SETTINGS_FILE or (HAS_TABLE.search(data) and _has_table(_label(path), data)):
+            data = _read_settings_file(path, _label(path)) if path.name != SETTINGS_FILE else b""
+            if path.name == SETTINGS_FILE or (TABLE_PATTERN.search(data) and _has_table(_label(path), data)):
                 return path
     return None
 
@@ -380,12 +380,12 @@ def _start_folder(name: str) -> Path:
 
 def _candidates_from(start: Path) -> list[Path]:
     """Where settings may stand from a folder upward."""
-    places = []
+    candidates = []
     for folder in (start, *start.parents):
-        places += [folder / SETTINGS_FILE, folder / PYPROJECT]
+        candidates += [folder / SETTINGS_FILE, folder / PYPROJECT]
         if (folder / REPOSITORY).exists():
             break
-    return places
+    return candidates
 
 
 def _label(path: Path) -> str:
@@ -393,7 +393,7 @@ def _label(path: Path) -> str:
     return relative_path(str(path), Path.cwd())
 
 
-def _read(path: Path, name: str) -> bytes:
+def _read_settings_file(path: Path, name: str) -> bytes:
     try:
         data = read_file(path, MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
@@ -425,22 +425,22 @@ def _parse_toml(name: str, data: bytes) -> Data:
     except UnicodeDecodeError:
         raise click.ClickException(f"{name} is not UTF-8; save the file as UTF-8") from None
     except tomllib.TOMLDecodeError as error:
-        place = re.search(r" \(at line (\d+), column (\d+)\)$", str(error))
-        at = f":{place[1]}:{place[2]}" if place else ""
-        text = str(error)[: place.start()] if place else str(error)
+        position = re.search(r" \(at line (\d+), column (\d+)\)$", str(error))
+        location = f":{position[1]}:{position[2]}" if position else ""
+        text = str(error)[: position.start()] if position else str(error)
         cure = next((cure for words, cure in TOML_CURES if words in text), None)
-        raise click.ClickException(f"{name}{at}: not TOML: {text}" + (f"; {cure}" if cure else "")) from None
+        raise click.ClickException(f"{name}{location}: not TOML: {text}" + (f"; {cure}" if cure else "")) from None
     except RecursionError:
         raise click.ClickException(f"{name}: not usable as TOML: brackets are nested too deeply") from None
     except ValueError:
-        raise click.ClickException(f"{name}{_place_of_digits(data)}: a number of too many digits") from None
+        raise click.ClickException(f"{name}{_locate_long_number(data)}: a number of too many digits") from None
 
 
-def _place_of_digits(data: bytes) -> str:
+def _locate_long_number(data: bytes) -> str:
     """Line and column of the first number that is too long to be read."""
     match = re.search(rb"[0-9_]{%d}" % sys.get_int_max_str_digits(), data)
-    before = data[: match.start()].decode("utf-8", "replace").split("\n") if match else None
-    return f":{len(before)}:{len(before[-1]) + 1}" if before else ""
+    lines = data[: match.start()].decode("utf-8", "replace").split("\n") if match else None
+    return f":{len(lines)}:{len(lines[-1]) + 1}" if lines else ""
 
 
 def _refuse_depth(name: str, data: bytes) -> None:
@@ -452,8 +452,8 @@ def _refuse_depth(name: str, data: bytes) -> None:
         elif token["ends"]:
             dots = 0
         if dots > MAX_KEY_DOTS:
-            before = data[: token.start()].decode("utf-8", "replace").split("\n")
-            message = f"{name}:{len(before)}:{len(before[-1]) + 1}: a key of more than {MAX_KEY_DOTS + 1} parts"
+            lines = data[: token.start()].decode("utf-8", "replace").split("\n")
+            message = f"{name}:{len(lines)}:{len(lines[-1]) + 1}: a key of more than {MAX_KEY_DOTS + 1} parts"
             raise click.ClickException(f"{message}; write tables of one or two names, as [tool.pidcfg]")
 
 
@@ -463,21 +463,21 @@ def _has_table(name: str, data: bytes) -> bool:
     return isinstance(tool, dict) and "pidcfg" in tool
 
 
-def _load(path: Path, name: str, data: bytes) -> Settings:
+def _load_settings(path: Path, name: str, data: bytes) -> Settings:
     """The settings of one file, checked."""
     table: Any = _parse_toml(name, data)
-    within = ""
+    table_name = ""
     if path.name == PYPROJECT:
-        within = TABLE
+        table_name = TABLE
         tool = table.get("tool")
         table = tool.get("pidcfg", {}) if isinstance(tool, dict) else {}
     root = Path(os.path.abspath(path)).parent
-    return Settings(name, root, check_table(table, name, data.decode("utf-8-sig"), within, root))
+    return Settings(name, root, check_table(table, name, data.decode("utf-8-sig"), table_name, root))
 
 
-def describe(ctx: click.Context) -> str:
+def describe_settings(ctx: click.Context) -> str:
     """Which file was used, and what holds now."""
-    settings = current(ctx)
+    settings = current_settings(ctx)
     lines = [f"settings file: {settings.file or 'none'}"]
     for key in sorted(OPTIONS):
         name = PARAMETERS.get(key, key)
@@ -497,8 +497,8 @@ def _to_toml(value: object) -> str:
     return json.dumps(value, ensure_ascii=False) if value is not None else '""'
 
 
-def _remember(name: str) -> Callable[[click.Context, click.Parameter, object], None]:
-    """Keeps an option for `apply`, which runs after it."""
+def _keep_option(name: str) -> Callable[[click.Context, click.Parameter, object], None]:
+    """Keeps an option for `apply_settings`, which runs after it."""
 
     def keep(ctx: click.Context, param: click.Parameter, value: object) -> None:
         del param
@@ -508,28 +508,36 @@ def _remember(name: str) -> Callable[[click.Context, click.Parameter, object], N
     return keep
 
 
-CONFIG = click.option(
+CONFIG_OPTION = click.option(
     "--config",
     metavar="FILE",
     is_eager=True,
     expose_value=False,
-    callback=_remember(CONFIG_FILE),
+    callback=_keep_option(CONFIG_FILE_META),
     help="Take settings from this file, not from pidcfg.toml or pyproject.toml.",
 )
-ISOLATED = click.option(
+ISOLATED_OPTION = click.option(
     "--isolated",
     is_flag=True,
     is_eager=True,
     expose_value=False,
-    callback=_remember(IS_ISOLATED),
+    callback=_keep_option(ISOLATED_META),
     help="Take no settings from files.",
 )
-SHOW = click.option("--show-settings", is_flag=True, help="Print the settings in force and their file, and stop.")
-FIX = click.option("--fix", is_flag=True, help="Correct what has one reading only, and report the rest.")
-DIFF = click.option("--diff", is_flag=True, help="Show what --fix would change; write nothing, exit 1 if anything.")
-BASELINE = click.option("--baseline", metavar="FILE", callback=only_file, help="Leave out what this file knows.")
-CREATE = click.option("--create-baseline", "create", is_flag=True, help="Write the findings there are to --baseline.")
-SHRINK = click.option(
+SHOW_OPTION = click.option(
+    "--show-settings", is_flag=True, help="Print the settings in force and their file, and stop."
+)
+FIX_OPTION = click.option("--fix", is_flag=True, help="Correct what has one reading only, and report the rest.")
+DIFF_OPTION = click.option(
+    "--diff", is_flag=True, help="Show what --fix would change; write nothing, exit 1 if anything."
+)
+BASELINE_OPTION = click.option(
+    "--baseline", metavar="FILE", callback=refuse_dash, help="Leave out what this file knows."
+)
+CREATE_OPTION = click.option(
+    "--create-baseline", "create", is_flag=True, help="Write the findings there are to --baseline."
+)
+SHRINK_OPTION = click.option(
     "--shrink-baseline",
     "shrink",
     is_flag=True,
@@ -539,4 +547,4 @@ SHRINK = click.option(
 
 def baseline_options(command: Callable[..., object]) -> Callable[..., object]:
     """The options of known findings."""
-    return BASELINE(CREATE(SHRINK(command)))
+    return BASELINE_OPTION(CREATE_OPTION(SHRINK_OPTION(command)))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # --- Text for code pages that lack some of its characters: what a person would type in their place, never a crash -----
 
-HANDLER = "pidcfg"
+ERROR_HANDLER = "pidcfg"
 """The name under which Python knows the fallback."""
 
 # fmt: off
@@ -52,17 +52,17 @@ SLANTED = {"╱": "/", "╲": "\\", "╳": "x"}
 def encodable(text: str, encoding: str | None) -> str:
     """The text with what the encoding lacks replaced: as it is for UTF-8."""
     encoding = encoding or "utf-8"
-    return text if fits(text, encoding) else text.encode(encoding, HANDLER).decode(encoding)
+    return text if can_encode(text, encoding) else text.encode(encoding, ERROR_HANDLER).decode(encoding)
 
 
-def install() -> None:
+def install_fallback() -> None:
     """Lets everything that is printed fall back so, also what click and Python print by themselves."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors=HANDLER)
+            stream.reconfigure(errors=ERROR_HANDLER)
 
 
-def fits(text: str, encoding: str | None) -> bool:
+def can_encode(text: str, encoding: str | None) -> bool:
     """Whether an encoding has all characters of a text."""
     try:
         text.encode(encoding or "utf-8")
@@ -73,11 +73,11 @@ def fits(text: str, encoding: str | None) -> bool:
 
 def _replace_character(char: str, encoding: str) -> str:
     """What stands for one character: a letter without its accent, else the nearest ASCII, else a question mark."""
-    plain = ASCII_FORMS.get(char) or _ascii_shape(char)
-    if plain is None:
-        bare = "".join(c for c in unicodedata.normalize("NFKD", char) if not unicodedata.combining(c))
-        plain = bare if bare != char else None
-    return plain if plain is not None and fits(plain, encoding) else "" if unicodedata.combining(char) else "?"
+    form = ASCII_FORMS.get(char) or _ascii_shape(char)
+    if form is None:
+        letters = "".join(c for c in unicodedata.normalize("NFKD", char) if not unicodedata.combining(c))
+        form = letters if letters != char else None
+    return form if form is not None and can_encode(form, encoding) else "" if unicodedata.combining(char) else "?"
 
 
 def _ascii_shape(char: str) -> str | None:
@@ -98,11 +98,11 @@ def _handle(error: UnicodeError) -> tuple[str, int]:
     """What Python calls when an encoding lacks characters."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    lacking = error.object[error.start : error.end]
-    return "".join(_replace_character(char, error.encoding) for char in lacking), error.end
+    missing_characters = error.object[error.start : error.end]
+    return "".join(_replace_character(char, error.encoding) for char in missing_characters), error.end
 
 
-codecs.register_error(HANDLER, _handle)
+codecs.register_error(ERROR_HANDLER, _handle)
 
 # --- Colour for finished text: what a person looks for first stands out; the reporters know nothing of it -------------
 #
@@ -127,7 +127,7 @@ STYLES: dict[str, Data] = {
 }
 """How a group of a pattern is drawn; a group that is named after no style is drawn in the colour of its severity."""
 
-SEVERITY = r"(?P<severity>error|warning|info)"
+SEVERITY_PATTERN = r"(?P<severity>error|warning|info)"
 
 
 def _count_pattern(group: str, word: str) -> str:
@@ -136,7 +136,7 @@ def _count_pattern(group: str, word: str) -> str:
 
 
 @cache
-def patterns() -> tuple[re.Pattern[str], ...]:
+def paint_patterns() -> tuple[re.Pattern[str], ...]:
     """What stands out in a line, by named groups; most commands colour nothing, and need no pattern."""
     from pidcfg.validate.catalog import CODE
 
@@ -144,11 +144,11 @@ def patterns() -> tuple[re.Pattern[str], ...]:
         re.compile(pattern)
         for pattern in (
             # a finding: its place, its line of the file with a caret, and what belongs to it
-            rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY} (?P<code>{CODE.pattern})",
+            rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY_PATTERN} (?P<code>{CODE.pattern})",
             r"^(?P<gutter> *\d+ \|)",
             r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
             r"^      (?P<label>= (?:PLC|see|cure|also):)",
-            rf"^(?P<code>{CODE.pattern})  {SEVERITY} +(?P<dim>\S+)",
+            rf"^(?P<code>{CODE.pattern})  {SEVERITY_PATTERN} +(?P<dim>\S+)",
             # the line that counts them
             rf"^\d+ files? checked: {_count_pattern('bad', 'error')}, {_count_pattern('doubtful', 'warning')}",
             # a simulation
@@ -186,7 +186,7 @@ def paint_report(text: str) -> str:
     """A report with its severities, codes, places, carets and verdicts in colour."""
     lines, severity = [], "error"
     for line in text.split("\n"):
-        match = next(filter(None, (pattern.match(line) for pattern in patterns())), None)
+        match = next(filter(None, (pattern.match(line) for pattern in paint_patterns())), None)
         if match is not None:
             severity = match.groupdict().get("severity") or severity
         lines.append(line if match is None else _paint_line(line, match, severity))
@@ -206,7 +206,7 @@ def _paint_line(line: str, match: re.Match[str], severity: str) -> str:
     return "".join(out) + line[end:]
 
 
-def option(*, hidden: bool = False) -> Callable[[object], Any]:
+def color_option(*, hidden: bool = False) -> Callable[[object], Any]:
     """``--color``, which every command understands."""
     return click.option(
         "--color",
@@ -215,13 +215,13 @@ def option(*, hidden: bool = False) -> Callable[[object], Any]:
         hidden=hidden,
         expose_value=False,
         is_eager=True,
-        callback=_choose,
+        callback=_set_color,
         show_default=True,
         help="Colour; auto: on a terminal, and as NO_COLOR and FORCE_COLOR say.",
     )
 
 
-def _choose(ctx: click.Context, param: click.Parameter, value: str) -> None:
+def _set_color(ctx: click.Context, param: click.Parameter, value: str) -> None:
     """Tells the context, which hands it on to the commands below."""
     del param
     if value != "auto":
@@ -231,7 +231,7 @@ def _choose(ctx: click.Context, param: click.Parameter, value: str) -> None:
 def add_color_option(command: click.Command) -> click.Command:
     """A command that takes ``--color`` after its name as well."""
     if not any(param.name == "color" for param in command.params):
-        option(hidden=True)(command)
+        color_option(hidden=True)(command)
     return command
 
 
@@ -246,7 +246,7 @@ DELAY_SECONDS = 1.0
 """Seconds of silence."""
 
 
-class Line:
+class ProgressLine:
     """The line: a timer waits for its second, then a bar is there until the line ends."""
 
     def __init__(self) -> None:
@@ -268,7 +268,7 @@ class Line:
 
     def _show(self) -> None:
         """Draws the bar; the timer's thread does this, while the work goes on."""
-        bar = _bar()
+        bar = _make_bar()
         bar.add_task(self.label, total=None)
         self._bar = bar
         self._draw()
@@ -303,7 +303,7 @@ class Line:
         self.silent = True
 
 
-LINE = Line()
+LINE = ProgressLine()
 
 
 def is_watched() -> bool:
@@ -311,13 +311,13 @@ def is_watched() -> bool:
     return sys.stderr is not None and is_terminal(sys.stderr)
 
 
-def _bar() -> Progress:
+def _make_bar() -> Progress:
     """A bar on stderr that leaves nothing behind."""
     from rich.console import Console
     from rich.progress import Progress
 
-    plain = not is_coloured(sys.stderr)
-    console = Console(file=sys.stderr, no_color=plain)
+    no_color = not is_coloured(sys.stderr)
+    console = Console(file=sys.stderr, no_color=no_color)
     return Progress(console=console, transient=True, redirect_stdout=False, redirect_stderr=False)
 
 
@@ -332,9 +332,9 @@ def progress(items: Iterable[T], label: str, total: int) -> Iterator[T]:
 @contextmanager
 def hold_line() -> Iterator[None]:
     """Without the line: while somebody types, or processes are forked, which no thread survives."""
-    begun = LINE.end()
+    was_shown = LINE.end()
     try:
         yield
     finally:
-        if begun:
+        if was_shown:
             LINE.begin()

@@ -21,7 +21,7 @@ from pidcfg.cli.inputs import FILES_READ_KEY, NAMES_READ_KEY, STDIN, expand_patt
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
 
-INTERVAL = 0.25
+POLL_SECONDS = 0.25
 """Seconds between two looks at the disk."""
 QUIET_SECONDS = 0.1
 """Seconds without a change after which an editor has done saving."""
@@ -30,7 +30,7 @@ RENAME_SECONDS = 1.0
 PAUSE_FACTOR = 20
 """A look that takes long is followed by so many times as long a pause."""
 ARGUMENTS_KEY, WATCH_KEY = "pidcfg.watch.arguments", "pidcfg.watch"
-EXCLUDED = {
+EXCLUDED_OPTIONS = {
     "fix": "--fix",
     "diff": "--diff",
     "create": "--create-baseline",
@@ -49,7 +49,7 @@ def _keep_option(ctx: click.Context, param: click.Parameter, value: bool) -> Non
     ctx.meta[WATCH_KEY] = value
 
 
-OPTION = click.option(
+WATCH_OPTION = click.option(
     "--watch",
     is_flag=True,
     expose_value=False,
@@ -70,23 +70,23 @@ class WatchCommand(click.Command):
         """One run, or one for each change."""
         if not ctx.meta.get(WATCH_KEY):
             return super().invoke(ctx)
-        refuse(ctx)
+        refuse_unwatchable(ctx)
         raise click.exceptions.Exit(self._run_until_interrupted(ctx))
 
     def _run_until_interrupted(self, ctx: click.Context) -> int:
         """Runs until somebody presses Ctrl-C; the exit code of the last run that came to its end."""
         code: int = Exit.INTERRUPTED
         try:
-            seen = file_states(watched_files(ctx))
+            states = file_states(watched_files(ctx))
             while True:
                 code = self._run_once(ctx)
                 names = sorted(watched_files(ctx))
-                seen = {**file_states(names), **seen}
-                there = sum(seen.get(name) is not None for name in names)
+                states = {**file_states(names), **states}
+                file_count = sum(states.get(name) is not None for name in names)
                 if not ctx.params["quiet"]:
-                    write_note(f"watching {there} file{'s' if there != 1 else ''}; Ctrl-C ends")
-                seen, changed = next_change(ctx, seen)
-                clear()
+                    write_note(f"watching {file_count} file{'s' if file_count != 1 else ''}; Ctrl-C ends")
+                states, changed = next_change(ctx, states)
+                clear_screen()
                 if not ctx.params["quiet"]:
                     write_remark(f"changed: {', '.join(changed)}")
         except KeyboardInterrupt:
@@ -121,7 +121,7 @@ class WatchCommand(click.Command):
         return Exit.OK
 
 
-def refuse(ctx: click.Context) -> None:
+def refuse_unwatchable(ctx: click.Context) -> None:
     """Ends the command where there is nothing to watch, or something would be written again and again."""
     if STDIN in ctx.params["paths"]:
         raise click.UsageError("--watch needs files: standard input can be read only once", ctx)
@@ -129,14 +129,14 @@ def refuse(ctx: click.Context) -> None:
         folder = Path(name) if name.endswith(("/", os.sep)) else Path(name).parent
         if not glob.has_magic(name) and not Path(name).exists() and not folder.is_dir():
             raise click.UsageError(f"--watch: there is no folder {folder.as_posix()} in which {name} could come", ctx)
-    for name, option in EXCLUDED.items():
+    for name, option in EXCLUDED_OPTIONS.items():
         if ctx.params.get(name):
             raise click.UsageError(f"--watch and {option} exclude each other", ctx)
 
 
 def watched_files(ctx: click.Context) -> Iterator[str]:
     """The files of a command: what its paths stand for, what it has read, and where settings may be."""
-    from pidcfg.cli.settings import CONFIG_FILE, settings_candidates
+    from pidcfg.cli.settings import CONFIG_FILE_META, settings_candidates
 
     paths: Sequence[str] = ctx.params["paths"]
     yield from ctx.meta.get(NAMES_READ_KEY, ())
@@ -144,7 +144,7 @@ def watched_files(ctx: click.Context) -> Iterator[str]:
         yield from _yaml_files_below(name) if Path(name).is_dir() else (name,)
     for place in {place for name in paths for place in settings_candidates(name)}:
         yield os.path.relpath(place)
-    yield from filter(None, (ctx.params.get("baseline"), ctx.meta.get(CONFIG_FILE)))
+    yield from filter(None, (ctx.params.get("baseline"), ctx.meta.get(CONFIG_FILE_META)))
 
 
 def _yaml_files_below(name: str) -> Iterator[str]:
@@ -162,41 +162,41 @@ def file_states(names: Iterator[str] | Sequence[str]) -> dict[str, State]:
 def file_state(name: str) -> State:
     """What the disk says of a file."""
     try:
-        found = Path(name).stat()
+        status = Path(name).stat()
     except (OSError, ValueError):
         return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
-def changed_files(before: Mapping[str, State], now: Mapping[str, State]) -> list[str]:
+def changed_files(before: Mapping[str, State], current: Mapping[str, State]) -> list[str]:
     """The files that are others, new or gone."""
-    return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+    return sorted(name for name in {*before, *current} if before.get(name) != current.get(name))
 
 
-def next_change(ctx: click.Context, seen: Mapping[str, State]) -> tuple[dict[str, State], list[str]]:
+def next_change(ctx: click.Context, states: Mapping[str, State]) -> tuple[dict[str, State], list[str]]:
     """Waits until files have changed and the change is complete; how they are now, and which ones changed."""
     while True:
         begin = time.monotonic()
-        now = file_states(watched_files(ctx))
-        if changed_files(seen, now):
-            now = wait_until_settled(ctx, seen)
-            if changed := changed_files(seen, now):
-                return now, changed
-        time.sleep(max(INTERVAL, PAUSE_FACTOR * (time.monotonic() - begin)))
+        current = file_states(watched_files(ctx))
+        if changed_files(states, current):
+            current = wait_until_settled(ctx, states)
+            if changed := changed_files(states, current):
+                return current, changed
+        time.sleep(max(POLL_SECONDS, PAUSE_FACTOR * (time.monotonic() - begin)))
 
 
-def wait_until_settled(ctx: click.Context, seen: Mapping[str, State]) -> dict[str, State]:
+def wait_until_settled(ctx: click.Context, states: Mapping[str, State]) -> dict[str, State]:
     """How the files are once nothing changes any more, and none is missing that an editor is about to put back."""
-    begin, now = time.monotonic(), file_states(watched_files(ctx))
+    begin, current = time.monotonic(), file_states(watched_files(ctx))
     while True:
         time.sleep(QUIET_SECONDS)
-        before, now = now, file_states(watched_files(ctx))
-        gone = any(seen[name] is not None and now.get(name) is None for name in seen)
-        if not changed_files(before, now) and not (gone and time.monotonic() - begin < RENAME_SECONDS):
-            return now
+        before, current = current, file_states(watched_files(ctx))
+        is_missing = any(states[name] is not None and current.get(name) is None for name in states)
+        if not changed_files(before, current) and not (is_missing and time.monotonic() - begin < RENAME_SECONDS):
+            return current
 
 
-def clear() -> None:
+def clear_screen() -> None:
     """An empty screen for the next run, where there is a screen."""
     if terminal.is_terminal(sys.stdout):
         click.clear()

@@ -31,9 +31,9 @@ EPILOG = options.examples_text(
 )
 DEFAULT_WORST = 3
 """Worst samples that are listed where none is to be kept."""
-MOST_KEPT = 100
+MAX_KEPT = 100
 DEFAULT_SAMPLES = 2_000
-LEAST_RATE_SECONDS = 1.0
+MIN_RATE_SECONDS = 1.0
 """Seconds after which a rate says something."""
 
 
@@ -56,12 +56,12 @@ LEAST_RATE_SECONDS = 1.0
 @click.option(
     "--resume",
     type=click.Path(dir_okay=False),
-    callback=options.only_file,
+    callback=options.refuse_dash,
     help="Keep in this file how far the samples have come, and continue there.",
 )
 @click.option(
     "--keep-worst",
-    type=options.LimitedInteger(0, MOST_KEPT),
+    type=options.LimitedInteger(0, MAX_KEPT),
     help="Write the N worst samples as scenarios beside theirs: NAME.sample-I.scenario.yaml.",
     metavar="N",
 )
@@ -113,11 +113,11 @@ def command(
     if resume is not None and len(scenarios) != 1:
         raise click.UsageError(f"--resume takes one scenario, not {len(scenarios)}")
     report_options.refuse_outputs((resume, *plot, *(report.path for report in reports)), files_of(scenarios))
-    report_options.refuse_no_folder((resume, *plot))
+    report_options.refuse_missing_folder((resume, *plot))
     plots.check_options(fmt, plot, plot_loops)
-    keep = DEFAULT_WORST if keep_worst is None else keep_worst
+    worst_count = DEFAULT_WORST if keep_worst is None else keep_worst
     workers = options.process_count(jobs), cluster
-    outcomes = list(run_all(scenarios, samples, seed, workers, resume, keep, limits, record=bool(plot)))
+    outcomes = list(run_all(scenarios, samples, seed, workers, resume, worst_count, limits, record=bool(plot)))
     files: dict[str, str | bytes] = {}
     sample_names = {} if not keep_worst else worst_files(outcomes, files)
     charts = fan_charts(outcomes, plot_loops) if plot else []
@@ -148,7 +148,7 @@ def run_all(
     seed: int | None,
     workers: tuple[int, str | None],
     resume: str | None,
-    keep: int,
+    worst_count: int,
     limits: Limits,
     *,
     record: bool,
@@ -170,14 +170,14 @@ def run_all(
                 seed=seed,
                 jobs=jobs,
                 cluster=cluster,
-                keep_worst=keep,
+                keep_worst=worst_count,
                 record=record,
                 state=None if resume is None else read_existing(resume),
                 keep=None if resume is None else file_keeper(resume),
                 files=RECORDED_DISK,
                 limits=limits,
                 progress=Rate(label, samples).update,
-                remark=remark,
+                remark=show_remark,
             ).outcome
         except ArgumentError as error:
             option = f"--cluster {cluster}" if "cluster" in error.names else f"--resume {resume}"
@@ -191,19 +191,19 @@ class Rate:
 
     def __init__(self, label: str, samples: int) -> None:
         self.label, self.samples = label, samples
-        self.first: tuple[float, float] | None = None
+        self.start: tuple[float, float] | None = None
 
     def update(self, share: float) -> None:
         """So large a share is done; what an earlier run has done does not count."""
         now = time.monotonic()
-        if self.first is None:
-            self.first = now, share
-        seconds, new = now - self.first[0], share - self.first[1]
-        rate = f", {new * self.samples / seconds:.3g} samples a second" if new and seconds > LEAST_RATE_SECONDS else ""
+        if self.start is None:
+            self.start = now, share
+        seconds, done = now - self.start[0], share - self.start[1]
+        rate = f", {done * self.samples / seconds:.3g} samples a second" if done and seconds > MIN_RATE_SECONDS else ""
         LINE.update(f"{self.label}{rate}", share)
 
 
-def remark(text: str) -> None:
+def show_remark(text: str) -> None:
     """What is worth knowing on the way; the line goes on after it."""
     with hold_line():
         console.write_remark(f"note: {text}")

@@ -109,7 +109,7 @@ def command(
     max_deviation: float | None,
     plot: tuple[str, ...],
     jobs: int | None,
-    **texts: str | None,
+    **placements: str | None,
 ) -> None:
     """Convert the configuration FILE to another vendor's, and report what became of every field.
 
@@ -120,7 +120,7 @@ def command(
     2 unusable input.
     """
     from pidcfg.api import convert
-    from pidcfg.cli.findings import exit_code, one_configuration, show_errors
+    from pidcfg.cli.findings import exit_code, load_configuration, show_errors
     from pidcfg.cli.formats.conversion import render_conversion
 
     if report == "json" and out is None:
@@ -130,13 +130,13 @@ def command(
     is_verified = bool(verify or plot or max_deviation is not None)
     with usage_errors():
         result = convert(
-            one_configuration(file, limits),
+            load_configuration(file, limits),
             target,
             verify=is_verified,
             jobs=options.process_count(jobs),
             max_loss=max_loss,
             limits=limits,
-            options=texts,
+            options=placements,
             progress=show_progress,
         )
     if not result.text:
@@ -151,8 +151,8 @@ def command(
     if report == "json":
         echo_json(render_conversion("json", result))
     else:
-        is_told = not quiet or is_too_far or differs
-        show_report(result, verbose, changes=not quiet, losses=has_losses, with_verdict=is_told)
+        shows_verdict = not quiet or is_too_far or differs
+        show_report(result, verbose, changes=not quiet, losses=has_losses, with_verdict=shows_verdict)
     if not result.ok or has_losses or is_too_far or differs:
         report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result))
         refuse_result(result, has_losses, differs, max_deviation)
@@ -168,7 +168,7 @@ def show_report(result: ConvertResult, verbose: bool, **parts: bool) -> None:
     from pidcfg.cli.formats.conversion import conversion_report
 
     source = click.get_current_context().get_parameter_source("report")
-    if shown_text := conversion_report(result, **parts, whole=verbose or source is not ParameterSource.DEFAULT).strip():
+    if shown_text := conversion_report(result, **parts, full=verbose or source is not ParameterSource.DEFAULT).strip():
         write_note(shown_text)
 
 
@@ -186,19 +186,19 @@ def name_charts(result: ConvertResult, out: str | None) -> ConvertResult:
     return replace(result, verified=tuple(replace(v, chart=replace(v.chart, sides=sides)) for v in result.verified))
 
 
-def print_result(text: str, out: str | None, written: Collection[str]) -> None:
+def print_result(text: str, out: str | None, written_files: Collection[str]) -> None:
     """Prints the result that goes to no file, and names the files."""
-    from pidcfg.cli.console import next_step
+    from pidcfg.cli.console import suggest_next_step
 
     if out is None:
         echo(text)
-    for name in written:
+    for name in written_files:
         write_remark(f"{name}: written")
-    if out is not None and written:
-        next_step("validate", out)
+    if out is not None and written_files:
+        suggest_next_step("validate", out)
 
 
-def refuse_result(result: ConvertResult, lossy: bool, differs: bool, max_deviation: float | None) -> NoReturn:
+def refuse_result(result: ConvertResult, has_losses: bool, differs: bool, max_deviation: float | None) -> NoReturn:
     """Ends the command with why nothing was written."""
     from pidcfg.cli.formats.findings import findings_text
     from pidcfg.output.findings import errors_in
@@ -211,7 +211,7 @@ def refuse_result(result: ConvertResult, lossy: bool, differs: bool, max_deviati
         write_note(
             "the result behaves otherwise than the report says: nothing was written; --verify=report only says so"
         )
-    elif lossy:
+    elif has_losses:
         write_note("something would be lost: nothing was written; --allow-loss writes it all the same")
     else:
         write_note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")

@@ -58,7 +58,7 @@ def vendor_options(command: Callable[..., object]) -> Callable[..., object]:
 @click.option(
     "--suggest",
     metavar="FILE",
-    callback=options.only_file,
+    callback=options.refuse_dash,
     help="Also write the listing with BCD where words seem typed in decimal, and both readings beside them.",
 )
 @vendor_options
@@ -79,14 +79,14 @@ def command(
     force: bool,
     quiet: bool,
     limits: Limits,
-    **texts: str | None,
+    **vendor_texts: str | None,
 ) -> None:
     """Read the memory listing IMAGE (- for standard input) back into a configuration.
 
     Several files are read as one listing: an image may be spread over them.
     """
     from pidcfg.api import decode
-    from pidcfg.cli.findings import one_configuration
+    from pidcfg.cli.findings import load_configuration
     from pidcfg.cli.formats.findings import findings_text
     from pidcfg.cli.outputs import write_files
 
@@ -96,7 +96,7 @@ def command(
     if any(entry.problem is not None for entry in entries):
         refuse_all([fault for entry in entries if (fault := listing_fault(entry, VENDORS[vendor], kind)) is not None])
     data, names = [entry.data for entry in entries], [entry.name for entry in entries]
-    like_document = None if like is None else one_configuration(like, limits)
+    like_document = None if like is None else load_configuration(like, limits)
     with usage_errors({"format": "--from"}):
         result = decode(
             data,
@@ -105,7 +105,7 @@ def command(
             like=like_document,
             annotate=annotate,
             pou=pou,
-            options=texts,
+            options=vendor_texts,
             name=names,
             limits=limits,
         )
@@ -120,9 +120,9 @@ def command(
     write_files(outputs, force=force)
     tell_notes((*result.notes, *_suggestion_notes(result, suggest)), result.warnings, quiet=quiet)
     if out is not None and not annotate:
-        from pidcfg.cli.console import next_step
+        from pidcfg.cli.console import suggest_next_step
 
-        next_step("validate", out, quiet=quiet)
+        suggest_next_step("validate", out, quiet=quiet)
 
 
 def tell_notes(notes: Iterable[str], warnings: Collection[str], *, quiet: bool) -> None:

@@ -55,7 +55,7 @@ EPILOG = options.examples_text(
 @options.FORCE_OPTION
 @plots.VERIFY_OPTION
 @options.JOBS_OPTION
-@click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
+@click.option("--exit-code", "exit_on_difference", is_flag=True, help="Exit 1 when there are differences.")
 @options.STDIN_FILENAME_OPTION
 @options.LIMITS_OPTION
 @options.exit_zero
@@ -69,7 +69,7 @@ def command(
     reports: tuple[report_options.Report, ...],
     plot: tuple[str, ...],
     force: bool,
-    exits: bool,
+    exit_on_difference: bool,
     verify: str | None,
     jobs: int | None,
     limits: Limits,
@@ -118,15 +118,15 @@ def command(
     if plots.TERMINAL_NAME in plot:
         plots.show_charts(charts)
     is_unlike = verify == "pass" and not result.alike
-    if is_unlike or (exits and not result.same):
+    if is_unlike or (exit_on_difference and not result.same):
         click.get_current_context().exit(Exit.FINDINGS)
 
 
 def _read_configuration(name: str, limits: Limits) -> Document:
     """The document of a configuration."""
-    from pidcfg.cli.findings import one_configuration
+    from pidcfg.cli.findings import load_configuration
 
-    return one_configuration(name, limits)
+    return load_configuration(name, limits)
 
 
 def _read_source(name: str, limits: Limits) -> Document | Input:

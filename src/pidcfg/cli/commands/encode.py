@@ -71,7 +71,7 @@ def command(
     changed_from: str | None,
     whole_checklist: bool,
     live: bool,
-    stated: str | None,
+    map_path: str | None,
     quiet: bool,
     limits: Limits,
 ) -> None:
@@ -95,7 +95,7 @@ def command(
                 changed_from_name=old_name,
                 live=live,
                 allow_errors=allow_errors,
-                map=map_file(stated, limits),
+                map=map_file(map_path, limits),
                 limits=limits,
             )
     except (UnwritableError, ListingError) as error:
@@ -107,14 +107,14 @@ def command(
         write_note("nothing was written")
         click.get_current_context().exit(exit_code(result.findings))
     if not result.ok:
-        worst = result.findings[-1]
-        raise click.ClickException(f"{worst.file}:{worst.span.line}:{worst.span.column}: {worst.message}")
+        finding = result.findings[-1]
+        raise click.ClickException(f"{finding.file}:{finding.span.line}:{finding.span.column}: {finding.message}")
     names = _put_files(result.kind, result.files, out, force=force)
     conflicts = [line for line in result.merged if line.startswith(CONFLICT)]
     for line in conflicts if quiet else result.merged:
         write_note(line)
     has_mention = changed_from is None and (out is not None or not result.kind.carries_checklist)
-    tell_checklist(result.checklist, whole=whole_checklist, mention=has_mention and not quiet)
+    tell_checklist(result.checklist, full=whole_checklist, mention=has_mention and not quiet)
     if not quiet:
         tell_written(result.kind, names, len(result.image.cells))
     if conflicts:
@@ -129,12 +129,12 @@ def _read_inputs(
     What is wrong with any of them ends the command, in order.
     """
     from pidcfg.api import encode
-    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.cli.findings import load_configuration, show_errors
     from pidcfg.cli.inputs import read_input
 
     configuration, faults = None, []
     try:
-        configuration = one_configuration(file, limits)
+        configuration = load_configuration(file, limits)
     except click.UsageError:
         raise
     except click.ClickException as error:
@@ -157,9 +157,9 @@ def _input_problem(entry: Input) -> str | None:
     return entry.problem
 
 
-def tell_checklist(checklist: Sequence[str], *, whole: bool, mention: bool) -> None:
+def tell_checklist(checklist: Sequence[str], *, full: bool, mention: bool) -> None:
     """What a person has to check after the download; ``mention``: how much that is, in one line."""
-    if whole:
+    if full:
         for item in checklist or ("nothing",):
             write_remark(f"check after the download: {item}")
     elif mention and checklist:

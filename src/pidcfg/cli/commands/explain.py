@@ -104,9 +104,9 @@ def command(
 
 def _read_configuration(name: str, limits: Limits) -> Document:
     """The configuration of ``--in``; one with errors is taken as far as it can be encoded."""
-    from pidcfg.cli.findings import one_configuration
+    from pidcfg.cli.findings import load_configuration
 
-    return one_configuration(name, limits)
+    return load_configuration(name, limits)
 
 
 def _refuse_configuration(result: ExplainResult, name: str) -> NoReturn:

@@ -45,12 +45,12 @@ def command(
 
     'pidcfg init --from' reads such a sheet, or anybody's, back.
     """
-    from pidcfg.cli.console import next_step
-    from pidcfg.cli.findings import one_configuration
+    from pidcfg.cli.console import suggest_next_step
+    from pidcfg.cli.findings import load_configuration
     from pidcfg.cli.outputs import write_files
     from pidcfg.validate.engine import vendor_of
 
-    doc = one_configuration(file, limits)
+    doc = load_configuration(file, limits)
     suffix = Path(out or "").suffix.lower().lstrip(".").replace("yml", "yaml")
     if fmt is None and suffix and suffix not in FORMATS:
         raise click.UsageError(f"-o {out}: write a name that ends in .yaml, .csv or .xlsx, or say --format")
@@ -81,7 +81,7 @@ def command(
     write_files({out: text}, force=force)
     if not quiet:
         write_remark(f"{out}: written")
-    next_step(*(("validate", out) if kind == "yaml" else ("init", "--from", out)), quiet=quiet)
+    suggest_next_step(*(("validate", out) if kind == "yaml" else ("init", "--from", out)), quiet=quiet)
 
 
 def _refuse_document(doc: Document) -> NoReturn:

@@ -55,7 +55,7 @@ def command(
     no verdict fails that it does not name. With --from, write a configuration from a sheet of loops; its columns are
     keys of the vendor, or common words such as tag, gain, reset, rate, range low, unit, Sollwert.
     """
-    from pidcfg.cli.console import next_step
+    from pidcfg.cli.console import suggest_next_step
     from pidcfg.cli.outputs import write_files
 
     if config is not None and (vendor is not None or sheet is not None):
@@ -75,16 +75,16 @@ def command(
     write_files({out: text}, force=force)
     if not quiet:
         write_remark(f"{out}: written")
-    next_step("validate" if config is None else "simulate", out, quiet=quiet)
+    suggest_next_step("validate" if config is None else "simulate", out, quiet=quiet)
 
 
 def _scenario_text(config: str, out: str | None, limits: Limits) -> str:
     """The scenario of a configuration, which it names as seen from the folder that it is written to."""
-    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.cli.findings import load_configuration, show_errors
     from pidcfg.study.draft import NoDraftError, draft_scenario
     from pidcfg.validate.engine import check_document
 
-    doc = one_configuration(config, limits)
+    doc = load_configuration(config, limits)
     checked = check_document(doc)
     if checked.failed:
         show_errors(checked.findings, doc, "text")

@@ -73,7 +73,7 @@ def require_packages(url: str) -> None:
 
 
 @contextmanager
-def reach_plc() -> Iterator[None]:
+def report_plc_errors() -> Iterator[None]:
     """Ends the command with one line where the PLC cannot be reached or an option makes no sense."""
     from pidcfg.encoders.modbus_map import UnusableMapError
     from pidcfg.live.link import PlcError
@@ -110,7 +110,7 @@ PULL_EXAMPLES = options.examples_text(
 @options.LIMITS_OPTION
 def pull(
     plc: str,
-    stated: str | None,
+    map_path: str | None,
     like: str | None,
     vendor: str | None,
     fmt: str,
@@ -120,26 +120,26 @@ def pull(
     retries: int,
     quiet: bool,
     limits: Limits,
-    **texts: str | None,
+    **vendor_texts: str | None,
 ) -> None:
     """Read the loops of a PLC. Nothing is written to it: there is no command that does.
 
     A DL06 tells its own loop table by V7640 and V7641; of other PLCs --like FILE or options say where the loops are.
     """
     require_packages(plc)
-    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.cli.findings import load_configuration, show_errors
     from pidcfg.cli.outputs import write_files
     from pidcfg.live import pull as plc_memory
 
-    like_document = None if like is None else one_configuration(like, limits)
-    with reach_plc():
+    like_document = None if like is None else load_configuration(like, limits)
+    with report_plc_errors():
         result = plc_memory.pull(
             plc,
             like=like_document,
             vendor=vendor,
             format=fmt,
-            options=texts,
-            map=options.map_file(stated, limits),
+            options=vendor_texts,
+            map=options.map_file(map_path, limits),
             timeout=timeout,
             retries=retries,
             limits=limits,
@@ -186,7 +186,7 @@ FORMATS_FOR_PEOPLE = ("text", "concise")
 def compare(
     files: tuple[str, ...],
     plc: str,
-    stated: str | None,
+    map_path: str | None,
     fmt: str,
     reports: tuple[report_options.Report, ...],
     watch: float | None,
@@ -204,14 +204,14 @@ def compare(
     operator has changed is told and is no difference. The PLC is only read.
     """
     require_packages(plc)
-    from pidcfg.cli.findings import one_configuration
+    from pidcfg.cli.findings import load_configuration
     from pidcfg.encoders.modbus_map import UnusableMapError
     from pidcfg.live import pull as plc_memory
 
-    documents = {doc.file: doc for doc in (one_configuration(name, limits) for name in files)}
+    documents = {doc.file: doc for doc in (load_configuration(name, limits) for name in files)}
     report_options.refuse_inputs(reports, files)
 
-    map_data = options.map_file(stated, limits)
+    map_data = options.map_file(map_path, limits)
 
     def compare_again() -> ComparisonRound:
         with options.usage_errors():
@@ -224,11 +224,11 @@ def compare(
         first = compare_again()
     except UnusableMapError as error:
         raise click.ClickException(str(error)) from None
-    fails = Severity.WARNING if strict else Severity.ERROR
-    shown = Findings(first.findings(fmt), documents, fails, command="compare")
-    full = Findings(first.findings(), documents, fails, command="compare")
+    threshold = Severity.WARNING if strict else Severity.ERROR
+    printed = Findings(first.findings(fmt), documents, threshold, command="compare")
+    full = Findings(first.findings(), documents, threshold, command="compare")
     if first.results or fmt not in FORMATS_FOR_PEOPLE:
-        report_options.deliver_reports(fmt, (), lambda name: render_findings(name, shown))
+        report_options.deliver_reports(fmt, (), lambda name: render_findings(name, printed))
     report_options.write_reports(reports, lambda name: render_findings(name, full))
     for line in () if quiet else first.notes:
         write_remark(f"note: {line}")
@@ -240,7 +240,7 @@ def compare(
     code = first.exit_code
     if watch is not None and code != Exit.UNUSABLE:
         code = _watch_plc(compare_again, first, watch)
-    if strict and code == Exit.OK and first.unread:
+    if strict and code == Exit.OK and first.unread_count:
         code = Exit.FINDINGS
     click.get_current_context().exit(code)
 
@@ -250,19 +250,19 @@ class ComparisonRound:
     """One comparison of all files: their results, and why others have none."""
 
     results: Sequence[CompareResult]
-    unreached: Mapping[str, str]
+    errors_by_file: Mapping[str, str]
 
     @property
     def exit_code(self) -> Exit:
         """A file that was not compared outweighs a difference."""
-        if self.unreached or not all(result.ok for result in self.results):
+        if self.errors_by_file or not all(result.ok for result in self.results):
             return Exit.UNUSABLE
         return Exit.OK if all(result.same for result in self.results) else Exit.FINDINGS
 
     @property
     def faults(self) -> list[str]:
         """What the line or the PLC refused."""
-        return list(dict.fromkeys(self.unreached.values()))
+        return list(dict.fromkeys(self.errors_by_file.values()))
 
     @property
     def notes(self) -> list[str]:
@@ -270,7 +270,7 @@ class ComparisonRound:
         return [line for result in self.results for line in result.notes]
 
     @property
-    def unread(self) -> int:
+    def unread_count(self) -> int:
         """How many settings were not compared, since no register has them."""
         return sum(len(result.unread) for result in self.results if result.ok)
 
@@ -281,12 +281,12 @@ class ComparisonRound:
         """
         from pidcfg.live.pull import unreached_finding
 
-        unreached = (
+        unreached_findings = (
             ()
             if fmt in FORMATS_FOR_PEOPLE
-            else (unreached_finding(name, message) for name, message in self.unreached.items())
+            else (unreached_finding(name, message) for name, message in self.errors_by_file.items())
         )
-        return [*(d for result in self.results for d in (*result.findings, *result.warnings)), *unreached]
+        return [*(d for result in self.results for d in (*result.findings, *result.warnings)), *unreached_findings]
 
     @property
     def summary(self) -> str:
@@ -294,14 +294,16 @@ class ComparisonRound:
         compared = [result for result in self.results if result.ok]
         count, uncompared = (
             sum(len(result.findings) for result in compared),
-            len(self.results) + len(self.unreached) - len(compared),
+            len(self.results) + len(self.errors_by_file) - len(compared),
         )
         uncompared_text = f"{_count_text(uncompared, 'file')} not compared" if uncompared else ""
         if not compared:
             return uncompared_text
-        verdict = _count_text(count, "difference") if count else "alike as far as read" if self.unread else "alike"
+        verdict = (
+            _count_text(count, "difference") if count else "alike as far as read" if self.unread_count else "alike"
+        )
         files = f"{_count_text(len(compared), 'file')} compared with {compared[0].plc}: {verdict}"
-        unread_text = f"{_count_text(self.unread, 'setting')} could not be read" if self.unread else ""
+        unread_text = f"{_count_text(self.unread_count, 'setting')} could not be read" if self.unread_count else ""
         return "; ".join(filter(None, (files, unread_text, uncompared_text)))
 
 
@@ -309,18 +311,18 @@ def compare_once(documents: Mapping[str, Document], compare: Callable[[Document]
     """Every file with its PLC; one that does not answer is not asked for the next one."""
     from pidcfg.live.link import PlcError, SilentError
 
-    results, unreached = [], {}
+    results, errors_by_file = [], {}
     silent_line = ""
     for name, doc in documents.items():
         try:
             if not silent_line:
                 results.append(compare(doc))
         except PlcError as error:
-            unreached[name] = str(error)
+            errors_by_file[name] = str(error)
             silent_line = str(error) if isinstance(error, SilentError) else ""
         if silent_line:
-            unreached[name] = silent_line
-    return ComparisonRound(results, unreached)
+            errors_by_file[name] = silent_line
+    return ComparisonRound(results, errors_by_file)
 
 
 def _count_text(count: int, noun: str) -> str:
@@ -418,7 +420,7 @@ class UnitsType(click.ParamType[tuple[int, ...]]):
 @options.LIMITS_OPTION
 def serve(
     scenario: tuple[str, ...],
-    stated: str | None,
+    map_path: str | None,
     listen: str,
     unit: tuple[int, ...] | None,
     speed: float,
@@ -447,26 +449,26 @@ def serve(
         if matches[0].data is not None and "vendor" in matches[0].data:
             message = f"{name} is a configuration, and serve runs scenarios; 'pidcfg init --scenario {name}' writes one"
             raise click.UsageError(message)
-    units = _units_of(unit, scenario, stated)
+    units = _units_of(unit, scenario, map_path)
     LINE.silence()
 
-    def ready(place: str) -> None:
+    def write_ready(address: str) -> None:
         if not quiet:
             write_note(
-                f"serving {_served_text(scenario, units)} at {place}, {_reach_text(place)}, {speed:g} times real time; "
-                "Ctrl-C ends with the report"
+                f"serving {_served_text(scenario, units)} at {address}, {_exposure_text(address)}, "
+                f"{speed:g} times real time; Ctrl-C ends with the report"
             )
 
-    with reach_plc(), options.usage_errors({"others": "--unit", "seconds": "--for"}):
+    with report_plc_errors(), options.usage_errors({"others": "--unit", "seconds": "--for"}):
         result = serving.serve(
             documents[0][0],
             listen=listen,
             unit=units[0],
             others={number: matches[0] for number, matches in zip(units[1:], documents[1:], strict=True) if number},
-            map=options.map_file(stated, limits),
+            map=options.map_file(map_path, limits),
             speed=speed,
             seconds=seconds,
-            ready=ready,
+            ready=write_ready,
             tell=write_note,
             limits=limits,
         )
@@ -479,15 +481,15 @@ def serve(
         show_text(simulations_text([*result.outcomes], tables=True))
 
 
-def _units_of(given: tuple[int, ...] | None, scenarios: tuple[str, ...], stated: str | None) -> tuple[int | None, ...]:
+def _units_of(option: tuple[int, ...] | None, names: tuple[str, ...], map_path: str | None) -> tuple[int | None, ...]:
     """The unit of each scenario; None: what --listen says, or 1."""
-    if len(scenarios) == 1 and given is None:
+    if len(names) == 1 and option is None:
         return (None,)
-    if len(scenarios) > 1 and stated is not None:
+    if len(names) > 1 and map_path is not None:
         raise click.UsageError("--map is of one PLC; name the map of each in its configuration")
-    units = given or tuple(range(1, len(scenarios) + 1))
-    if len(units) != len(scenarios):
-        raise click.UsageError(f"--unit names {len(units)} units for {len(scenarios)} scenarios; name one for each")
+    units = option or tuple(range(1, len(names) + 1))
+    if len(units) != len(names):
+        raise click.UsageError(f"--unit names {len(units)} units for {len(names)} scenarios; name one for each")
     if len(set(units)) < len(units):
         raise click.UsageError("--unit names a unit twice; each PLC has one of its own")
     return units
@@ -500,13 +502,13 @@ def _served_text(scenarios: tuple[str, ...], units: tuple[int | None, ...]) -> s
     return ", ".join(f"{name} as unit {unit}" for name, unit in zip(scenarios, units, strict=True))
 
 
-def _reach_text(place: str) -> str:
+def _exposure_text(address: str) -> str:
     """Who can come: a server that reaches further than this machine says so."""
-    host = place.rpartition(":")[0].strip("[]")
+    host = address.rpartition(":")[0].strip("[]")
     try:
         is_local = ip_address(host).is_loopback
     except ValueError:
         is_local = host == "localhost"
-    if place.startswith("/") or not host:
+    if address.startswith("/") or not host:
         return "for whoever is on the line"
     return "for this machine only" if is_local else "FOR EVERYBODY WHO REACHES THIS ADDRESS: Modbus knows no password"

@@ -133,17 +133,17 @@ def _read_inputs(
     entries: Sequence[Input], arguments: tuple[object, ...], jobs: int, progress: Callable[[float], None] | None
 ) -> Iterator[ReadInput]:
     """The files one by one; what other processes have read counts as read here."""
-    done = 0
+    done_count = 0
 
     def show_share(share: float) -> None:
         if progress is not None:
-            progress((done + share) / len(entries))
+            progress((done_count + share) / len(entries))
 
     def make_reader(*arguments: Any) -> InputReader:
         return replace(InputReader(*arguments), progress=show_share)
 
     for entry in WorkerPool(jobs, InputReader, arguments).results_soon(entries, processing_time, make_reader):
-        done += 1
+        done_count += 1
         show_share(0.0)
         if isinstance(entry, RunInput):
             note_read(entry.outcome.config)
@@ -201,7 +201,7 @@ def _title_option(name: str, help_text: str) -> options.Decorator:
     "--csv",
     "csv",
     metavar="FOLDER",
-    callback=options.only_file,
+    callback=options.refuse_dash,
     help="Write the tables as CSV files into a folder.",
 )
 @click.option(
@@ -261,8 +261,8 @@ def command(
     _require_packages("page" if out is not None else None, "xlsx" if xlsx is not None else None)
     pictures = out is not None and not sheet
     inputs = gather_inputs(paths, limits, _show_progress, pictures=pictures, jobs=options.process_count(jobs))
-    block = Title(title, project, customer, plant, document, revision, author, date, VERSION)
-    content = content_of(inputs, block)
+    title_block = Title(title, project, customer, plant, document, revision, author, date, VERSION)
+    content = content_of(inputs, title_block)
     page: str | bytes | None = None if out is None else _render_page(content, sheet=sheet, full=full)
     if browser_path is not None and isinstance(page, str):
         page = _print_pdf(page, browser_path)
@@ -271,7 +271,7 @@ def command(
         write_remark(summary_line(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
     for outcome in inputs.outcomes:
         if not outcome.passed:
-            write_note(why_failed(outcome))
+            write_note(failure_text(outcome))
     click.get_current_context().exit(exit_code(inputs, strict=strict))
 
 
@@ -331,26 +331,26 @@ def _write_all(
         files[xlsx] = write_workbook([table for table in tables_of(content) if table.rows], content.title)
     if out not in {None, STDOUT} and page is not None:
         files[str(out)] = page
-    with _made_folder(csv):
+    with _make_folder(csv):
         write_files(files, force=force)
     if isinstance(page, str) and out == STDOUT:
         echo_xml(page)
 
 
 @contextmanager
-def _made_folder(name: str | None) -> Iterator[None]:
+def _make_folder(name: str | None) -> Iterator[None]:
     """A folder that is made where there is none, with those above it; what was made goes when nothing is written."""
-    missing = [] if name is None else [path for path in (Path(name), *Path(name).parents) if not path.exists()]
+    missing_folders = [] if name is None else [path for path in (Path(name), *Path(name).parents) if not path.exists()]
     is_written = False
     try:
-        for path in reversed(missing):
+        for path in reversed(missing_folders):
             path.mkdir()
         yield
         is_written = True
     except OSError as error:
         raise click.ClickException(f"cannot make the folder {name}: {error.strerror}") from None
     finally:
-        for path in () if is_written else missing:
+        for path in () if is_written else missing_folders:
             with suppress(OSError):
                 path.rmdir()
 
@@ -367,7 +367,7 @@ def summary_line(content: Content, names: Sequence[str]) -> str:
     return f"{', '.join(names) or 'report'}: {', '.join(parts)}"
 
 
-def why_failed(outcome: Outcome) -> str:
+def failure_text(outcome: Outcome) -> str:
     """Which expectations of a run failed, the standing ones included, and how it was judged."""
     from pidcfg.cli.formats.runs import failures_text, outcome_line
 

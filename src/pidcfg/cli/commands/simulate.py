@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options, plots, watch
-from pidcfg.cli.console import Detail, write_remark
+from pidcfg.cli.console import VerboseLog, write_remark
 from pidcfg.cli.environment import require_extra
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.runs import render_runs
@@ -68,7 +68,7 @@ DRAFT_REMARK = (
     "--csv",
     "csv",
     type=click.Path(dir_okay=False),
-    callback=options.only_file,
+    callback=options.refuse_dash,
     help="Write the trend as CSV: time and one column a signal.",
 )
 @click.option(
@@ -94,13 +94,13 @@ DRAFT_REMARK = (
 @click.option(
     "--against",
     metavar="FILE",
-    callback=options.only_file,
+    callback=options.refuse_dash,
     help="A run that was accepted: what differs from it fails. It takes the place of the scenario's 'reference'.",
 )
 @click.option(
     "--accept",
     type=click.Path(dir_okay=False),
-    callback=options.only_file,
+    callback=options.refuse_dash,
     help="Write the run to a file, as accepted; review it. One that has failed is not written.",
 )
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
@@ -108,7 +108,7 @@ DRAFT_REMARK = (
 @options.STRICT_OPTION
 @options.EXCLUDE_OPTION
 @options.STDIN_FILENAME_OPTION
-@watch.OPTION
+@watch.WATCH_OPTION
 @click.option(
     "-v",
     "--verbose",
@@ -150,7 +150,7 @@ def command(
     from pidcfg.cli.formats.runs import run_remarks
     from pidcfg.cli.outputs import trend_file
 
-    detail = Detail(click.get_current_context(), wanted=verbose, quiet=quiet)
+    log = VerboseLog(click.get_current_context(), verbose=verbose, quiet=quiet)
     if engine == "numba":
         require_extra("numba", "fast")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
@@ -163,13 +163,11 @@ def command(
     plots.check_options(fmt, plot, plot_loops)
     tell_drafts(() if quiet else scenarios)
     files: dict[str, str | bytes] = {}
-    with trend_file(csv, force=force, others=files) as trend:
+    with trend_file(csv, force=force, other_files=files) as trend:
         limits = replace(limits, loop_steps=sys.maxsize) if no_limit else limits
         arguments = accepted_run(against, accept, limits) | {"record": bool(plot), "reference": not no_reference}
         arguments |= {"engine": engine, "runs": len(scenarios), "every": every, "limits": limits}
-        outcomes = [
-            result.outcome for result in run_all(scenarios, arguments, trend, detail, options.process_count(jobs))
-        ]
+        outcomes = [result.outcome for result in run_all(scenarios, arguments, trend, log, options.process_count(jobs))]
         charts = plots.charts_of_runs(outcomes, plot_loops) if plot else []
         files |= plots.draw_files(plot, charts, *plots.picture_heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
@@ -182,7 +180,7 @@ def command(
     written = [f"{accept}: written; review it"] * (accept in files)
     for text in () if quiet else (*written, *run_remarks(outcomes, fmt, csv)):
         write_remark(text)
-    detail.write_time()
+    log.write_time()
     if len(outcomes) == 1:
         _next_step(outcomes[0], quiet=quiet, fmt=fmt)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
@@ -206,16 +204,16 @@ def _nothing_to_run(paths: Sequence[str], plot: Sequence[str], *, quiet: bool) -
 
 def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
     """After one run: the words for the PLC, or a look at what went wrong."""
-    from pidcfg.cli.console import next_step
+    from pidcfg.cli.console import suggest_next_step
 
     if outcome.passed:
-        next_step("encode", outcome.config, quiet=quiet, fmt=fmt)
+        suggest_next_step("encode", outcome.config, quiet=quiet, fmt=fmt)
     elif outcome.report is not None:
-        next_step("simulate", outcome.file, "--plot", "trend.html", quiet=quiet, fmt=fmt)
+        suggest_next_step("simulate", outcome.file, "--plot", "trend.html", quiet=quiet, fmt=fmt)
 
 
 def run_all(
-    scenarios: Sequence[Document], arguments: Mapping[str, object], trend: TextIO | None, detail: Detail, jobs: int
+    scenarios: Sequence[Document], arguments: Mapping[str, object], trend: TextIO | None, log: VerboseLog, jobs: int
 ) -> Iterator[SimulateResult]:
     """Runs the scenarios, here or in several processes; the line on the terminal shows how many are done."""
     from pidcfg.text.processes import WorkerPool
@@ -236,7 +234,7 @@ def run_all(
     ):
         note_read(result.outcome.config)
         note_read(result.outcome.reference)
-        detail.write_run(result.outcome)
+        log.write_run(result.outcome)
         done += 1
         yield result
 

@@ -14,7 +14,7 @@ from pidcfg.cli.commands import plc as plc_options
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.console import write_remark
 from pidcfg.cli.main import Exit
-from pidcfg.cli.outputs import output_path, refuse_read
+from pidcfg.cli.outputs import output_path, refuse_read_files
 from pidcfg.cli.terminal import LINE, is_watched
 from pidcfg.pictures import Chart, Line, Panel
 from pidcfg.pictures.characters import can_encode_signs, draw_rows
@@ -50,7 +50,7 @@ class LiveChart:
         self.signals: dict[str, deque[tuple[float, float]]] = {}
         self.modes: dict[str, str] = {}
         self._live: Live | None = None
-        self._drawn_at = float("-inf")
+        self._last_drawn = float("-inf")
 
     def add_row(self, seconds: float, values: Mapping[str, str]) -> None:
         """A row that was taken; a value that is none is left out."""
@@ -61,7 +61,7 @@ class LiveChart:
                 self.modes[loop] = text
             elif text:
                 self.signals.setdefault(name, deque(maxlen=MAX_ROWS_SHOWN)).append((seconds, float(text)))
-        if time.monotonic() - self._drawn_at >= REDRAW_SECONDS:
+        if time.monotonic() - self._last_drawn >= REDRAW_SECONDS:
             self._draw()
 
     def close(self) -> None:
@@ -73,8 +73,8 @@ class LiveChart:
     def text(self, width: int, height: int, *, ascii_only: bool) -> str:
         """The picture: as many loops as ``height`` rows have room for, and how far the recording is."""
         loops = list(dict.fromkeys(name.rpartition(".")[0] for name in self.signals))
-        room = max((height - 1) // (ROWS_BESIDE_PANELS + MIN_CHART_ROWS + MIN_CHART_ROWS // 2), 1)
-        drawn_loops = loops[:room]
+        max_loops = max((height - 1) // (ROWS_BESIDE_PANELS + MIN_CHART_ROWS + MIN_CHART_ROWS // 2), 1)
+        drawn_loops = loops[:max_loops]
         panel = (height - 1) // max(len(drawn_loops), 1) - ROWS_BESIDE_PANELS
         chart_height = min(max(panel * 2 // 3, MIN_CHART_ROWS), MAX_CHART_ROWS)
         rows = [
@@ -82,9 +82,9 @@ class LiveChart:
             for loop in drawn_loops
             for row in draw_rows(self._loop_chart(loop), width, chart_height, ascii_only=ascii_only)
         ]
-        further_text = f"; {len(loops) - room} more loops are recorded" if len(loops) > room else ""
+        more_text = f"; {len(loops) - max_loops} more loops are recorded" if len(loops) > max_loops else ""
         length_text = f" of {self.seconds:g} s" if self.seconds else " s, until Ctrl-C"
-        return "\n".join([*rows, f"{self.seconds_now:.0f}{length_text}, {self.rows} rows{further_text}"])
+        return "\n".join([*rows, f"{self.seconds_now:.0f}{length_text}, {self.rows} rows{more_text}"])
 
     def _loop_chart(self, loop: str) -> Chart:
         points_by_signal = {s: self.signals[f"{loop}.{s}"] for s in ROLES if f"{loop}.{s}" in self.signals}
@@ -114,7 +114,7 @@ class LiveChart:
             size.width - FREE_COLUMNS, size.height - 1, ascii_only=not can_encode_signs(sys.stderr.encoding)
         )
         self._live.update(Text(text, no_wrap=True), refresh=True)
-        self._drawn_at = time.monotonic()
+        self._last_drawn = time.monotonic()
 
 
 def chart_for(out: str | None, seconds: float | None) -> LiveChart | None:
@@ -181,7 +181,7 @@ def _parse_seconds(ctx: click.Context, param: click.Parameter, value: str | None
     "--output",
     "out",
     type=click.Path(dir_okay=False),
-    callback=options.or_standard_output,
+    callback=options.dash_as_none,
     help="The file; rows are in it at once.",
 )
 @click.option(
@@ -203,7 +203,7 @@ def _parse_seconds(ctx: click.Context, param: click.Parameter, value: str | None
 @options.LIMITS_OPTION
 def command(
     plc: str,
-    stated: str | None,
+    map_path: str | None,
     like: str | None,
     vendor: str | None,
     out: str | None,
@@ -214,31 +214,31 @@ def command(
     retries: int,
     quiet: bool,
     limits: Limits,
-    **texts: str | None,
+    **vendor_texts: str | None,
 ) -> None:
     """Record PV, set point, output and mode of each loop of a PLC as CSV, which tune reads.
 
     Ctrl-C ends it; every row that was taken stays. In a terminal the loops are drawn meanwhile. The PLC is only read.
     """
     plc_options.require_packages(plc)
-    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.cli.findings import load_configuration, show_errors
     from pidcfg.live.trend import trend
 
-    like_document = None if like is None else one_configuration(like, limits)
+    like_document = None if like is None else load_configuration(like, limits)
     if out is not None:
-        refuse_read([out])
+        refuse_read_files([out])
     file = TrendFile(out, force=force)
 
     chart = chart_for(out, seconds)
     try:
-        with plc_options.reach_plc():
+        with plc_options.report_plc_errors():
             result = trend(
                 plc,
                 file,
                 like=like_document,
                 vendor=vendor,
-                options=texts,
-                map=options.map_file(stated, limits),
+                options=vendor_texts,
+                map=options.map_file(map_path, limits),
                 interval=interval,
                 seconds=seconds,
                 taken=None if chart is None else chart.add_row,

@@ -128,7 +128,7 @@ def command(
     force: bool,
     fmt: str,
     limits: Limits,
-    **given: Any,
+    **process_options: Any,
 ) -> None:
     """Work out gains from a process (or a recorded step of it), or from its ultimate cycle.
 
@@ -153,22 +153,22 @@ def command(
                 into=configuration,
                 into_name=into,
                 limits=limits,
-                **given,
+                **process_options,
             )
     except TuningError as error:
         if error.is_question:
             raise click.UsageError(str(error), ctx) from None
         raise click.ClickException(str(error)) from None
-    in_order = {name: result.numbers[name] for name in given if name in result.numbers}  # of the command line
-    result = replace(result, numbers=in_order)
+    numbers = {name: result.numbers[name] for name in process_options if name in result.numbers}  # of the command line
+    result = replace(result, numbers=numbers)
     for value in () if result.vendor is None else result.vendor.values:
         if value.problem is not None:
             write_remark(f"{value.key}: {value.problem}")
     charts = [margin_chart(result)] if plot else []
     pictures = plots.draw_files(plot, charts, f"{result.method.name}, {result.form}")
-    changed = result.written is not None and save_file(result.written, diff=diff)
+    is_changed = result.written is not None and save_file(result.written, diff=diff)
     if diff:
-        ctx.exit(Exit.FINDINGS if changed else Exit.OK)
+        ctx.exit(Exit.FINDINGS if is_changed else Exit.OK)
     write_files(pictures, force=force)
     if fmt == "json":
         echo_json(json_text(result.to_json()))
@@ -192,16 +192,16 @@ def refuse_options(ctx: click.Context) -> None:
         raise click.UsageError("--diff prints a patch and nothing else, so it takes no --format", ctx)
 
 
-def save_file(written: RetunedFile, *, diff: bool) -> bool:
+def save_file(retuned: RetunedFile, *, diff: bool) -> bool:
     """Writes the file that a loop's new gains make, or shows the change; whether there is one.
 
     Nothing is written where a rule finds an error at the loop.
     """
     from pidcfg.cli.outputs import patch_text, print_patch, replace_files
 
-    changes = written.data != written.before
+    is_changed = retuned.data != retuned.before
     if diff:
-        print_patch(patch_text(written.file, written.before, written.data))
-    elif changes and written.ok:
-        replace_files({written.file: (written.before, written.data)})
-    return changes
+        print_patch(patch_text(retuned.file, retuned.before, retuned.data))
+    elif is_changed and retuned.ok:
+        replace_files({retuned.file: (retuned.before, retuned.data)})
+    return is_changed

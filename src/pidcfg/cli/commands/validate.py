@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options, settings, watch
-from pidcfg.cli.console import Detail, echo, write_note, write_remark
+from pidcfg.cli.console import VerboseLog, echo, write_note, write_remark
 from pidcfg.cli.formats import findings as findings_format
 from pidcfg.cli.formats import render_findings, report_options
 from pidcfg.cli.formats.findings import Findings, summary_line
@@ -33,7 +33,7 @@ EPILOG = options.examples_text(
 
 
 @click.command("validate", cls=watch.WatchCommand, epilog=EPILOG)
-@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.apply)
+@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.apply_settings)
 @report_options.report_format("validate")
 @report_options.report_files("validate", "--output")
 @click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
@@ -43,15 +43,15 @@ EPILOG = options.examples_text(
 @options.SEVERITY_OPTION
 @options.STRICT_OPTION
 @settings.baseline_options
-@settings.FIX
-@settings.DIFF
-@settings.CONFIG
-@settings.ISOLATED
-@settings.SHOW
+@settings.FIX_OPTION
+@settings.DIFF_OPTION
+@settings.CONFIG_OPTION
+@settings.ISOLATED_OPTION
+@settings.SHOW_OPTION
 @click.option("--no-cache", is_flag=True, envvar="PIDCFG_NO_CACHE", help="Check every file anew.")
 @findings_format.STATISTICS_OPTION
 @options.STDIN_FILENAME_OPTION
-@watch.OPTION
+@watch.WATCH_OPTION
 @options.VERBOSE_OPTION
 @options.QUIET_OPTION
 @options.LIMITS_OPTION
@@ -72,7 +72,7 @@ def command(
     diff: bool,
     show_settings: bool,
     no_cache: bool,
-    counted: bool,
+    count_only: bool,
     **baseline: Any,
 ) -> None:
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
@@ -80,75 +80,75 @@ def command(
     from pidcfg.cli.policy import Rules, count_text, triage_findings
 
     ctx = click.get_current_context()
-    detail = Detail(ctx, wanted=verbose, quiet=quiet)
+    log = VerboseLog(ctx, verbose=verbose, quiet=quiet)
     if show_settings:
-        echo(settings.describe(ctx))
+        echo(settings.describe_settings(ctx))
         return
-    detail.write_lines(f"settings: {settings.current(ctx).file or 'none'}")
+    log.write_lines(f"settings: {settings.current_settings(ctx).file or 'none'}")
     documents: dict[str, Document] = {}
     findings: list[Diagnostic] = []
     gathered = list(gather_inputs(paths, limits, skip_foreign=skip_foreign))
     inputs = [entry for entry in gathered if not entry.is_foreign]
-    skipped = [entry.name for entry in gathered if entry.is_foreign and entry.remark is entry.left_out is None]
+    skipped_names = [entry.name for entry in gathered if entry.is_foreign and entry.remark is entry.reason is None]
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
-    names_read = [name for name in (baseline["baseline"], settings.current(ctx).file) if name is not None]
+    names_read = [name for name in (baseline["baseline"], settings.current_settings(ctx).file) if name is not None]
     report_options.refuse_inputs(reports, names_read)
-    printed = findings_format.statistics_format(ctx, fmt) if counted else fmt
+    stats_fmt = findings_format.statistics_format(ctx, fmt) if count_only else fmt
     if fix or diff:
         from pidcfg.cli.policy import fix_inputs, refuse_options
 
         refuse_options(ctx, reports)
         inputs = fix_inputs(inputs, Rules(select, ignore), ctx)
-    for doc, file_findings in progress(check_all(inputs, limits, cached=not no_cache), "checking", len(inputs)):
+    for doc, file_findings in progress(check_all(inputs, limits, use_cache=not no_cache), "checking", len(inputs)):
         documents[doc.file] = doc
         findings += file_findings
-        detail.write_lines(f"read {doc.file}: {count_text(len(file_findings), 'finding')}")
-    triaged = triage_findings(findings, documents, settings.current(ctx), Rules(select, ignore, **baseline))
-    fails = Severity.WARNING if strict else Severity.ERROR
-    severe = options.select_severe(triaged.reported, severity, fails)
-    shown = Findings(severe, documents, fails, triaged.suppressed(Severity[severity.upper()]), brief=not verbose)
-    piped = fix and STDIN in paths  # standard output is the corrected text
-    if counted:
-        report_options.print_text(printed, findings_format.render_statistics(printed, shown), on_stderr=piped)
-        report_options.write_reports(reports, lambda name: render_findings(name, shown))
+        log.write_lines(f"read {doc.file}: {count_text(len(file_findings), 'finding')}")
+    triage = triage_findings(findings, documents, settings.current_settings(ctx), Rules(select, ignore, **baseline))
+    threshold = Severity.WARNING if strict else Severity.ERROR
+    entries = options.select_severe(triage.reported, severity, threshold)
+    result = Findings(entries, documents, threshold, triage.suppressed(Severity[severity.upper()]), brief=not verbose)
+    is_piped = fix and STDIN in paths  # standard output is the corrected text
+    if count_only:
+        report_options.print_text(stats_fmt, findings_format.render_statistics(stats_fmt, result), on_stderr=is_piped)
+        report_options.write_reports(reports, lambda name: render_findings(name, result))
     else:
-        report_options.deliver_reports(fmt, reports, lambda name: render_findings(name, shown), on_stderr=piped)
+        report_options.deliver_reports(fmt, reports, lambda name: render_findings(name, result), on_stderr=is_piped)
     remarks = [f"{entry.name}: {entry.remark}" for entry in gathered if entry.remark is not None]
-    for text in () if quiet else (*remarks, *triaged.remarks):
+    for text in () if quiet else (*remarks, *triage.remarks):
         write_remark(text)
-    detail.write_names("left out, without a pidcfg key:", skipped)
-    detail.write_lines(*exclusion_reasons(gathered))
-    detail.write_names("not reported:", triaged.reasons)
-    detail.write_time()
-    if not quiet or _hides(ctx, triaged, shown, gathered):
-        opened = sum(entry.problem is None for entry in inputs)
-        write_note(_summary_line(ctx, triaged, opened, len(skipped), gathered))
-    _next_step(list(documents.values()), triaged.reported, quiet=quiet, fmt=fmt)
-    ctx.exit(exit_code(triaged.reported, strict=strict))
+    log.write_names("left out, without a pidcfg key:", skipped_names)
+    log.write_lines(*exclusion_reasons(gathered))
+    log.write_names("not reported:", triage.reasons)
+    log.write_time()
+    if not quiet or _hides_findings(ctx, triage, result, gathered):
+        read_count = sum(entry.problem is None for entry in inputs)
+        write_note(_summary_line(ctx, triage, read_count, len(skipped_names), gathered))
+    _next_step(list(documents.values()), triage.reported, quiet=quiet, fmt=fmt)
+    ctx.exit(exit_code(triage.reported, strict=strict))
 
 
-def _summary_line(ctx: click.Context, triaged: Triage, opened: int, skipped: int, gathered: Sequence[Input]) -> str:
+def _summary_line(ctx: click.Context, triage: Triage, read_count: int, skipped: int, gathered: Sequence[Input]) -> str:
     """How it went, what was left out, and which settings are in force."""
-    line = summary_line(triaged.reported, opened, skipped, excluded_text(gathered))
-    return line + triaged.counts_text + settings.current(ctx).mention
+    line = summary_line(triage.reported, read_count, skipped, excluded_text(gathered))
+    return line + triage.counts_text + settings.current_settings(ctx).mention
 
 
-def _hides(ctx: click.Context, triaged: Triage, shown: Findings, gathered: Sequence[Input]) -> bool:
+def _hides_findings(ctx: click.Context, triage: Triage, result: Findings, gathered: Sequence[Input]) -> bool:
     """Whether even a quiet run says what was left out: findings, or files by a settings file."""
-    is_less = settings.current(ctx).file is not None and len(shown.reported) < len(triaged.reported)
+    has_hidden = settings.current_settings(ctx).file is not None and len(result.reported) < len(triage.reported)
     return (
-        triaged.hides_findings
-        or is_less
-        or any((entry.left_out or "").startswith(EXCLUDE_REASON) for entry in gathered)
+        triage.hides_findings
+        or has_hidden
+        or any((entry.reason or "").startswith(EXCLUDE_REASON) for entry in gathered)
     )
 
 
 def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *, quiet: bool, fmt: str) -> None:
     """After one file: what its first error means, or how it behaves."""
-    from pidcfg.cli.console import next_step
+    from pidcfg.cli.console import suggest_next_step
 
     worst = next((d for d in findings if d.severity is Severity.ERROR), None)
     if worst is not None:
-        next_step("rule", worst.code, quiet=quiet, fmt=fmt)
+        suggest_next_step("rule", worst.code, quiet=quiet, fmt=fmt)
     elif len(documents) == 1 and documents[0].file != STDIN:
-        next_step("simulate", documents[0].file, quiet=quiet, fmt=fmt)
+        suggest_next_step("simulate", documents[0].file, quiet=quiet, fmt=fmt)

@@ -42,18 +42,18 @@ class RecordedFiles(RememberedFiles):
 
 
 @click.command("whatif", epilog=EPILOG)
-@click.argument("scenario", metavar="SCENARIO", callback=options.only_file)
+@click.argument("scenario", metavar="SCENARIO", callback=options.refuse_dash)
 @click.option("-o", "--output", "out", metavar="FILE", required=True, callback=page_name, help="The page.")
 @click.option(
     "--against",
     metavar="CONFIG",
-    callback=options.only_file,
+    callback=options.refuse_dash,
     help="Another configuration, which the page shows dashed in the place of the one as filed.",
 )
 @click.option(
     "--runtime",
     metavar="FILE",
-    callback=options.only_file,
+    callback=options.refuse_dash,
     help="Python for the browser; without it the one in the user's cache, where 'python tasks.py whatif-runtime' "
     "puts it.",
 )
@@ -74,7 +74,7 @@ def command(
     from pidcfg.output.browser.page import RuntimeFileError, read_runtime, runtime_path, whatif_page
     from pidcfg.output.browser.session import Session, UnusableError
 
-    name, files = texts_of(scenario, against, limits)
+    name, files = read_page_files(scenario, against, limits)
     against_name = None if against is None else relative_name(against, scenario)
     try:
         session = Session(name, files, against_name)
@@ -86,7 +86,7 @@ def command(
         write_remark(f"{out}: {len(page) / 1e6:.1f} MB; open it with a double click")
 
 
-def texts_of(scenario: str, against: str | None, limits: Limits) -> tuple[str, dict[str, str]]:
+def read_page_files(scenario: str, against: str | None, limits: Limits) -> tuple[str, dict[str, str]]:
     """The scenario's name from its own folder, and by such names every file that the page needs."""
     from pidcfg.api import check
 

@@ -67,7 +67,7 @@ class Kind(Enum):
     """Read by people: in colour where that is wanted."""
     LINES = auto()
     """Text that a program takes from a log: never coloured."""
-    ORDERS = auto()
+    CI_COMMANDS = auto()
     """Lines that a CI system takes from a log and obeys."""
     JSON = auto()
     XML = auto()

@@ -43,7 +43,7 @@ def render_batches(
 
 METRIC_COLUMNS = ("mean", "p5", "p50", "p95", "p99", "max")
 """Of each metric; JSON has more."""
-MOST_EFFECTS = 5
+MAX_EFFECTS = 5
 """Of what varies, that the short text lists."""
 VERBOSE_HINT = "-v has metrics, counts, and the numbers of every sample that is listed\n"
 
@@ -141,7 +141,7 @@ def _metrics_table(batch: Certification) -> str:
 def _effects_table(batch: Certification, *, tables: bool) -> str:
     if not batch.effects:
         return "Only the noise varies: the plants are those of the file, and nothing is shown of others (vary)\n"
-    effects = batch.effects[: None if tables else MOST_EFFECTS]
+    effects = batch.effects[: None if tables else MAX_EFFECTS]
     rows: list[tuple[str, ...]] = [("lowest fifth", "highest fifth", "of what varies")]
     rows += [(*map(_share_text, (e.lowest, e.highest)), f"{e.label}, {e.text}") for e in effects]
     more = len(batch.effects) - len(effects)

@@ -75,12 +75,12 @@ def verdict_brief(loops: Sequence[VerifiedLoop]) -> str:
         ("not tried", untried),
         ("not shown by any stage", hidden),
     ):
-        if shared := _in_loops(fields):
+        if shared := _fields_with_loops(fields):
             lines.append(fill(f"  {title}: {'; '.join(shared)}", NARROW_WIDTH, subsequent_indent="    "))
     return "\n".join(lines if loops else [*lines, NO_LOOPS]) + "\n"
 
 
-def _in_loops(fields: Mapping[str, Sequence[str]]) -> list[str]:
+def _fields_with_loops(fields: Mapping[str, Sequence[str]]) -> list[str]:
     """Fields of loops, each once, with the loops where not all have it."""
     loops: dict[str, list[str]] = {}
     for loop, names in fields.items():
@@ -195,7 +195,7 @@ def verdict_markdown(loops: Sequence[VerifiedLoop]) -> list[str]:
 TABLE_HEADER = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
 WIDTH, NARROW_WIDTH = 100, 79
 """Columns of the whole report, and of the short one."""
-FEW_FINDINGS = 3
+MAX_BRIEF_FINDINGS = 3
 """Of the target's rules, that the short report has in words."""
 WARN_PERCENT = 1.0
 """A value that the target holds further off than this is warned of."""
@@ -212,13 +212,13 @@ def conversion_json(result: ConvertResult) -> str:
 
 
 def conversion_report(
-    result: ConvertResult, *, changes: bool = True, losses: bool = False, with_verdict: bool = True, whole: bool = True
+    result: ConvertResult, *, changes: bool = True, losses: bool = False, with_verdict: bool = True, full: bool = True
 ) -> str:
     """For people: the changes, or the losses alone, and the verdict of the battery where that was asked for.
 
-    Without ``whole``: what is lost or far off, and the rest in numbers.
+    Without ``full``: what is lost or far off, and the rest in numbers.
     """
-    report, verdict = (conversion_text, verdict_text) if whole else (conversion_brief, verdict_brief)
+    report, verdict = (conversion_text, verdict_text) if full else (conversion_brief, verdict_brief)
     parts = [report(result) if changes else losses_of(result)] if changes or losses else []
     return "".join(parts + ([verdict(result.verified)] if with_verdict and result.verified is not None else []))
 
@@ -226,33 +226,33 @@ def conversion_report(
 def conversion_brief(result: ConvertResult) -> str:
     """What is lost or far off, which wants a decision first; of the rest numbers, each said once."""
     lines = [f"{result.source} to {result.target}"]
-    unmarked: dict[str, list[str]] = {}
+    loops_by_counts: dict[str, list[str]] = {}
     for loop in result.loops:
-        rows = [change for change in _worth_reading(loop.changes) if _is_marked(change)]
+        rows = [change for change in _notable_changes(loop.changes) if _is_marked(change)]
         if rows or loop.status == "dropped":
-            lines += [f"{loop.loop}: {_count_text(loop, with_counts=False)}", *_lines_of(rows)]
+            lines += [f"{loop.loop}: {_count_text(loop, with_counts=False)}", *_change_lines(rows)]
         else:
-            unmarked.setdefault(_count_text(loop, with_counts=False), []).append(loop.loop)
-    lines += [f"{names_of(loops)}: {counts}" for counts, loops in unmarked.items()]
+            loops_by_counts.setdefault(_count_text(loop, with_counts=False), []).append(loop.loop)
+    lines += [f"{names_of(loops)}: {counts}" for counts, loops in loops_by_counts.items()]
     if any(change.kind == "assumed" for loop in result.loops for change in loop.changes):
         lines.append("-v lists what is assumed")
     if result.faults and result.ok:
-        lines += _rules_in_brief(result)
+        lines += _rules_summary(result)
     return "\n".join(lines) + "\n"
 
 
-def _lines_of(changes: Sequence[Change]) -> Iterator[str]:
+def _change_lines(changes: Sequence[Change]) -> Iterator[str]:
     """A line a change, and a note of several in a row once, behind them."""
     rows = list({_change_line(change, NARROW_WIDTH): change for change in changes}.values())
     for change, following in zip_longest(rows, rows[1:]):
-        same = following is not None and following.note == change.note and following.kind == change.kind
-        yield _change_line(replace(change, note="") if same else change, NARROW_WIDTH)
+        repeats_note = following is not None and following.note == change.note and following.kind == change.kind
+        yield _change_line(replace(change, note="") if repeats_note else change, NARROW_WIDTH)
 
 
-def _rules_in_brief(result: ConvertResult) -> list[str]:
+def _rules_summary(result: ConvertResult) -> list[str]:
     """What the target's rules say about a result that is no error: in words where it is little, else by code."""
     rows = distinct_lines(result.faults)
-    if len(rows) <= FEW_FINDINGS:
+    if len(rows) <= MAX_BRIEF_FINDINGS:
         findings = (fill(f"  {to_one_line(row)}", NARROW_WIDTH, subsequent_indent="    ") for row in rows)
         return [f"what the rules of {result.target} say about the result:", *findings]
     codes = ", ".join(sorted({d.code for d in result.faults}))
@@ -272,7 +272,7 @@ def conversion_text(result: ConvertResult) -> str:
     lines = [f"{result.source} to {result.target}"]
     for loop in result.loops:
         lines.append(f"\n{loop.loop}: {_count_text(loop)}")
-        lines += dict.fromkeys(_change_line(change) for change in _worth_reading(loop.changes))
+        lines += dict.fromkeys(_change_line(change) for change in _notable_changes(loop.changes))
         if unneeded := _unneeded_fields(loop.changes):
             lines.append(fill(f"  not needed there: {', '.join(unneeded)}", WIDTH, subsequent_indent="    "))
     if result.faults and result.ok:
@@ -288,7 +288,7 @@ def losses_of(result: ConvertResult) -> str:
     """What is lost, loop by loop, and nothing else."""
     lines = []
     for loop in result.loops:
-        rows = dict.fromkeys(_change_line(change) for change in _worth_reading(loop.changes) if change.loss)
+        rows = dict.fromkeys(_change_line(change) for change in _notable_changes(loop.changes) if change.loss)
         if rows or loop.status == "dropped":
             lines += [f"{loop.loop}: {_count_text(loop)}", *rows]
     return "\n".join(lines) + "\n"
@@ -315,7 +315,7 @@ def _unneeded_fields(changes: Sequence[Change]) -> list[str]:
     return [change.field for change in changes if _is_unneeded(change)]
 
 
-def _worth_reading(changes: Sequence[Change]) -> list[Change]:
+def _notable_changes(changes: Sequence[Change]) -> list[Change]:
     """Losses first, then by kind; without what came over exactly and needs no word, or is not needed."""
     changes_noted = [row for row in changes if (row.kind != "exact" or row.note) and not _is_unneeded(row)]
     return sorted(
@@ -325,12 +325,12 @@ def _worth_reading(changes: Sequence[Change]) -> list[Change]:
 
 def _with_target_keys(changes: Sequence[Change]) -> Callable[[Change], Change]:
     """Names the key of the result, too, where one of the source goes to several."""
-    places: dict[str, set[str]] = {}
+    targets: dict[str, set[str]] = {}
     for row in changes:
-        places.setdefault(row.field, set()).add(row.target_field)
+        targets.setdefault(row.field, set()).add(row.target_field)
     return lambda row: (
         replace(row, field=f"{row.field} to {row.target_field}")
-        if row.target_field and len(places[row.field] - {""}) > 1
+        if row.target_field and len(targets[row.field] - {""}) > 1
         else row
     )
 
@@ -340,7 +340,7 @@ def conversion_markdown(result: ConvertResult) -> str:
     lines = [f"### PID loops: {result.source} to {result.target}"]
     for loop in result.loops:
         lines += ["", f"**{markdown_cell(loop.loop)}**: {markdown_cell(_count_text(loop))}"]
-        rows = dict.fromkeys(_change_cells(change) for change in _worth_reading(loop.changes))
+        rows = dict.fromkeys(_change_cells(change) for change in _notable_changes(loop.changes))
         lines += [*TABLE_HEADER, *rows] if rows else []
         if unneeded := _unneeded_fields(loop.changes):
             lines += ["", f"Not needed there: {markdown_cell(', '.join(unneeded))}"]
@@ -400,7 +400,7 @@ WORD_PREFIX = "word "
 """What stands before a content that is no value."""
 NO_LOOP_TITLE = "file"
 """What belongs to no loop."""
-MOST_KEYS = 6
+MAX_KEYS = 6
 """Keys that a line lists before it only counts."""
 
 
@@ -466,15 +466,15 @@ def _is_number(word: str, value: object) -> bool:
     return word.removeprefix(":= ").casefold() == text_of(value).casefold()
 
 
-def _same_values(rows: tuple[Difference, ...]) -> str:
+def _same_values_text(rows: tuple[Difference, ...]) -> str:
     """Values that are the same in other words, in one line."""
     words = tuple(f"{d.key} {_register_text(d)}" for d in rows if d.other_word_only)
     return f"same values, other words: {_list_first(words)}" if words else ""
 
 
 def _list_first(keys: tuple[str, ...]) -> str:
-    more = len(keys) - MOST_KEYS
-    return ", ".join(keys[:MOST_KEYS]) + (f" and {more} more" if more > 0 else "")
+    more_count = len(keys) - MAX_KEYS
+    return ", ".join(keys[:MAX_KEYS]) + (f" and {more_count} more" if more_count > 0 else "")
 
 
 def _state_text(state: State) -> str:
@@ -500,7 +500,7 @@ def differences_text(result: DiffResult) -> str:
     for entry in result.loops:
         body = [f"  {state.kind:<8}  {_state_text(state)}" for state in entry.states]
         body += [_difference_line(d) for d in entry.differences if not d.other_word_only]
-        body += [f"  {line}" for line in (_same_values(entry.differences),) if line]
+        body += [f"  {line}" for line in (_same_values_text(entry.differences),) if line]
         body += [_difference_line(d, "operated") for d in entry.operated] + [
             f"  {line}" for line in _extra_lines(entry)
         ]
@@ -535,7 +535,7 @@ def differences_markdown(result: DiffResult) -> str:
         rows = [_difference_cells(d, d.risk) for d in entry.differences if not d.other_word_only]
         rows += [_difference_cells(d, "operated") for d in entry.operated]
         extra_lines = [f"{state.kind}: {_state_text(state)}" for state in entry.states]
-        extra_lines += [text for text in (_same_values(entry.differences), *_extra_lines(entry)) if text]
+        extra_lines += [text for text in (_same_values_text(entry.differences), *_extra_lines(entry)) if text]
         if rows or extra_lines or heading:
             lines += [
                 "",

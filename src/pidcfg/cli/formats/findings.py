@@ -31,7 +31,7 @@ STDIN = "<stdin>"
 """The name of standard input in reports."""
 CHECKOUTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
 """Variables in which a CI system names the folder of its checkout, which the names in its formats are relative to."""
-VOLATILE = re.compile(r"\bline \d+|\b[A-Z]{1,3}\d+\b|; measured: .*", re.DOTALL)
+VOLATILE_TEXT = re.compile(r"\bline \d+|\b[A-Z]{1,3}\d+\b|; measured: .*", re.DOTALL)
 """What differs in a message between runs of the same fault: line numbers, registers that move when a loop is inserted
 above, what was measured."""
 FINGERPRINT_DIGITS = 32
@@ -51,7 +51,7 @@ class Findings:
 
     reported: Sequence[Diagnostic]
     documents: Documents
-    fails_from: Severity = Severity.ERROR
+    failing_severity: Severity = Severity.ERROR
     """From which severity on a finding fails the run."""
     suppressed: Sequence[tuple[Diagnostic, str | None]] = ()
     """Findings that are not reported: a comment ignores them for a reason, or (None) a baseline knows them."""
@@ -117,16 +117,16 @@ def fingerprints(findings: Findings) -> list[str]:
     counts: Counter[str] = Counter()
     files_named = {d.file for d in findings.reported}
     rows = {file: doc.lines for file, doc in findings.documents.items() if file in files_named}
-    prints = []
+    digests = []
     for d in findings.reported:
         steps = [step for step in d.path if isinstance(step, str)]
         value = _source_text(d.span, rows.get(d.file, []))
-        message = VOLATILE.sub("", "" if d.with_loops else d.message)
+        message = VOLATILE_TEXT.sub("", "" if d.with_loops else d.message)
         key = "\0".join((d.code, display_name(d.file), d.loop, ".".join(steps), value, message))
         counts[key] += 1
         digest = hashlib.sha256(f"{key}\0{counts[key]}".encode("utf-8", "backslashreplace"))
-        prints.append(digest.hexdigest()[:FINGERPRINT_DIGITS])
-    return prints
+        digests.append(digest.hexdigest()[:FINGERPRINT_DIGITS])
+    return digests
 
 
 def _source_text(span: Span, rows: Sequence[str]) -> str:
@@ -151,9 +151,9 @@ def finding_lines(d: Diagnostic) -> list[str]:
 
 Documents = Mapping[str, Document]
 MAX_LINE = 160
-MOST_PLACES = 24
+MAX_PLACES = 24
 """Further places that a line names before it only counts."""
-MOST_NAMES = 8
+MAX_NAMES = 8
 """Loops that a line names before it only counts."""
 VERBOSE_HINT = "-v has the lines and cures of what several loops share\n"
 VERBOSE_HINT_OF_INFOS = "-v has the lines and cures of these\n"
@@ -178,14 +178,14 @@ def findings_text(findings: Sequence[Diagnostic], documents: Documents, *, brief
         file = d.file if d.severity is Severity.ERROR else ""
         groups.setdefault((file, d.code, d.severity, d.reference, d.help, d.plc_effect is None), []).append(d)
     files = list(dict.fromkeys(d.file for d in findings))
-    ordered = sorted(groups.values(), key=lambda group: (files.index(group[0].file), -group[0].severity))
+    sorted_groups = sorted(groups.values(), key=lambda group: (files.index(group[0].file), -group[0].severity))
     if not brief:
-        return _blocks_text(ordered, documents)
-    blocks_text = _blocks_text(ordered, documents, shared=True)
+        return _blocks_text(sorted_groups, documents)
+    blocks_text = _blocks_text(sorted_groups, documents, shared=True)
     for short in (False, True):
         if _fits_screen(blocks_text) or all(d.severity is Severity.ERROR for d in findings):
             break
-        blocks_text = _blocks_text(ordered, documents, shared=True, infos=True, short=short)
+        blocks_text = _blocks_text(sorted_groups, documents, shared=True, infos=True, short=short)
     return blocks_text
 
 
@@ -207,7 +207,7 @@ def _blocks_text(
     for group in groups:
         severity = group[0].severity
         if severity is Severity.INFO and (infos or (shared and len(group) > 1)):
-            rows.append(f"{to_one_line(_row_of(group))}\n")
+            rows.append(f"{to_one_line(_group_line(group))}\n")
         elif short and severity is Severity.WARNING:
             blocks.append(f"{_short_block(group)}\n")
         else:
@@ -220,7 +220,7 @@ def _finding_head(d: Diagnostic) -> str:
     return f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code}: {d.message}"
 
 
-def _row_of(group: Sequence[Diagnostic]) -> str:
+def _group_line(group: Sequence[Diagnostic]) -> str:
     """A group in one line: the first finding, and its loops by name."""
     names = names_of([d.loop for d in group if d.loop])
     return f"{_finding_head(group[0])} [{names}]" if names else _finding_head(group[0])
@@ -229,8 +229,8 @@ def _row_of(group: Sequence[Diagnostic]) -> str:
 def names_of(loops: Sequence[str]) -> str:
     """The names of loops, each once; of very many some."""
     names = list(dict.fromkeys(loops))
-    more = [f"{len(names) - MOST_NAMES} more"] if len(names) > MOST_NAMES + 1 else []
-    return ", ".join(names[: MOST_NAMES if more else None] + more)
+    more = [f"{len(names) - MAX_NAMES} more"] if len(names) > MAX_NAMES + 1 else []
+    return ", ".join(names[: MAX_NAMES if more else None] + more)
 
 
 def distinct_lines(findings: Sequence[Diagnostic]) -> list[str]:
@@ -255,7 +255,7 @@ def _block_text(group: Sequence[Diagnostic], doc: Document | None) -> str:
         for label, value in (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
         if value
     ]
-    lines += [f"      = also: {row}" for row in _further_lines(group)]
+    lines += [f"      = also: {row}" for row in _other_lines(group)]
     return "\n".join(map(to_one_line, lines)) + "\n"
 
 
@@ -268,7 +268,7 @@ def _short_block(group: Sequence[Diagnostic]) -> str:
     return "\n".join(map(to_one_line, lines)) + "\n"
 
 
-def _further_lines(group: Sequence[Diagnostic]) -> list[str]:
+def _other_lines(group: Sequence[Diagnostic]) -> list[str]:
     """The other findings of a group: those that say the same, and infos, by name; of the rest what each says."""
     kinds: dict[str, list[Diagnostic]] = {}
     for d in group:
@@ -288,8 +288,8 @@ def _places_text(findings: Sequence[Diagnostic], file: str) -> str:
     """Loops and lines of findings, with the name of another file than this one."""
     lines = [f"line {d.span.line}" if d.file == file else f"{d.file}:{d.span.line}" for d in findings]
     places = [f"{d.loop} ({where})" if d.loop else where for d, where in zip(findings, lines, strict=True)]
-    if len(places) > MOST_PLACES:
-        places[MOST_PLACES:] = [f"{len(places) - MOST_PLACES} more (--format concise has a line for each)"]
+    if len(places) > MAX_PLACES:
+        places[MAX_PLACES:] = [f"{len(places) - MAX_PLACES} more (--format concise has a line for each)"]
     return ", ".join(places)
 
 
@@ -325,7 +325,7 @@ def json_v1(findings: Sequence[Diagnostic], documents: Documents) -> str:
 
 STATISTICS_OPTION = click.option(
     "--statistics",
-    "counted",
+    "count_only",
     is_flag=True,
     help="Print how many findings each rule has (text or json), not the findings.",
 )

@@ -23,7 +23,7 @@ CONFIGURATION_ENDINGS = {".yaml", ".yml", ".toml"}
 PRINTERS = {
     Kind.PLAIN: show_text,
     Kind.LINES: show_lines,
-    Kind.ORDERS: show_ci_commands,
+    Kind.CI_COMMANDS: show_ci_commands,
     Kind.JSON: echo_json,
     Kind.XML: echo_xml,
 }
@@ -41,7 +41,7 @@ def report_format(command: str) -> Decorator:
     names = formats_of(command)
     has_github = "github" in names
 
-    def chosen_format(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
+    def choose_format(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
         del ctx, param
         in_github = has_github and os.environ.get("GITHUB_ACTIONS") == "true"
         return value or ("github" if in_github else names[0])
@@ -51,14 +51,14 @@ def report_format(command: str) -> Decorator:
         "--format",
         "fmt",
         type=click.Choice(names),
-        callback=chosen_format,
+        callback=choose_format,
         show_default=default,
         help="How the result is printed.",
     )
 
 
-def report_files(command: str, *former: str) -> Decorator:
-    """``--report-output FORMAT=PATH`` of a command, as often as wanted; ``former``: what the option was called."""
+def report_files(command: str, *former_names: str) -> Decorator:
+    """``--report-output FORMAT=PATH`` of a command, as often as wanted; ``former_names``: its old names."""
     names = formats_of(command)
 
     def parse_all(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> tuple[Report, ...]:
@@ -69,7 +69,7 @@ def report_files(command: str, *former: str) -> Decorator:
 
     return click.option(
         "--report-output",
-        *former,
+        *former_names,
         "reports",
         multiple=True,
         metavar="FORMAT=PATH",
@@ -129,7 +129,7 @@ def refuse_outputs(names: Iterable[str | None], inputs: Iterable[str] = ()) -> N
             raise click.UsageError(f"{name} is a file that is read; give the output another name")
 
 
-def refuse_no_folder(names: Iterable[str | None]) -> None:
+def refuse_missing_folder(names: Iterable[str | None]) -> None:
     """Ends the command before it runs where an output has no folder to lie in."""
     for name in names:
         if name not in {None, "-"} and not Path(str(name)).parent.is_dir():
@@ -139,17 +139,17 @@ def refuse_no_folder(names: Iterable[str | None]) -> None:
 def write_reports(
     reports: Sequence[Report],
     render: Callable[[str], str],
-    others: Mapping[str, str | bytes] | None = None,
+    other_files: Mapping[str, str | bytes] | None = None,
     *,
     force: bool = False,
 ) -> None:
-    """Writes the reports, all or none, and with them ``others``, which are never written over a file that differs."""
-    if not reports and not others:
+    """Writes the reports, all or none, and with them ``other_files``, which never replace a file that differs."""
+    if not reports and not other_files:
         return
     from pidcfg.cli.outputs import write_files
 
     texts = {path: _report_text(fmt, render).encode("utf-8", "replace") for fmt, path in reports}
-    write_files({**(others or {}), **texts}, force=force, renewed=texts)
+    write_files({**(other_files or {}), **texts}, force=force, rewritable=texts)
 
 
 def _report_text(fmt: str, render: Callable[[str], str]) -> str:
@@ -166,7 +166,7 @@ def deliver_reports(
     fmt: str,
     reports: Sequence[Report],
     render: Callable[[str], str],
-    others: Mapping[str, str | bytes] | None = None,
+    other_files: Mapping[str, str | bytes] | None = None,
     *,
     force: bool = False,
     on_stderr: bool = False,
@@ -176,4 +176,4 @@ def deliver_reports(
     ``on_stderr``: as `print_text` has it.
     """
     print_text(fmt, _report_text(fmt, render), on_stderr=on_stderr)
-    write_reports(reports, render, others, force=force)
+    write_reports(reports, render, other_files, force=force)

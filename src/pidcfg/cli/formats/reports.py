@@ -40,11 +40,11 @@ def findings_text(findings: Findings) -> str:
     return findings_format.findings_text(findings.reported, findings.documents, brief=findings.brief)
 
 
-def runs_text(outcomes: Sequence[Outcome], fails_from: Severity) -> str:
+def runs_text(outcomes: Sequence[Outcome], failing_severity: Severity) -> str:
     """A line a loop, what failed, and the verdict of each run."""
     from pidcfg.cli.formats.runs import simulations_text
 
-    del fails_from
+    del failing_severity
     return simulations_text(outcomes)
 
 
@@ -72,11 +72,11 @@ def findings_json(findings: Findings) -> str:
     return findings_format.json_v1(findings.reported, findings.documents)
 
 
-def runs_json(outcomes: Sequence[Outcome], fails_from: Severity) -> str:
+def runs_json(outcomes: Sequence[Outcome], failing_severity: Severity) -> str:
     """The layout that `pidcfg schema output-simulate` describes."""
     from pidcfg.cli.formats.runs import json_v1
 
-    del fails_from
+    del failing_severity
     return json_v1(outcomes)
 
 
@@ -147,7 +147,7 @@ def escape_data(text: str, table: dict[str, str]) -> str:
     return to_printable("".join(table.get(c, c) for c in text))
 
 
-GITHUB = Format("annotations in GitHub Actions; the default there", "github", Kind.ORDERS, findings_github)
+GITHUB = Format("annotations in GitHub Actions; the default there", "github", Kind.CI_COMMANDS, findings_github)
 
 # --- Format ``gitlab``: the Code Quality report that GitLab shows in merge requests -----------------------------------
 

@@ -34,7 +34,7 @@ MAX_EVENTS = 60
 MAX_NOTES = 5
 """Of them in the short form."""
 FAILED, NOT_PROVEN, ERROR = "FAILED", "NOT PROVEN", "ERROR"
-PLAIN_RANGE = (1e-9, 1e15)
+FIXED_POINT_RANGE = (1e-9, 1e15)
 """Sizes of numbers that are written without an exponent."""
 VERDICT_WORDS = {"proven": "proven", "failed": FAILED, "not-proven": NOT_PROVEN, "not-judged": "not judged"}
 """How a loop's verdict is written."""
@@ -81,7 +81,7 @@ def _run_head(outcome: Outcome, report: Report, *, tables: bool) -> str:
 def number_text(value: float, digits: int = 6) -> str:
     """A number, without an exponent where people write none."""
     text = f"{value:.{digits}g}"
-    return f"{Decimal(text):f}" if PLAIN_RANGE[0] <= abs(value) < PLAIN_RANGE[1] else text
+    return f"{Decimal(text):f}" if FIXED_POINT_RANGE[0] <= abs(value) < FIXED_POINT_RANGE[1] else text
 
 
 def four_digits(value: float | None) -> str:
@@ -164,7 +164,7 @@ def _tables_text(report: Report, outcome: Outcome) -> str:
         values = [loop.metrics.get(metric) for metric in METRICS]
         units = [METRIC_UNITS.get(metric, "") for metric in METRICS]
         metrics.append((name, *(_metric_text(v, unit) for v, unit in zip(values, units, strict=True))))
-    metrics = [tuple(row) for row in zip(*_measured_columns(zip(*metrics, strict=True)), strict=True)]
+    metrics = [tuple(row) for row in zip(*_drop_empty_swings(zip(*metrics, strict=True)), strict=True)]
     parts = [
         f"  {name}: integrals and errors over the {loop.time_in_control:g} s in Auto or Cascade\n"
         for name, loop in report.loops.items()
@@ -176,7 +176,7 @@ def _tables_text(report: Report, outcome: Outcome) -> str:
     )
 
 
-def _measured_columns(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+def _drop_empty_swings(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
     """The columns of metrics, without those of swings where no loop swings."""
     return [column for column in columns if column[0] not in SWING_METRICS or set(column[1:]) != {"-"}]
 
@@ -319,17 +319,17 @@ def worst_severity(outcomes: Sequence[Outcome]) -> Severity:
 
 
 def render_runs(
-    name: str, outcomes: Sequence[Outcome], fails_from: Severity = Severity.ERROR, *, tables: bool = False
+    name: str, outcomes: Sequence[Outcome], failing_severity: Severity = Severity.ERROR, *, tables: bool = False
 ) -> str:
-    """The runs in one of the formats; from ``fails_from`` on a finding fails one. ``tables``: all that happened."""
+    """The runs in one of the formats; from ``failing_severity`` on a finding fails. ``tables``: all that happened."""
     if tables and name == "text":
         return simulations_text(outcomes, tables=True)
     write = load_format(name).runs
     if write is not None:
-        return write(outcomes, fails_from)
+        return write(outcomes, failing_severity)
     reported = [d for outcome in outcomes for d in (*outcome.findings, *_failure_findings(outcome))]
     documents = {file: doc for outcome in outcomes for file, doc in outcome.documents.items()}
-    return render_findings(name, Findings(list(dict.fromkeys(reported)), documents, fails_from))
+    return render_findings(name, Findings(list(dict.fromkeys(reported)), documents, failing_severity))
 
 
 def _failure_findings(outcome: Outcome) -> Iterator[Diagnostic]:
@@ -412,35 +412,35 @@ def findings_junit(findings: Findings) -> str:
     suites = {}
     for file in findings.files:
         reported = [d for d in findings.reported if d.file == file]
-        suites[display_name(file)] = list(_rule_cases(reported, findings.fails_from)) or [TestCase("no findings")]
+        suites[display_name(file)] = list(_rule_cases(reported, findings.failing_severity)) or [TestCase("no findings")]
     return junit_document(f"pidcfg {findings.command}", suites)
 
 
-def _rule_cases(reported: Sequence[Diagnostic], fails_from: Severity) -> Iterator[TestCase]:
+def _rule_cases(reported: Sequence[Diagnostic], failing_severity: Severity) -> Iterator[TestCase]:
     """A case a rule: findings that fail the run fail it, the others stand in its output."""
     for code in dict.fromkeys(d.code for d in reported):
         rule_findings = [d for d in reported if d.code == code]
         rule = rule_of(code)
         yield _findings_case(
-            f"{code} {rule.name}", rule_findings, lambda d: d.severity >= fails_from, unusable=rule.is_unusable
+            f"{code} {rule.name}", rule_findings, lambda d: d.severity >= failing_severity, unusable=rule.is_unusable
         )
 
 
-def runs_junit(outcomes: Sequence[Outcome], fails_from: Severity) -> str:
+def runs_junit(outcomes: Sequence[Outcome], failing_severity: Severity) -> str:
     """A suite a scenario: whether the run is sound, then each expectation, the standing ones last."""
     suites = {
-        display_name(o.file): [_soundness_case(o, fails_from), *_expectation_cases(o), *_standing_cases(o)]
+        display_name(o.file): [_soundness_case(o, failing_severity), *_expectation_cases(o), *_standing_cases(o)]
         for o in outcomes
     }
     return junit_document("pidcfg simulate", suites)
 
 
-def _soundness_case(outcome: Outcome, fails_from: Severity) -> TestCase:
+def _soundness_case(outcome: Outcome, failing_severity: Severity) -> TestCase:
     """Fails as the run does: on errors of the scenario, and on those of its configuration when nothing is expected."""
 
     def fails_run(d: Diagnostic) -> bool:
-        judged = d.file == outcome.file or outcome.unjudged or fails_from < Severity.ERROR
-        return judged and d.severity >= fails_from
+        judged = d.file == outcome.file or outcome.unjudged or failing_severity < Severity.ERROR
+        return judged and d.severity >= failing_severity
 
     diagnostics = [*outcome.findings, *run_errors(outcome)]
     return _findings_case(RUN_CASE, diagnostics, fails_run, unusable=outcome.report is None)

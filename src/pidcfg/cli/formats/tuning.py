@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # --- ``tune --plot``: the margins of a loop in the complex plane, and what it does after steps ------------------------
 
-FARTHEST_POINT = 12.0
+MAX_POINT_DISTANCE = 12.0
 """Points of the curve that are farther out are in no picture."""
 
 
@@ -40,7 +40,7 @@ def margin_chart(result: TuneResult) -> Chart:
     if margins is None:
         raise click.ClickException("--plot: with these gains the loop is unstable, there is nothing to be drawn")
     trace, step_answers = trace_curve(gains, plant), step_curves(gains, plant)
-    points = tuple(point for point in trace.points if abs(point) < FARTHEST_POINT)
+    points = tuple(point for point in trace.points if abs(point) < MAX_POINT_DISTANCE)
     locus = Locus(
         points, margins.ms, trace.nearest, margins.gain_margin, trace.turn, margins.phase_margin, trace.crossover
     )
@@ -79,13 +79,13 @@ def robust_lines(gains: RobustGains, reason: str) -> Iterator[str]:
     yield f"  rule         holds: {reason}"
     yield f"  loop         samples every {data['sample_time']:g} s, {filter_text}"
     yield f"  plants       {_plants_text(gains, data['plants'])}"
-    lowest = _plant_text(data["worst_ms_plant"], gains)
-    yield f"  worst Ms     {data['worst_ms']:.4f} of at most {data['ms_limit']:g}{lowest}"
+    ms_plant = _plant_text(data["worst_ms_plant"], gains)
+    yield f"  worst Ms     {data['worst_ms']:.4f} of at most {data['ms_limit']:g}{ms_plant}"
     margin, angle = data["gain_margin"], data["phase_margin"]
     margin_text = "unlimited" if margin is None else f"{margin:.3g}"
     yield f"  there        gain margin {margin_text}  phase margin {'unlimited' if angle is None else f'{angle:.3g}°'}"
-    slowest = _plant_text(data["worst_iae_plant"], gains)
-    yield f"  worst IAE    {data['worst_iae']:.4g} after a step of 1 at the output{slowest}"
+    iae_plant = _plant_text(data["worst_iae_plant"], gains)
+    yield f"  worst IAE    {data['worst_iae']:.4g} after a step of 1 at the output{iae_plant}"
     if robust.words:
         yield from _grid_lines(data)
     if gains.confirmation is not None:
@@ -109,9 +109,9 @@ def _plants_text(gains: RobustGains, count: int) -> str:
 def _grid_lines(data: Data) -> Iterator[str]:
     """What the grid of the PLC costs."""
     real = data["real"]
-    tries = "the best of all words" if data["every_word"] else "the best words around the best real numbers"
+    search_text = "the best of all words" if data["every_word"] else "the best words around the best real numbers"
     rate = f", Td {real['derivative_time']:.5g} s" if real["derivative_time"] else ""
-    yield f"  words        {tries}; they cost {_cost_text(data['cost_percent'])} against real numbers"
+    yield f"  words        {search_text}; they cost {_cost_text(data['cost_percent'])} against real numbers"
     yield f"               (Kp {real['gain']:.5g}, Ti {real['integral_time']:.5g} s{rate}: IAE {real['worst_iae']:.4g})"
 
 
@@ -143,9 +143,9 @@ def _spread_text(name: str, low: float, high: float, *, negative: bool) -> str:
 def _plant_text(plant: dict[str, float], gains: RobustGains) -> str:
     """The numbers of a plant that vary."""
     names = {spread.name.replace("second_time_constant", "time_constant_2") for spread in gains.tuning.spreads}
-    signed = {**plant, "gain": -plant["gain"]} if gains.is_negative else plant
+    signed_plant = {**plant, "gain": -plant["gain"]} if gains.is_negative else plant
     numbers = [
-        f"{k.replace('_', ' ')} {v:.5g}{' s' if k in TIME_KEYS else ''}" for k, v in signed.items() if k in names
+        f"{k.replace('_', ' ')} {v:.5g}{' s' if k in TIME_KEYS else ''}" for k, v in signed_plant.items() if k in names
     ]
     return f" ({', '.join(numbers)})" if numbers else ""
 
@@ -157,15 +157,15 @@ INTEGRATING_UNITS = {"gain": " per s"}
 """Of an integrating process."""
 
 
-def tuning_text(tuned: TuneResult) -> str:
+def tuning_text(tuning: TuneResult) -> str:
     """Everything as lines."""
-    result, lines = tuned.to_json(), []
-    if tuned.identified is not None and tuned.record is not None:
-        chart = chart_of(tuned.identified, tuned.record)
-        lines += [_identified_text(tuned.identified), "", chart_text(chart, sys.stdout), ""]
-    units = {**NUMBER_UNITS, **INTEGRATING_UNITS} if tuned.model == "integrating" else NUMBER_UNITS
-    process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{units.get(k, ' s')}" for k, v in tuned.numbers.items())
-    kind = "" if tuned.model in {None, "first-order"} else f"{tuned.model}: "
+    result, lines = tuning.to_json(), []
+    if tuning.identified is not None and tuning.record is not None:
+        chart = chart_of(tuning.identified, tuning.record)
+        lines += [_identified_text(tuning.identified), "", chart_text(chart, sys.stdout), ""]
+    units = {**NUMBER_UNITS, **INTEGRATING_UNITS} if tuning.model == "integrating" else NUMBER_UNITS
+    process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{units.get(k, ' s')}" for k, v in tuning.numbers.items())
+    kind = "" if tuning.model in {None, "first-order"} else f"{tuning.model}: "
     lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {kind}{process}", ""]
     integral = result["integral_time"]
     independent = result["independent"]
@@ -174,35 +174,35 @@ def tuning_text(tuned: TuneResult) -> str:
         f"  dependent    Kp {result['gain']:.6g}  {times}  Td {result['derivative_time']:.6g} s",
         f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
-    robustness = _robustness_lines(tuned.judgement)
-    if tuned.forecast is not None and tuned.conditions is not None:
-        robustness[-1:] = [robustness[-1], *_forecast_lines(tuned.conditions, tuned.forecast)]
-    if tuned.robust is not None:  # the margins are those of the sampled loop, on the worst plant
-        robustness[:2] = robust_lines(tuned.robust, tuned.judgement.reason)
+    robustness = _robustness_lines(tuning.judgement)
+    if tuning.forecast is not None and tuning.conditions is not None:
+        robustness[-1:] = [robustness[-1], *_forecast_lines(tuning.conditions, tuning.forecast)]
+    if tuning.robust is not None:  # the margins are those of the sampled loop, on the worst plant
+        robustness[:2] = robust_lines(tuning.robust, tuning.judgement.reason)
     lines += ["", *robustness]
     if "for" in result:
         lines += ["", *_vendor_lines(result["for"])]
     lines += [f"warning: {text}" for text in result["warnings"]]
     text = "\n".join(lines) + "\n"
-    return text if tuned.written is None else text + "\n" + _retuned_text(tuned.written)
+    return text if tuning.written is None else text + "\n" + _retuned_text(tuning.written)
 
 
-def _retuned_text(written: RetunedFile) -> str:
+def _retuned_text(retuned: RetunedFile) -> str:
     """What changed in a file, and the findings of the loop."""
     from pidcfg.cli.formats import findings as findings_format
 
-    is_new = written.data != written.before
-    state = "written" if written.ok else "NOT WRITTEN, for its errors"
-    lines = [f"{written.file}, {written.loop}: {state if is_new else 'has these gains already'}"]
-    for value in written.values:
+    is_new = retuned.data != retuned.before
+    state = "written" if retuned.ok else "NOT WRITTEN, for its errors"
+    lines = [f"{retuned.file}, {retuned.loop}: {state if is_new else 'has these gains already'}"]
+    for value in retuned.values:
         if value.is_changed:
             lines.append(f"  {value.key}: {value.old or 'not given'} → {value.new}")
         else:
             lines.append(f"  {value.key}: {value.old or 'not given'}, as before")
-    if written.action is None:
+    if retuned.action is None:
         lines.append("  action not compared: the sign of the process's gain is not known; add --gain")
-    findings = findings_format.findings_text(written.findings, {written.file: written.document})
-    title = f"findings of {written.loop} with these gains:" if findings else f"no findings of {written.loop}"
+    findings = findings_format.findings_text(retuned.findings, {retuned.file: retuned.document})
+    title = f"findings of {retuned.loop} with these gains:" if findings else f"no findings of {retuned.loop}"
     return "\n".join(lines) + f"\n\n{title}\n" + findings.rstrip("\n")
 
 
@@ -223,23 +223,23 @@ def _robustness_lines(judgement: Judgement) -> list[str]:
     return lines
 
 
-def _forecast_lines(around: LoopConditions, forecast: Forecast) -> Iterator[str]:
+def _forecast_lines(conditions: LoopConditions, forecast: Forecast) -> Iterator[str]:
     """For which loop the gains are, and what its words do."""
     if forecast.why:
         yield f"               of a continuous loop: {forecast.why}"
     else:
-        (low, high), (least, most) = forecast.pv_range, forecast.limits
+        (low, high), (out_low, out_high) = forecast.pv_range, forecast.limits
         before, after = forecast.step
         yield f"               run with these words: set point {before:.6g} to {after:.6g}"
         yield f"               up to steps of {forecast.largest_step:.3g} the output stays within its limits"
         if forecast.hunts:
             error = forecast.final_error
             yield f"               the PV stays {error:.3g} from its set point: a longer run has a larger IAE"
-    facts = [] if around.sample_time is None else [f"samples every {around.sample_time:g} s"]
-    facts.append(f"PV filter {around.filter_time:.3g} s" if around.filter_time else "no PV filter")
-    facts += [] if around.action is None else [f"action {around.action}"]
+    facts = [] if conditions.sample_time is None else [f"samples every {conditions.sample_time:g} s"]
+    facts.append(f"PV filter {conditions.filter_time:.3g} s" if conditions.filter_time else "no PV filter")
+    facts += [] if conditions.action is None else [f"action {conditions.action}"]
     if not forecast.why:
-        facts += [f"PV {low:g} to {high:g}", f"output {least:g} to {most:g}"]
+        facts += [f"PV {low:g} to {high:g}", f"output {out_low:g} to {out_high:g}"]
     yield f"  loop         {', '.join(facts)}"
 
 

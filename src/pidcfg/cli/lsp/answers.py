@@ -73,25 +73,25 @@ def _related_places(d: Diagnostic, analysis: Analysis) -> list[types.DiagnosticR
 
 def hover_text(analysis: Analysis, position: types.Position) -> types.Hover | None:
     """What is known of the key or value at a position, or of the codes of an ignore comment."""
-    line, column = analysis.buffer.place(position)
+    line, column = analysis.buffer.line_and_column(position)
     if (comment_hover := _comment_hover(analysis, line, column)) is not None:
         return comment_hover
-    doc = analysis.document if analysis.document.data is not None else analysis.good
+    doc = analysis.document if analysis.document.data is not None else analysis.last_doc
     entry = None if doc is None else doc.at(line, column)
     if doc is None or entry is None:
         return None
     key = entry.path if isinstance(entry.path[-1], str) else entry.path[:-1]
     texts = [describe_key(schema_of(doc), key, data=doc.data)]
-    texts += [_word_text(held) for held in _held_below(analysis, entry.path)]
+    texts += [_word_text(held) for held in _words_below(analysis, entry.path)]
     text = "\n\n".join(filter(None, texts))
     return types.Hover(_markdown(text), analysis.buffer.range(entry.span)) if text else None
 
 
-def _held_below(analysis: Analysis, path: Path) -> list[Held]:
+def _words_below(analysis: Analysis, path: Path) -> list[Held]:
     """What holds a value; of a key with several parts all of them; of a template's in each loop that has it."""
     if path[0] == "templates":
         paths = [("loops", i, *path[2:]) for i in range(len((analysis.document.data or {}).get("loops") or ()))]
-        return [held for loop_path in paths for held in _held_below(analysis, loop_path)]
+        return [held for loop_path in paths for held in _words_below(analysis, loop_path)]
     return [held for key, held in analysis.words.items() if key[: len(path)] == path and len(key) - len(path) < 2]
 
 
@@ -170,31 +170,31 @@ def outline_symbols(analysis: Analysis) -> list[types.DocumentSymbol]:
 
 def _symbols_below(node: Node, data: object, buffer: Buffer, depth: int) -> Iterator[types.DocumentSymbol]:
     """The keys and items below a node; the items of a list go by their names, and plain ones are left out."""
-    for step, start, below in _children_of(node) if depth else ():
+    for step, start, child in _children_of(node) if depth else ():
         value = value_at(data, (step,))
-        if isinstance(step, int) and below.children is None:
+        if isinstance(step, int) and child.children is None:
             continue
-        item = value if isinstance(step, int) and isinstance(value, dict) else {}
-        name = str(item.get("name") or item.get("loop") or step + 1) if isinstance(step, int) else step
-        inner = list(_symbols_below(below, value, buffer, depth - 1)) if below.children is not None else []
+        mapping = value if isinstance(step, int) and isinstance(value, dict) else {}
+        name = str(mapping.get("name") or mapping.get("loop") or step + 1) if isinstance(step, int) else step
+        parts = list(_symbols_below(child, value, buffer, depth - 1)) if child.children is not None else []
         detail = str(value)[:60] if isinstance(value, str) else ""
         kind = types.SymbolKind.Object if isinstance(step, int) else types.SymbolKind.Property
-        whole_range = buffer.range(Span(start.line, start.column, *_end_of(below, (start.end_line, start.end_column))))
-        yield types.DocumentSymbol(name or "-", kind, whole_range, buffer.range(start), detail, children=inner or None)
+        whole_range = buffer.range(Span(start.line, start.column, *_end_of(child, (start.end_line, start.end_column))))
+        yield types.DocumentSymbol(name or "-", kind, whole_range, buffer.range(start), detail, children=parts or None)
 
 
 def _children_of(node: Node) -> Iterator[tuple[str | int, Span, Node]]:
     """Each key or item below a node, with the place of its key, or of itself."""
     if isinstance(node.children, dict):
-        yield from ((key, span_of(event), below) for key, (event, below) in node.children.items())
+        yield from ((key, span_of(event), child) for key, (event, child) in node.children.items())
     else:
-        yield from ((i, below.span, below) for i, below in enumerate(node.children or ()))
+        yield from ((i, child.span, child) for i, child in enumerate(node.children or ()))
 
 
-def _end_of(node: Node, least: tuple[int, int]) -> tuple[int, int]:
+def _end_of(node: Node, min_end: tuple[int, int]) -> tuple[int, int]:
     """Where a value ends, which for a mapping is where its last part does."""
     span = node.span
-    return max([least, (span.end_line, span.end_column), *(_end_of(below, least) for below in node.items)])
+    return max([min_end, (span.end_line, span.end_column), *(_end_of(child, min_end) for child in node.items)])
 
 
 def code_lenses(analysis: Analysis) -> list[types.CodeLens]:
@@ -225,9 +225,9 @@ def words_text(analysis: Analysis, loop: str) -> str:
 def code_actions(analysis: Analysis, files: Files, shown_range: types.Range, *, lazy: bool) -> list[types.CodeAction]:
     """What can be done about the findings at a place; ``lazy``: the editor asks again for the edit of one."""
     doc = analysis.document
-    touched = [d for d in analysis.findings if d.file == doc.file and _touches(place_of(d, analysis), shown_range)]
+    findings = [d for d in analysis.findings if d.file == doc.file and _touches(place_of(d, analysis), shown_range)]
     actions = []
-    for d in touched:
+    for d in findings:
         if d.edits:
             actions.append(_code_action(_correction_title(d), {"code": d.code, "at": _position_of(d)}, d, analysis))
             if sum(bool(other.edits) for other in analysis.findings if other.code == d.code) > 1:
@@ -239,7 +239,7 @@ def code_actions(analysis: Analysis, files: Files, shown_range: types.Range, *, 
     if any(d.edits for d in analysis.findings):
         kind = types.CodeActionKind.SourceFixAll
         actions.append(_code_action("Correct everything that has one reading", {}, None, analysis, kind))
-    for d in touched:
+    for d in findings:
         if ignore_edit(doc, d, "") is not None:
             title = f"Ignore {d.code} here, with the reason that you write behind it"
             actions.append(_code_action(title, {"ignore": d.code, "at": _position_of(d)}, d, analysis))
@@ -327,31 +327,31 @@ def edit_of(uri: str, version: int | None, buffer: Buffer, after: str) -> types.
 # --- Where a loop is named: its definition, all places, and another name for it ---------------------------------------
 
 
-def _named_loop(analysis: Analysis, files: Files, position: types.Position) -> tuple[Reference, Document] | None:
+def _find_named_loop(analysis: Analysis, files: Files, position: types.Position) -> tuple[Reference, Document] | None:
     """The loop that is named at a position, and the configuration that it is of."""
-    doc = analysis.document if analysis.document.data is not None else analysis.good
+    doc = analysis.document if analysis.document.data is not None else analysis.last_doc
     config = None if doc is None else configuration_of(doc, files.reader)
     if doc is None or config is None:
         return None
-    line, column = analysis.buffer.place(position)
+    line, column = analysis.buffer.line_and_column(position)
     names = {place.name for place in loops_of(config)}
     references_here = (reference for reference in references(doc, names) if reference.span.line == line)
-    named = next(
+    reference_here = next(
         (reference for reference in references_here if reference.span.column <= column <= reference.span.end_column),
         None,
     )
-    return None if named is None else (named, config)
+    return None if reference_here is None else (reference_here, config)
 
 
 def find_definition(analysis: Analysis, files: Files, position: types.Position) -> types.Location | None:
     """Where the loop that is named here has its name; of the name of a file, that file."""
-    named = _named_loop(analysis, files, position)
-    if named is not None:
-        reference, config = named
+    named_loop = _find_named_loop(analysis, files, position)
+    if named_loop is not None:
+        reference, config = named_loop
         place = next(place for place in loops_of(config) if place.name == reference.loop)
         return types.Location(uri_of(config.file), files.buffer_of(config.file, config.text).range(place.span))
     doc = analysis.document
-    entry = doc.at(*analysis.buffer.place(position)) if doc.data is not None else None
+    entry = doc.at(*analysis.buffer.line_and_column(position)) if doc.data is not None else None
     if entry is None or entry.path[-1] not in {"config", "map", "reference"}:
         return None
     name = doc.data.get(entry.path[-1]) if isinstance(doc.data, dict) and len(entry.path) == 1 else None
@@ -371,10 +371,10 @@ def _file_location(files: Files, doc: Document, name: str) -> types.Location | N
 
 def all_references(analysis: Analysis, files: Files, position: types.Position) -> list[types.Location]:
     """Every place of the configuration and of its scenarios that names this loop."""
-    named = _named_loop(analysis, files, position)
-    if named is None:
+    named_loop = _find_named_loop(analysis, files, position)
+    if named_loop is None:
         return []
-    reference, config = named
+    reference, config = named_loop
     return [
         types.Location(uri_of(doc.file), files.buffer_of(doc.file, doc.text).range(place.span))
         for doc in _related_documents(config, files)
@@ -389,16 +389,16 @@ def _related_documents(config: Document, files: Files) -> list[Document]:
 
 def renameable_range(analysis: Analysis, files: Files, position: types.Position) -> types.Range | None:
     """The name of a loop that stands here."""
-    named = _named_loop(analysis, files, position)
-    return None if named is None else analysis.buffer.range(named[0].span)
+    named_loop = _find_named_loop(analysis, files, position)
+    return None if named_loop is None else analysis.buffer.range(named_loop[0].span)
 
 
 def rename_loop(analysis: Analysis, files: Files, position: types.Position, name: str) -> types.WorkspaceEdit | None:
     """The edits that give a loop another name in every file; raises `RenamingError` where one would be wrong."""
-    named = _named_loop(analysis, files, position)
-    if named is None:
+    named_loop = _find_named_loop(analysis, files, position)
+    if named_loop is None:
         return None
-    reference, config = named
+    reference, config = named_loop
     docs = _related_documents(config, files)
     unreadable = next((doc.file for doc in docs if doc.data is None), None)
     if unreadable is not None:
@@ -411,8 +411,8 @@ def rename_loop(analysis: Analysis, files: Files, position: types.Position, name
     changes = []
     for file, edits in rename_edits(docs, reference.loop, name, check_documents).items():
         text = next(doc.text for doc in docs if doc.file == file)
-        buffer, opened = files.buffer_of(file, text), files.buffers.get(uri_of(file))
-        version = None if opened is None else opened.version
+        buffer, entry = files.buffer_of(file, text), files.buffers.get(uri_of(file))
+        version = None if entry is None else entry.version
         document = types.OptionalVersionedTextDocumentIdentifier(uri_of(file), version)
         rows = [types.TextEdit(buffer.range(edit.span), edit.text) for edit in edits]
         changes.append(types.TextDocumentEdit(document, rows))

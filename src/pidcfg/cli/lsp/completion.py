@@ -61,7 +61,7 @@ class Cursor:
 
     path: Path
     is_key: bool
-    typed: str
+    prefix: str
     """Of the word before the cursor."""
     keys: Sequence[str] = ()
     """Of the same mapping above it."""
@@ -152,44 +152,44 @@ def _cursor_of_line(frames: list[_Frame], row: str) -> Cursor | None:
     """The line in which the cursor stands, up to it."""
     if COMMENT.search(_without_quotes(row)):
         return None
-    inside = bool(frames and frames[-1].is_flow)
+    in_brackets = bool(frames and frames[-1].is_flow)
     rest = row.lstrip(" ")
-    if not inside and not rest:  # an empty line: the column says what it belongs to
+    if not in_brackets and not rest:  # an empty line: the column says what it belongs to
         _close_frames(frames, len(row), item=False)
         mapping = frames[-1] if frames and frames[-1].column == len(row) and not frames[-1].is_list else None
         outer_frames = frames[:-1] if mapping else frames
-        return Cursor(_path_of(outer_frames), is_key=True, typed="", keys=tuple(mapping.keys) if mapping else ())
-    typed = _take_line(frames, row)
+        return Cursor(_path_of(outer_frames), is_key=True, prefix="", keys=tuple(mapping.keys) if mapping else ())
+    prefix = _take_line(frames, row)
     frame = frames[-1] if frames else None
     if frame is not None and frame.is_flow:
         is_key = not frame.is_list and frame.step is None
-        return Cursor(_path_of(frames[:-1] if is_key else frames), is_key, typed, tuple(frame.keys), is_flow=True)
-    begins = len(row) - len(typed)
-    is_key = not KEY.match(re.sub(r"^(?:- +)+", "", rest)) and typed == re.sub(r"^(?:- +)*", "", rest)
+        return Cursor(_path_of(frames[:-1] if is_key else frames), is_key, prefix, tuple(frame.keys), is_flow=True)
+    start = len(row) - len(prefix)
+    is_key = not KEY.match(re.sub(r"^(?:- +)+", "", rest)) and prefix == re.sub(r"^(?:- +)*", "", rest)
     if not is_key:
-        return Cursor(_path_of(frames), is_key=False, typed=typed)
-    mapping = frame if frame is not None and frame.column == begins and not frame.is_list else None
+        return Cursor(_path_of(frames), is_key=False, prefix=prefix)
+    mapping = frame if frame is not None and frame.column == start and not frame.is_list else None
     return Cursor(
         _path_of(frames[:-1] if mapping else frames),
         is_key=True,
-        typed=typed,
+        prefix=prefix,
         keys=tuple(mapping.keys) if mapping else (),
     )
 
 
-def keys_behind(rest: str, cursor: Cursor, column: int) -> Iterator[str]:
+def following_keys(rest: str, cursor: Cursor, column: int) -> Iterator[str]:
     """The keys of the cursor's mapping behind it: up to the bracket, or in the lines of its column."""
     if cursor.is_flow:
         for match in re.finditer(r"[\w-]+(?= *:(?: |$))", re.split(r"[{}\[\]]", rest, maxsplit=1)[0], re.MULTILINE):
             yield match.group()
         return
     for row in rest.split("\n")[1:]:
-        bare = row.lstrip(" ")
-        indent = len(row) - len(bare)
-        if bare and not bare.startswith("#"):
-            if indent < column or (indent == column and bare.startswith("- ")):
+        stripped = row.lstrip(" ")
+        indent = len(row) - len(stripped)
+        if stripped and not stripped.startswith("#"):
+            if indent < column or (indent == column and stripped.startswith("- ")):
                 return
-            key = KEY.match(bare) if indent == column else None
+            key = KEY.match(stripped) if indent == column else None
             yield from [key["key"].strip("'\"")] if key is not None else []
 
 
@@ -232,11 +232,11 @@ def _plain_schemas(root: Schema, part: Schema, data: Any) -> Iterator[Schema]:
         return
     kinds = [*part.get("anyOf", ()), *part.get("oneOf", ()), *part.get("allOf", ())]
     kinds += [part[key] for key in ("else", "then") if key in part]
-    chosen = (
+    reference = (
         (part.get("discriminator") or {}).get("mapping", {}).get((data or {}).get("type")) if _is_map(data) else None
     )
-    if chosen is not None:
-        kinds = [{"$ref": chosen}]
+    if reference is not None:
+        kinds = [{"$ref": reference}]
     if not kinds or "properties" in part:
         yield part
     for kind in kinds:
@@ -252,12 +252,12 @@ def schemas_at(root: Schema, path: Path, data: object) -> list[Schema]:
     schemas: list[Schema] = [root] if root else []
     for n, step in enumerate(path):
         value = value_at(data, path[:n])
-        below: list[Schema] = []
-        for plain in (way for part in schemas for way in _plain_schemas(root, part, value)):
-            below += _schemas_below(plain, step)
-        schemas = below
+        children: list[Schema] = []
+        for parent_schema in (case for part in schemas for case in _plain_schemas(root, part, value)):
+            children += _schemas_below(parent_schema, step)
+        schemas = children
     value = value_at(data, path)
-    return [way for part in schemas for way in _plain_schemas(root, part, value)]
+    return [case for part in schemas for case in _plain_schemas(root, part, value)]
 
 
 def _schemas_below(part: Schema, step: str | int) -> list[Schema]:
@@ -276,25 +276,28 @@ def describe_key(root: Schema, path: Path, *, data: object) -> str:
     for n, step in enumerate(path):
         value = value_at(data, path[:n])
         steps = [
-            inner for part in steps for way in _plain_schemas(root, part, value) for inner in _schemas_below(way, step)
+            inner
+            for part in steps
+            for case in _plain_schemas(root, part, value)
+            for inner in _schemas_below(case, step)
         ]
     if not steps:
         return ""
     first = steps[0]
-    ways = [way for part in steps for way in _plain_schemas(root, part, value_at(data, path))]
-    text = first.get("description") or next((way["description"] for way in ways if way.get("description")), "")
-    below = path[2:] if len(path) > 2 and isinstance(path[1], int) else path
-    name = ".".join(str(step) for step in below if isinstance(step, str)) or str(path[0])
-    return "\n\n".join(filter(None, [f"**{name}**", text, _limits_text(first, ways)]))
+    cases = [case for part in steps for case in _plain_schemas(root, part, value_at(data, path))]
+    text = first.get("description") or next((case["description"] for case in cases if case.get("description")), "")
+    inner_path = path[2:] if len(path) > 2 and isinstance(path[1], int) else path
+    name = ".".join(str(step) for step in inner_path if isinstance(step, str)) or str(path[0])
+    return "\n\n".join(filter(None, [f"**{name}**", text, _limits_text(first, cases)]))
 
 
-def _limits_text(first: Schema, ways: Sequence[Schema]) -> str:
+def _limits_text(first: Schema, cases: Sequence[Schema]) -> str:
     """The limits of a number, the words of a choice, and what holds without either."""
     limits = next(
-        ((way.get("minimum"), way.get("maximum")) for way in ways if "minimum" in way or "maximum" in way), None
+        ((case.get("minimum"), case.get("maximum")) for case in cases if "minimum" in case or "maximum" in case), None
     )
     unit = f" {first['x-unit']}" if first.get("x-unit") else ""
-    words = list(dict.fromkeys(str(word) for way in ways for word in way.get("enum", ())))
+    words = list(dict.fromkeys(str(word) for case in cases for word in case.get("enum", ())))
     rows = []
     if limits is not None:
         low, high = limits
@@ -321,38 +324,38 @@ SIGNAL_KEYS = frozenset(("signal", "input"))
 
 
 def completions(
-    buffer: Buffer, position: types.Position, good: Document | None, reader: Reader
+    buffer: Buffer, position: types.Position, last_doc: Document | None, reader: Reader
 ) -> list[types.CompletionItem]:
-    """What may stand at a position of a text; ``good``: the file as it was when it could be read last."""
+    """What may stand at a position of a text; ``last_doc``: the file as it was when it could be read last."""
     offset = buffer.offset(position)
     text = buffer.text[:offset]
     cursor = cursor_in(text)
     if cursor is None:
         return []
-    place = types.Range(buffer.position(offset - len(cursor.typed)), position)
+    edit_range = types.Range(buffer.position(offset - len(cursor.prefix)), position)
     keys_present = {
         *cursor.keys,
-        *keys_behind(buffer.text[offset:], cursor, offset - text.rfind("\n") - 1 - len(cursor.typed)),
+        *following_keys(buffer.text[offset:], cursor, offset - text.rfind("\n") - 1 - len(cursor.prefix)),
     }
-    offered = _offered_items(cursor, text, good, reader, keys_present)
-    items = [item for item in offered if not cursor.is_key or item.label not in keys_present]
+    offered_items = _offered_items(cursor, text, last_doc, reader, keys_present)
+    items = [item for item in offered_items if not cursor.is_key or item.label not in keys_present]
     for item in items:
-        item.text_edit = types.TextEdit(place, item.insert_text or item.label)
+        item.text_edit = types.TextEdit(edit_range, item.insert_text or item.label)
         item.insert_text = None
     return items
 
 
 def _offered_items(
-    cursor: Cursor, text: str, good: Document | None, reader: Reader, keys_present: set[str]
+    cursor: Cursor, text: str, last_doc: Document | None, reader: Reader, keys_present: set[str]
 ) -> list[types.CompletionItem]:
-    data = good.data if good is not None else _head_keys(text)
-    root = schema_of(good) if good is not None and schema_of(good) else _schema_of_head(_head_keys(text))
-    names = [*_name_items(cursor, good, reader)]
+    data = last_doc.data if last_doc is not None else _head_keys(text)
+    root = schema_of(last_doc) if last_doc is not None and schema_of(last_doc) else _schema_of_head(_head_keys(text))
+    names = [*_name_items(cursor, last_doc, reader)]
     items = [*_key_items(root, cursor, data)] if cursor.is_key else [*_value_items(root, cursor, data)]
     if not cursor.path and cursor.is_key and not root and keys_present <= {*HEAD_KEYS}:
         items = [_item_of(word, types.CompletionItemKind.Property, f"{word}: ") for word in HEAD_KEYS]
-    if cursor.path == ("config",) and not cursor.is_key and good is not None:
-        items = [_item_of(name, types.CompletionItemKind.File, name) for name in _files_beside(good.file)]
+    if cursor.path == ("config",) and not cursor.is_key and last_doc is not None:
+        items = [_item_of(name, types.CompletionItemKind.File, name) for name in _sibling_files(last_doc.file)]
     if cursor.path == ("vendor",) and not cursor.is_key:
         items = [
             _item_of(key, types.CompletionItemKind.EnumMember, key, vendor.title) for key, vendor in VENDORS.items()
@@ -360,13 +363,13 @@ def _offered_items(
     return [*names, *items]
 
 
-MOST_FILES = 200
+MAX_FILES = 200
 
 
-def _files_beside(file: str) -> list[str]:
+def _sibling_files(file: str) -> list[str]:
     """The YAML files in the folder of a scenario, as far as one wants to look through; no scenario runs another."""
-    found = Place(file).parent.glob("*.y*ml") if Place(file).is_absolute() else ()
-    return sorted(path.name for path in islice(found, MOST_FILES) if ".scenario." not in path.name)
+    paths = Place(file).parent.glob("*.y*ml") if Place(file).is_absolute() else ()
+    return sorted(path.name for path in islice(paths, MAX_FILES) if ".scenario." not in path.name)
 
 
 def _head_keys(text: str) -> Mapping[str, object]:
@@ -382,15 +385,15 @@ def _schema_of_head(head: Mapping[str, object]) -> Schema:
 
 def _key_items(root: Schema, cursor: Cursor, data: object) -> Iterator[types.CompletionItem]:
     """The keys that the mapping may have and has not."""
-    offered: set[str] = set()
-    for way in schemas_at(root, cursor.path, data):
-        required = way.get("required", ())
-        for key, key_schema in way.get("properties", {}).items():
-            if key in offered:
+    labels: set[str] = set()
+    for case in schemas_at(root, cursor.path, data):
+        required = case.get("required", ())
+        for key, key_schema in case.get("properties", {}).items():
+            if key in labels:
                 continue
-            offered.add(key)
+            labels.add(key)
             text = describe_key(root, (*cursor.path, key), data=data)
-            order = f"{'0' if key in required else '1'}{len(offered):03}"
+            order = f"{'0' if key in required else '1'}{len(labels):03}"
             yield _item_of(
                 key, types.CompletionItemKind.Property, f"{key}: ", key_schema.get("x-unit", ""), text, order
             )
@@ -398,17 +401,17 @@ def _key_items(root: Schema, cursor: Cursor, data: object) -> Iterator[types.Com
 
 def _value_items(root: Schema, cursor: Cursor, data: object) -> Iterator[types.CompletionItem]:
     """The words, switches and examples with units that may be the value."""
-    offered: set[str] = set()
-    for way in schemas_at(root, cursor.path, data):
-        words = [*way.get("enum", ()), *([way["const"]] if "const" in way else ())]
-        words += [True, False] if way.get("type") == "boolean" else []
-        words += [*way.get("examples", ()), *([way["default"]] if "default" in way else ())]
+    labels: set[str] = set()
+    for case in schemas_at(root, cursor.path, data):
+        words = [*case.get("enum", ()), *([case["const"]] if "const" in case else ())]
+        words += [True, False] if case.get("type") == "boolean" else []
+        words += [*case.get("examples", ()), *([case["default"]] if "default" in case else ())]
         for word in words:
             text = _yaml_text(word)
-            if text not in offered:
-                offered.add(text)
-                kind = types.CompletionItemKind.EnumMember if "enum" in way else types.CompletionItemKind.Value
-                yield _item_of(text, kind, text, order=f"1{len(offered):03}")
+            if text not in labels:
+                labels.add(text)
+                kind = types.CompletionItemKind.EnumMember if "enum" in case else types.CompletionItemKind.Value
+                yield _item_of(text, kind, text, order=f"1{len(labels):03}")
 
 
 def _yaml_text(value: object) -> str:
@@ -419,29 +422,31 @@ def _yaml_text(value: object) -> str:
     return json_line(text) if text[:1] in {"%", "#", "&", "*", "@", "`", "!", "|", ">"} else text
 
 
-def _name_items(cursor: Cursor, good: Document | None, reader: Reader) -> Iterator[types.CompletionItem]:
+def _name_items(cursor: Cursor, last_doc: Document | None, reader: Reader) -> Iterator[types.CompletionItem]:
     """Loops and signals, where one is meant."""
-    config = None if good is None else configuration_of(good, reader)
-    if good is None or config is None:
+    config = None if last_doc is None else configuration_of(last_doc, reader)
+    if last_doc is None or config is None:
         return
-    last = next((step for step in reversed(cursor.path) if isinstance(step, str)), "")
+    last_key = next((step for step in reversed(cursor.path) if isinstance(step, str)), "")
     mapping = tuple(step for step in cursor.path if isinstance(step, str))
     loops = [place.name for place in loops_of(config)]
     kind = types.CompletionItemKind.Reference
-    if is_scenario(good) and mapping in LOOP_MAPPINGS and (cursor.is_key or mapping == ("loops",)):
+    if is_scenario(last_doc) and mapping in LOOP_MAPPINGS and (cursor.is_key or mapping == ("loops",)):
         end = ": " if cursor.is_key and mapping != ("loops",) else ""
         yield from (_item_of(name, kind, f"{name}{end}", "loop", order="0") for name in loops)
-    elif not cursor.is_key and last in LOOP_KEYS:
+    elif not cursor.is_key and last_key in LOOP_KEYS:
         yield from (_item_of(name, kind, name, "loop", order="0") for name in loops)
-    elif not cursor.is_key and (last in SIGNAL_KEYS or mapping[:1] == ("connect",)) and is_scenario(good):
-        yield from (_item_of(name, kind, name, "signal", order="0") for name in signals_of(good, reader))
-    elif not cursor.is_key and not is_scenario(good) and _may_be_wired(good, cursor.path):
-        yield from (_item_of(name, kind, name, "signal", order="2") for name in wires_of(good))
+    elif not cursor.is_key and (last_key in SIGNAL_KEYS or mapping[:1] == ("connect",)) and is_scenario(last_doc):
+        yield from (_item_of(name, kind, name, "signal", order="0") for name in signals_of(last_doc, reader))
+    elif not cursor.is_key and not is_scenario(last_doc) and _may_be_wired(last_doc, cursor.path):
+        yield from (_item_of(name, kind, name, "signal", order="2") for name in wires_of(last_doc))
 
 
 def _may_be_wired(config: Document, path: Path) -> bool:
     """Whether a text may stand where a number or a switch does."""
-    kinds = {str(way.get("type")) for way in schemas_at(schema_of(config), path, config.data) if "pattern" not in way}
+    kinds = {
+        str(case.get("type")) for case in schemas_at(schema_of(config), path, config.data) if "pattern" not in case
+    }
     return "string" in kinds and not kinds.isdisjoint({"number", "integer", "boolean"})
 
 

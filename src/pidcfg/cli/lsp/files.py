@@ -39,13 +39,13 @@ UNIT_BYTES = {"utf-8": 1, "utf-16": 2, "utf-32": 4}
 
 @frozen
 class Buffer:
-    """A text of the editor, whose columns are counted in ``unit``."""
+    """A text of the editor, whose columns are counted in ``encoding``."""
 
     text: str
-    unit: str = "utf-16"
+    encoding: str = "utf-16"
 
     @cached_property
-    def _starts(self) -> list[int]:
+    def _line_starts(self) -> list[int]:
         return [0, *(match.end() for match in EDITOR_BREAK.finditer(self.text))]
 
     @cached_property
@@ -56,9 +56,9 @@ class Buffer:
 
     def offset(self, position: types.Position) -> int:
         """The character that a position stands before; the end of the line, or of the text, where there is none."""
-        if position.line >= len(self._starts):
+        if position.line >= len(self._line_starts):
             return len(self.text)
-        start = self._starts[position.line]
+        start = self._line_starts[position.line]
         row = EDITOR_BREAK.split(self.text[start : self._end_of_line(position.line)], maxsplit=1)[0]
         if row.isascii():
             return start + min(position.character, len(row))
@@ -71,10 +71,10 @@ class Buffer:
 
     def position(self, offset: int) -> types.Position:
         """A character as the editor counts it."""
-        line = bisect_right(self._starts, offset) - 1
-        return types.Position(line, self._size(self.text[self._starts[line] : offset]))
+        line = bisect_right(self._line_starts, offset) - 1
+        return types.Position(line, self._size(self.text[self._line_starts[line] : offset]))
 
-    def place(self, position: types.Position) -> tuple[int, int]:
+    def line_and_column(self, position: types.Position) -> tuple[int, int]:
         """Line and column of a position as findings count them, from 1."""
         offset = self.offset(position)
         line = max(bisect_right(self._finding_starts, offset) - 1, 0)
@@ -92,22 +92,22 @@ class Buffer:
         return types.Range(self.position(first), self.position(max(first, last)))
 
     def _end_of_line(self, line: int) -> int:
-        return self._starts[line + 1] if line + 1 < len(self._starts) else len(self.text)
+        return self._line_starts[line + 1] if line + 1 < len(self._line_starts) else len(self.text)
 
     def _size(self, text: str) -> int:
         if text.isascii():
             return len(text)
-        width = UNIT_BYTES[self.unit]
-        return len(text.encode(f"{self.unit}-le" if width > 1 else self.unit, "surrogatepass")) // width
+        width = UNIT_BYTES[self.encoding]
+        return len(text.encode(f"{self.encoding}-le" if width > 1 else self.encoding, "surrogatepass")) // width
 
 
 def difference_range(before: str, after: str) -> tuple[int, int, str]:
     """The one stretch in which two texts differ: its begin and end in the first, and the text in its place."""
-    begin, most = 0, min(len(before), len(after))
-    while begin < most and before[begin] == after[begin]:
+    begin, max_length = 0, min(len(before), len(after))
+    while begin < max_length and before[begin] == after[begin]:
         begin += 1
     end = 0
-    while end < most - begin and before[-1 - end] == after[-1 - end]:
+    while end < max_length - begin and before[-1 - end] == after[-1 - end]:
         end += 1
     return begin, len(before) - end, after[begin : len(after) - end]
 
@@ -143,7 +143,7 @@ class Analysis:
     findings: Sequence[Diagnostic] = ()
     """Of this file, without what comments, settings and a baseline leave out."""
     checked: Checked | None = None
-    good: Document | None = None
+    last_doc: Document | None = None
     """The file as it was when its text could be read last; itself, mostly."""
     remark: str = ""
     """Why settings or a baseline do not count."""
@@ -167,14 +167,14 @@ class _OpenBuffer:
 
     version: int
     buffer: Buffer
-    good: Document | None = None
+    last_doc: Document | None = None
 
 
 @dataclass
 class Files:
     """The buffers of an editor, before those of the disk, and what is known of them."""
 
-    unit: str = "utf-16"
+    encoding: str = "utf-16"
     folders: list[str] = field(default_factory=list)
     """Of the workspace."""
     buffers: dict[str, _OpenBuffer] = field(default_factory=dict)
@@ -182,8 +182,8 @@ class Files:
 
     def put_buffer(self, uri: str, version: int, text: str) -> None:
         """A buffer as it is now."""
-        good = self.buffers[uri].good if uri in self.buffers else None
-        self.buffers[uri] = _OpenBuffer(version, Buffer(text, self.unit), good)
+        last_doc = self.buffers[uri].last_doc if uri in self.buffers else None
+        self.buffers[uri] = _OpenBuffer(version, Buffer(text, self.encoding), last_doc)
 
     def drop_buffer(self, uri: str) -> None:
         """A buffer that the editor has closed: the disk's file counts again."""
@@ -204,8 +204,8 @@ class Files:
 
     def buffer_of(self, path: str, text: str) -> Buffer:
         """The buffer of a file, else its text from the disk."""
-        opened = self.buffers.get(uri_of(path))
-        return Buffer(text, self.unit) if opened is None else opened.buffer
+        entry = self.buffers.get(uri_of(path))
+        return Buffer(text, self.encoding) if entry is None else entry.buffer
 
     def analyse(self, uri: str) -> Analysis:
         """Everything that is found in a buffer as it is now."""
@@ -213,16 +213,16 @@ class Files:
         from pidcfg.cli.policy import validated_findings
         from pidcfg.output.findings import check_with_words
 
-        opened = self.buffers.get(uri) or _OpenBuffer(0, Buffer(""))  # closed meanwhile
-        path, data = path_of(uri), data_of(opened.buffer.text)
+        entry = self.buffers.get(uri) or _OpenBuffer(0, Buffer(""))  # closed meanwhile
+        path, data = path_of(uri), data_of(entry.buffer.text)
         doc = read_document(data, path)
-        base = Analysis(uri, opened.version, opened.buffer, doc)
+        base = Analysis(uri, entry.version, entry.buffer, doc)
         if not is_for_pidcfg(path, data, DEFAULT.listing_bytes):
             return replace(base, document=doc.without_data())
-        opened.good = opened.good if doc.data is None else doc
+        entry.last_doc = entry.last_doc if doc.data is None else doc
         all_findings, checked = check_with_words(doc, self.reader)
         findings, remark = validated_findings(all_findings, doc)
-        return replace(base, findings=findings, checked=checked, good=opened.good, remark=remark)
+        return replace(base, findings=findings, checked=checked, last_doc=entry.last_doc, remark=remark)
 
     def scenarios(self, config: str) -> Iterator[Document]:
         """The scenarios of the workspace that run a configuration, buffers among them."""
@@ -231,9 +231,9 @@ class Files:
         roots = self.folders or [str(Path(config).parent)]
         reader = self.reader
         names = {entry.name: entry for root in roots if Path(root).is_dir() for entry in gather_inputs([root], DEFAULT)}
-        opened = [path_of(uri) for uri in self.buffers]
-        for name in dict.fromkeys([*opened, *(name for name, entry in names.items() if not entry.is_foreign)]):
-            doc = self.read_document(name) if name in opened or name not in names else document_of_input(names[name])
+        paths = [path_of(uri) for uri in self.buffers]
+        for name in dict.fromkeys([*paths, *(name for name, entry in names.items() if not entry.is_foreign)]):
+            doc = self.read_document(name) if name in paths or name not in names else document_of_input(names[name])
             if doc is not None and runs_configuration(doc, config, reader):
                 yield doc
 

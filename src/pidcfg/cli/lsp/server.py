@@ -27,7 +27,7 @@ from pidcfg.cli.lsp.files import Analysis, Files, path_of, runs_configuration
 SERVER_NAME = "pidcfg"
 INLAY_HINTS_OPTION = "inlayHints"
 """The one setting, among the options of initialisation: whether words stand beside values."""
-COLLECT_AFTER = 50_000
+GC_THRESHOLD = 50_000
 """Objects after which the garbage collector looks again: a file of 300 loops has as many."""
 
 
@@ -42,8 +42,8 @@ class Server(LanguageServer):
         self.has_hints = True
         self.pool = ThreadPoolExecutor(1)
         self.analyses: dict[str, Analysis] = {}
-        self.running: dict[str, asyncio.Future[Analysis]] = {}
-        self.published: dict[str, int] = {}
+        self.tasks: dict[str, asyncio.Future[Analysis]] = {}
+        self.published_versions: dict[str, int] = {}
         """Of each file the version whose findings the editor has."""
         self.remarks: dict[str, str] = {}
         """What was said last of the settings of a file."""
@@ -53,24 +53,24 @@ class Server(LanguageServer):
     async def analysis(self, uri: str) -> Analysis:
         """What is found in a buffer as it is now; while that is worked out a newer version may come, which counts."""
         while True:
-            known, opened = self.analyses.get(uri), self.files.buffers.get(uri)
-            if opened is None:
+            latest, entry = self.analyses.get(uri), self.files.buffers.get(uri)
+            if entry is None:
                 raise JsonRpcInvalidRequest(f"{uri} is not open")
-            if known is not None and known.version == opened.version and known.buffer is opened.buffer:
-                return known
-            if uri not in self.running:
+            if latest is not None and latest.version == entry.version and latest.buffer is entry.buffer:
+                return latest
+            if uri not in self.tasks:
                 loop = asyncio.get_running_loop()
-                self.running[uri] = loop.run_in_executor(self.pool, self.files.analyse, uri)
-            task = self.running[uri]
+                self.tasks[uri] = loop.run_in_executor(self.pool, self.files.analyse, uri)
+            task = self.tasks[uri]
             try:
                 self.analyses[uri] = await asyncio.shield(task)
             finally:
-                if task.done() and self.running.get(uri) is task:
-                    del self.running[uri]
+                if task.done() and self.tasks.get(uri) is task:
+                    del self.tasks[uri]
 
-    async def run_in_worker(self, call: Callable[..., object], *args: object, **named: object) -> Any:
+    async def run_in_worker(self, call: Callable[..., object], *args: object, **kwargs: object) -> Any:
         """The result of something that takes a while, from the worker."""
-        return await asyncio.get_running_loop().run_in_executor(self.pool, lambda: call(*args, **named))
+        return await asyncio.get_running_loop().run_in_executor(self.pool, lambda: call(*args, **kwargs))
 
     async def publish(self, uri: str) -> None:
         """Tells the editor what is found in a buffer, once a version."""
@@ -80,9 +80,9 @@ class Server(LanguageServer):
             analysis = await self.analysis(uri)
         except JsonRpcInvalidRequest:
             return  # closed meanwhile
-        if self.published.get(uri) == analysis.version:
+        if self.published_versions.get(uri) == analysis.version:
             return
-        self.published[uri] = analysis.version
+        self.published_versions[uri] = analysis.version
         diagnostics = answers.diagnostics(analysis)
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, diagnostics, analysis.version))
         if analysis.remark != self.remarks.get(uri, ""):
@@ -98,7 +98,7 @@ class Server(LanguageServer):
                 self.forget(other)
                 await self.publish(other)
 
-    async def renew(self) -> None:
+    async def refresh_all(self) -> None:
         """After a change of files that no buffer has, settings among them: everything is looked at again."""
         for uri in list(self.files.buffers):
             self.forget(uri)
@@ -107,22 +107,22 @@ class Server(LanguageServer):
     def forget(self, uri: str) -> None:
         """What was found in a buffer no longer counts, since another file has changed."""
         self.analyses.pop(uri, None)
-        self.published.pop(uri, None)
+        self.published_versions.pop(uri, None)
 
 
 def create_server() -> Server:
     """The server with all its answers."""
     server = Server()
-    _take_files(server)
-    _answer_places(server)
-    _answer_changes(server)
-    _take_commands(server)
+    _register_file_events(server)
+    _register_queries(server)
+    _register_edits(server)
+    _register_commands(server)
     return server
 
 
 def set_collector() -> None:
     """Python looks for cycles seldom: there are hardly any, and a large file makes it look through everything."""
-    gc.set_threshold(COLLECT_AFTER, 20, 50)
+    gc.set_threshold(GC_THRESHOLD, 20, 50)
 
 
 def start_server() -> None:
@@ -139,59 +139,59 @@ def start_server() -> None:
 # --- Files come, change and go ----------------------------------------------------------------------------------------
 
 
-def _take_files(server: Server) -> None:
+def _register_file_events(server: Server) -> None:
     @server.feature(types.INITIALIZE)
     def initialize(ls: Server, params: types.InitializeParams) -> None:
         folders = [folder.uri for folder in params.workspace_folders or ()] or [params.root_uri or ""]
         ls.files.folders = [path_of(uri) for uri in folders if uri]
         encoding = ls.workspace.position_encoding or types.PositionEncodingKind.Utf16
-        ls.files.unit = types.PositionEncodingKind(encoding).value
+        ls.files.encoding = types.PositionEncodingKind(encoding).value
         options = params.initialization_options
         ls.has_hints = not isinstance(options, dict) or options.get(INLAY_HINTS_OPTION) is not False
-        able = params.capabilities.text_document
-        support = able.code_action.resolve_support if able and able.code_action else None
+        capabilities = params.capabilities.text_document
+        support = capabilities.code_action.resolve_support if capabilities and capabilities.code_action else None
         ls.resolves_edits = support is not None and "edit" in support.properties
 
     @server.feature(types.INITIALIZED)
-    async def ready(ls: Server, params: types.InitializedParams) -> None:
+    async def load_answers(ls: Server, params: types.InitializedParams) -> None:
         del params
         await ls.run_in_worker(import_module, "pidcfg.cli.lsp.answers")
 
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
-    async def opened(ls: Server, params: types.DidOpenTextDocumentParams) -> None:
-        one = params.text_document
-        ls.forget(one.uri)
-        ls.files.put_buffer(one.uri, one.version, one.text)
-        await ls.refresh(one.uri)
+    async def did_open(ls: Server, params: types.DidOpenTextDocumentParams) -> None:
+        document = params.text_document
+        ls.forget(document.uri)
+        ls.files.put_buffer(document.uri, document.version, document.text)
+        await ls.refresh(document.uri)
 
     @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
-    async def changed(ls: Server, params: types.DidChangeTextDocumentParams) -> None:
-        one = params.text_document
-        ls.files.put_buffer(one.uri, one.version, params.content_changes[-1].text)
-        await ls.refresh(one.uri)
+    async def did_change(ls: Server, params: types.DidChangeTextDocumentParams) -> None:
+        document = params.text_document
+        ls.files.put_buffer(document.uri, document.version, params.content_changes[-1].text)
+        await ls.refresh(document.uri)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
-    async def saved(ls: Server, params: types.DidSaveTextDocumentParams) -> None:
+    async def did_save(ls: Server, params: types.DidSaveTextDocumentParams) -> None:
         del params
-        await ls.renew()
+        await ls.refresh_all()
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
-    def closed(ls: Server, params: types.DidCloseTextDocumentParams) -> None:
+    def did_close(ls: Server, params: types.DidCloseTextDocumentParams) -> None:
         uri = params.text_document.uri
         ls.files.drop_buffer(uri)
         ls.forget(uri)
         ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
-    async def watched(ls: Server, params: types.DidChangeWatchedFilesParams) -> None:
+    async def did_change_on_disk(ls: Server, params: types.DidChangeWatchedFilesParams) -> None:
         del params
-        await ls.renew()
+        await ls.refresh_all()
 
 
 # --- What stands at a place -------------------------------------------------------------------------------------------
 
 
-def _answer_places(server: Server) -> None:
+def _register_queries(server: Server) -> None:
     @server.feature(types.TEXT_DOCUMENT_HOVER)
     async def hover(ls: Server, params: types.HoverParams) -> types.Hover | None:
         from pidcfg.cli.lsp import answers
@@ -221,17 +221,17 @@ def _answer_places(server: Server) -> None:
         from pidcfg.cli.lsp import answers
 
         analysis = await ls.analysis(params.text_document.uri)
-        found: list[types.Location] = await ls.run_in_worker(
+        locations: list[types.Location] = await ls.run_in_worker(
             answers.all_references, analysis, ls.files, params.position
         )
-        return found
+        return locations
 
     @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[" ", "{", ","]))
     def complete(ls: Server, params: types.CompletionParams) -> list[types.CompletionItem]:
         from pidcfg.cli.lsp.completion import completions
 
-        opened = ls.files.buffers.get(params.text_document.uri)
-        return [] if opened is None else completions(opened.buffer, params.position, opened.good, ls.files.reader)
+        entry = ls.files.buffers.get(params.text_document.uri)
+        return [] if entry is None else completions(entry.buffer, params.position, entry.last_doc, ls.files.reader)
 
     @server.feature(types.TEXT_DOCUMENT_CODE_LENS)
     async def lenses(ls: Server, params: types.CodeLensParams) -> list[types.CodeLens]:
@@ -243,7 +243,7 @@ def _answer_places(server: Server) -> None:
 # --- What changes files -----------------------------------------------------------------------------------------------
 
 
-def _answer_changes(server: Server) -> None:
+def _register_edits(server: Server) -> None:
     kinds = types.CodeActionOptions(
         [types.CodeActionKind.QuickFix, types.CodeActionKind.SourceFixAll], resolve_provider=True
     )
@@ -253,14 +253,14 @@ def _answer_changes(server: Server) -> None:
         from pidcfg.cli.lsp import answers
 
         analysis = await ls.analysis(params.text_document.uri)
-        found: list[types.CodeAction] = await ls.run_in_worker(
+        code_actions: list[types.CodeAction] = await ls.run_in_worker(
             answers.code_actions, analysis, ls.files, params.range, lazy=ls.resolves_edits
         )
         only = params.context.only
-        return [one for one in found if only is None or any(_is_kind_of(one.kind, kind) for kind in only)]
+        return [one for one in code_actions if only is None or any(_is_kind_of(one.kind, kind) for kind in only)]
 
     @server.feature(types.CODE_ACTION_RESOLVE)
-    async def resolved(ls: Server, action: types.CodeAction) -> types.CodeAction:
+    async def resolve_action(ls: Server, action: types.CodeAction) -> types.CodeAction:
         from pidcfg.cli.lsp import answers
 
         data: Any = action.data
@@ -269,7 +269,7 @@ def _answer_changes(server: Server) -> None:
         return action_with_edit
 
     @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
-    async def renameable(ls: Server, params: types.PrepareRenameParams) -> types.Range | None:
+    async def prepare_rename(ls: Server, params: types.PrepareRenameParams) -> types.Range | None:
         from pidcfg.cli.lsp import answers
 
         return answers.renameable_range(await ls.analysis(params.text_document.uri), ls.files, params.position)
@@ -292,7 +292,7 @@ def _answer_changes(server: Server) -> None:
 # --- What stands above a scenario and a loop --------------------------------------------------------------------------
 
 
-def _take_commands(server: Server) -> None:
+def _register_commands(server: Server) -> None:
     @server.command(RUN_COMMAND)
     async def run(ls: Server, uri: str) -> str:
         text, passed = await asyncio.to_thread(_run_scenario, path_of(uri), ls.files)
