@@ -121,7 +121,7 @@ def check_github(text):
     assert all(line.startswith(("::error ", "::warning ", "::notice ")) for line in text.splitlines()), text
 
 
-READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str, Kind.ORDERS: str}
+READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str, Kind.CI_COMMANDS: str}
 READ = {"markdown": check_markdown, "github": check_github}
 
 

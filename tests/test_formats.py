@@ -434,7 +434,7 @@ def test_junit_is_xml_whatever_a_message_holds(folder):
 
 # --- the command -----------------------------------------------------------------------------------------------------
 
-READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str, Kind.ORDERS: str}
+READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str, Kind.CI_COMMANDS: str}
 READ = {
     **{fmt: READERS[formats.load_format(fmt).kind] for fmt in VALIDATE},
     "sarif": lambda text: log_schema().validate(json.loads(text)),

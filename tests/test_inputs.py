@@ -383,7 +383,7 @@ def test_files_are_ignored_as_git_ignores_them(tmp_path, monkeypatch):
     assert len(by_git) > 200
     for start in (".", *inside, *inside.values()):
         if start not in by_git:  # what is named is read, whatever git says
-            read = {entry.name for entry in gather_inputs([start], DEFAULT) if entry.left_out is entry.problem is None}
+            read = {entry.name for entry in gather_inputs([start], DEFAULT) if entry.reason is entry.problem is None}
             assert read == {file for file in files - by_git if start == "." or file.startswith(f"{start}/")}, start
 
 

@@ -62,7 +62,9 @@ def folder(tmp_path):
 def told(analysis):
     """Code, place and first line of what the editor is told."""
     rows = zip(analysis.findings, answers.diagnostics(analysis), strict=True)
-    return [(d.code, analysis.buffer.place(row.range.start), row.message.partition("\n")[0]) for d, row in rows]
+    return [
+        (d.code, analysis.buffer.line_and_column(row.range.start), row.message.partition("\n")[0]) for d, row in rows
+    ]
 
 
 @pytest.mark.parametrize("letter", sorted({path.stem[:2] for path in CASES}))
@@ -137,7 +139,7 @@ def test_places_are_found_again_in_the_units_of_the_editor(unit):
     for offset in range(len(SIGNS) + 1):
         if SIGNS[offset - 1 : offset + 1] != "\r\n":
             assert buffer.offset(buffer.position(offset)) == offset
-            line, column = buffer.place(buffer.position(offset))
+            line, column = buffer.line_and_column(buffer.position(offset))
             if offset:
                 assert buffer.offset_of(line, column) == offset
     assert buffer.offset(types.Position(0, 99)) == SIGNS.index("\r")
@@ -421,7 +423,7 @@ CURSORS = {
 @pytest.mark.parametrize("text", CURSORS)
 def test_the_cursor_is_found_by_brackets_and_indentation(text):
     cursor = cursor_in(text)
-    assert (cursor and (cursor.path, cursor.is_key, cursor.typed)) == CURSORS[text]
+    assert (cursor and (cursor.path, cursor.is_key, cursor.prefix)) == CURSORS[text]
 
 
 def offered(text, path=REACTOR):
@@ -434,7 +436,7 @@ def offered(text, path=REACTOR):
     files.put_buffer(uri_of(path.as_posix()), 2, whole)
     files.analyse(uri_of(path.as_posix()))
     opened = files.buffers[uri_of(path.as_posix())]
-    found = completions(opened.buffer, opened.buffer.position(len(before)), opened.good, files.reader)
+    found = completions(opened.buffer, opened.buffer.position(len(before)), opened.last_doc, files.reader)
     for item in found:
         assert opened.buffer.offset(item.text_edit.range.end) == len(before)
     return {item.label: item.text_edit.new_text for item in found}
