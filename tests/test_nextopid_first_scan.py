@@ -201,7 +201,7 @@ def compared(text):
     moved = {copy.target for copy in context.encoding.copies}
     for number, name in enumerate(context.names):
         kind, owner = context.encoding.layout.types[name], context.owner(number)
-        found = None if kind.kind == "word" else context.first_scan.known(number)
+        found = None if kind.kind == "word" else context.first_scan.find_value(number)
         if found is None or (owner is not None and number in moved):
             continue
         value = as_int(Decimal(found.value)) if kind.name == "INT" else found.value
@@ -235,7 +235,7 @@ def test_a_value_is_taken_as_the_plc_takes_it(text, name, value):
     context = context_of(text)
 
     assert compared(text)
-    assert context.first_scan.known(context.names.index(name)).value == first_scan(text)[name] == value
+    assert context.first_scan.find_value(context.names.index(name)).value == first_scan(text)[name] == value
 
 
 def test_an_on_off_block_beside_the_loops_leaves_the_signals_alone():

@@ -6,7 +6,7 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
-from pidcfg.schemas.scenario import Never
+from pidcfg.schemas.scenario import ForbiddenMode
 from pidcfg.sim.judgement import evidence as watch
 from pidcfg.sim.judgement import standing as signals
 from pidcfg.sim.judgement.evidence import Look, aim_meter
@@ -278,11 +278,11 @@ def test_an_alarm_may_stand_for_a_tenth_of_the_run_and_not_at_its_end(given, tex
             "is meant for auto and ends in manual, from 15 s",
         ),
         (
-            {"expect": [Facts(loop="A", mode=Never(mode="auto"))]},
+            {"expect": [Facts(loop="A", mode=ForbiddenMode(mode="auto"))]},
             "not-judged",
             "A is expected never to be in auto",
         ),
-        ({"expect": [Facts(loop="A", mode=Never(mode="manual"))]}, "proven", "reaches auto and ends in it"),
+        ({"expect": [Facts(loop="A", mode=ForbiddenMode(mode="manual"))]}, "proven", "reaches auto and ends in it"),
         (
             {"unmet": {0: (60, 10)}, "in_control": 1, "control_since": 111},
             "not-proven",

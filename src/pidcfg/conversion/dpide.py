@@ -21,7 +21,7 @@ from pidcfg.conversion.builder import (
 from pidcfg.conversion.operation import Deadband, Manual, Operation, VendorSettings, Windup
 from pidcfg.encoders.codecs import round_to_integer
 from pidcfg.encoders.image import without_none
-from pidcfg.schemas.dpide import LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE
+from pidcfg.schemas.dpide import LAST_REGISTER, MAX_CYCLE, MIN_CYCLE
 from pidcfg.schemas.dpide import Loop as SourceLoop
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.paths import parse_path, value_at
@@ -171,7 +171,7 @@ def _neutral_deadband(b: NeutralBuilder, d: Instruction) -> None:
 
 
 def _neutral_cycle(b: NeutralBuilder, d: Instruction) -> None:
-    cycle, note = min(max(d.loop.CYCLE, SHORTEST_CYCLE), LONGEST_CYCLE), ""
+    cycle, note = min(max(d.loop.CYCLE, MIN_CYCLE), MAX_CYCLE), ""
     if d.interval is not None:
         cycle, note = d.interval, f"the interrupt task's interval of {d.interval} ms counts"
     b.put("CYCLE", d.loop.CYCLE, "sample_time", Decimal(cycle) / MS, note)
@@ -373,9 +373,9 @@ def _equation(b: TargetBuilder, loop: Loop) -> None:
 def _cycle(b: TargetBuilder, loop: Loop) -> None:
     """CYCLE in whole ms."""
     cycle_wanted = loop.sample_time * MS
-    cycle = min(max(round_to_integer(cycle_wanted), SHORTEST_CYCLE), LONGEST_CYCLE)
+    cycle = min(max(round_to_integer(cycle_wanted), MIN_CYCLE), MAX_CYCLE)
     note = "CYCLE is whole milliseconds" if cycle_wanted != cycle else ""
-    clamped = not SHORTEST_CYCLE <= cycle_wanted <= LONGEST_CYCLE
+    clamped = not MIN_CYCLE <= cycle_wanted <= MAX_CYCLE
     b.put("CYCLE", cycle, "sample_time", note, exact=cycle_wanted, clamped=clamped)
 
 

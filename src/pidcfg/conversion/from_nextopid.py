@@ -27,7 +27,7 @@ from pidcfg.encoders.nextopid.image import PlacedBlock, bumpless_moves, encode
 from pidcfg.schemas import expressions as ops
 from pidcfg.schemas.expressions import CONDITION_OPERATORS, Expression
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, LowFilter, Move, NextopidFile, Pida, Pwm
+from pidcfg.schemas.nextopid import MIN_INTEGRAL_TIME, LowFilter, Move, NextopidFile, Pida, Pwm
 from pidcfg.schemas.numbers import EXACT_CONTEXT
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -531,7 +531,7 @@ def _equation(b: ParameterBuilder, _: Pida) -> None:
     note = ""
     if indep:
         gain, integral, derivative, acts = to_dependent(gain, integral, derivative)
-    elif integral < SHORTEST_INTEGRAL:
+    elif integral < MIN_INTEGRAL_TIME:
         note = "below 0.001 s: no integral" if integral else ""
         integral = ZERO
     b.set("tuning.proportional", acts)

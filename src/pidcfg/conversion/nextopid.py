@@ -39,8 +39,8 @@ from pidcfg.conversion.operation import (
 from pidcfg.encoders.codecs import round_to_integer
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.image import bumpless_moves, encode
-from pidcfg.schemas.iec import IDENTIFIER_LENGTH, KEYWORDS, Wire
-from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL, Controller, PidaReal, Plc
+from pidcfg.schemas.iec import KEYWORDS, MAX_IDENTIFIER_LENGTH, Wire
+from pidcfg.schemas.nextopid import MAX_SAMPLE_TIME, MIN_INTEGRAL_TIME, Controller, PidaReal, Plc
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -146,7 +146,7 @@ class Names:
 
 
 def _join_name(stem: str, ending: str) -> str:
-    return stem[: IDENTIFIER_LENGTH - len(ending)].rstrip("_") + ending
+    return stem[: MAX_IDENTIFIER_LENGTH - len(ending)].rstrip("_") + ending
 
 
 # --- The cyclic task of a NextoPID program: the longest interval of which all loops take every n-th cycle -------------
@@ -159,7 +159,7 @@ D295 = Decision(
     "Filters and pulses run in every cycle of the task.",
     "A loop's sample time must be a multiple of the task's. 60 s is the longest that the blocks allow.",
 )
-SHORTEST_SAMPLE, LONGEST_SAMPLE_TIME = Decimal("0.001"), LONGEST_SAMPLE
+SHORTEST_SAMPLE, LONGEST_SAMPLE_TIME = Decimal("0.001"), MAX_SAMPLE_TIME
 """Sample times in s."""
 
 
@@ -402,8 +402,8 @@ def _equation(b: TargetBuilder, n: NextopidLoop) -> None:
     tuning = n.neutral.tuning
     gain, integral, derivative, acts = tuning.gain, tuning.integral_time, tuning.derivative_time, tuning.proportional
     form = ""
-    if ZERO < integral < SHORTEST_INTEGRAL:
-        form = f"a gain (Indep TRUE): below {SHORTEST_INTEGRAL} s an integral time counts as none"
+    if ZERO < integral < MIN_INTEGRAL_TIME:
+        form = f"a gain (Indep TRUE): below {MIN_INTEGRAL_TIME} s an integral time counts as none"
         b.data["Indep"] = True
         integral, derivative = to_independent(gain, integral, derivative)
         b.put("Kp", gain if acts else 0, "tuning.gain")

@@ -29,12 +29,12 @@ from pidcfg.schemas.base import (
     units_of,
 )
 from pidcfg.schemas.expressions import (
+    BOOL_VALUES,
     CONSTANT,
     FUNCTIONS,
+    OPERATOR_WORDS,
     SIGNAL,
     TRUTH,
-    TRUTHS,
-    WORDS,
     ExpressionError,
     TypedParser,
     lengths_of,
@@ -158,7 +158,7 @@ def _field_unit(path: Path, model: type[BaseModel], key: str, vendor: Vendor) ->
 
 WIRED_KEYS = ("move", "when")
 """Keys of a move that hold a wire."""
-RESERVED_WORDS = frozenset((*WORDS, *TRUTHS))
+RESERVED_WORDS = frozenset((*OPERATOR_WORDS, *BOOL_VALUES))
 NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.schemas.base import SECONDS, UNIT_WORDS, scaled_sides
 from pidcfg.schemas.document import models_in
 from pidcfg.schemas.numbers import NUMBER
-from pidcfg.schemas.terms import BAND_WORDS, PAIR_ENDS, WORDS, leaves, types_of
+from pidcfg.schemas.terms import BAND_WORDS, PAIR_ENDS, TERM_KEYS, leaf_keys, types_of
 from pidcfg.text.document import Plain
 from pidcfg.text.paths import value_at
 from pidcfg.text.signs import FORMULA_STARTS, UNPRINTABLE
@@ -121,7 +121,7 @@ def _loop_keys(vendor: Vendor) -> tuple[str, ...]:
     """All keys of a vendor's loops, and the two ends of each pair."""
     pairs: dict[str, bool] = {"name": False}
     for model in models_in(vendor.model.model_fields["loops"].annotation):
-        pairs |= leaves(model)
+        pairs |= leaf_keys(model)
     return (*pairs, "use", *(f"{key}{end}" for key, pair in pairs.items() if pair for end in PAIR_ENDS))
 
 
@@ -134,7 +134,7 @@ def key_order(vendor: Vendor) -> dict[str, int]:
 def _common_words(vendor: Vendor) -> dict[str, str]:
     keys = _loop_keys(vendor)
     words: dict[str, str] = {}
-    for row, candidates in WORDS.items():
+    for row, candidates in TERM_KEYS.items():
         key = next((candidate for candidate in candidates if candidate in keys), None)
         words |= dict.fromkeys(row.split(), key) if key else {}
     return words

@@ -16,14 +16,14 @@ from pidcfg.schemas.document import models_in
 from pidcfg.schemas.numbers import (
     EXACT_CONTEXT,
     NUMBER,
-    SIGNED,
+    SIGNED_PATTERN,
     JsonSchema,
     help_of,
     kind_of,
     number_schema,
-    number_text,
     parse_integer,
     parse_number,
+    parse_number_text,
     plain_number,
     refuse,
     strange_value,
@@ -45,23 +45,23 @@ if TYPE_CHECKING:
 # Each type is a parser that takes the text of a scalar (`pidcfg.text.document.Plain` or a quoted string) or a native
 # Python value, and returns a frozen, exact value; what cannot be read is refused as in `pidcfg.schemas.numbers`.
 
-TRUTHS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
-LOOKS_BOOLEAN = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "false", "n": "false"}
-LOOKS_OFF = frozenset(("none", "no", "never", "disabled", "inf", ".inf"))
+BOOLEANS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+LIKE_BOOLEAN = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "false", "n": "false"}
+LIKE_OFF = frozenset(("none", "no", "never", "disabled", "inf", ".inf"))
 NAME = re.compile(r"\w(?:[\w .\-/#]*[\w#])?")
-CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
-NAME_LENGTH = 64
+CONTROL_CHARACTER = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+MAX_NAME_LENGTH = 64
 
 SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Decimal(3600)}
 UNIT_WORDS = {"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"}
 TIME_UNITS = "|".join((*SECONDS, *UNIT_WORDS))
 DURATION = re.compile(rf"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?({TIME_UNITS})")
 LIKE_DURATION = re.compile(r"[0-9](?=.* ).*[^\W\d_]|[0-9.,]+(?![OoIl]+$)[^\W\d_]+")  # a number with some unit
-DURATION_FORM = f"{SIGNED} ?(?:{TIME_UNITS})"
+DURATION_FORM = f"{SIGNED_PATTERN} ?(?:{TIME_UNITS})"
 DURATION_TEXT = text_schema(DURATION_FORM, "250 ms", "2 min")
 DURATION_SCHEMA = number_schema(DURATION_TEXT)
 COUNTS = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) counts?")
-COUNTS_TEXT = text_schema(f"{SIGNED} counts?", "2048 counts")
+COUNTS_TEXT = text_schema(f"{SIGNED_PATTERN} counts?", "2048 counts")
 QUANTITY_SCHEMA = number_schema(COUNTS_TEXT)
 
 
@@ -115,19 +115,19 @@ class Duration(NamedTuple):
 
 def parse_flag(value: object) -> bool:
     """``true`` or ``false`` and nothing else: ``yes`` and ``on`` are text."""
-    return parse_switch(value, alone=True)
+    return parse_switch(value, only_bool=True)
 
 
-def parse_switch(value: object, *, alone: bool) -> bool:
-    """A switch; ``alone``: no name can stand in its place, so that a word has its one meaning."""
+def parse_switch(value: object, *, only_bool: bool) -> bool:
+    """A switch; ``only_bool``: no name can stand in its place, so that a word has its one meaning."""
     if isinstance(value, bool):
         return value
     if isinstance(value, str):
-        if type(value) is not str and value in TRUTHS:
-            return TRUTHS[value]
-        word = LOOKS_BOOLEAN.get(value.lower()) or (value.lower() if value.lower() in TRUTHS else None)
+        if type(value) is not str and value in BOOLEANS:
+            return BOOLEANS[value]
+        word = LIKE_BOOLEAN.get(value.lower()) or (value.lower() if value.lower() in BOOLEANS else None)
         help_text = f"write {word}" if word else "write true or false"
-        refuse("boolean_form", f"{value!r} is not true or false", help=help_text, only=word if alone else None)
+        refuse("boolean_form", f"{value!r} is not true or false", help=help_text, only=word if only_bool else None)
     return refuse("boolean_form", f"a {kind_of(value)} stands where true or false is wanted")
 
 
@@ -141,7 +141,7 @@ def parse_text(value: object) -> str:
             else f"a {kind_of(value)} stands where text is wanted",
         )
     text = str(value)
-    if CONTROL.search(text):
+    if CONTROL_CHARACTER.search(text):
         refuse("text_type", "a control character in a text", help="delete it")
     return text
 
@@ -149,8 +149,8 @@ def parse_text(value: object) -> str:
 def parse_name(value: object) -> str:
     """A tag: letters, digits and ``_ - . / #`` and single blanks inside, so that it is safe in every output."""
     text = parse_text(value)
-    if len(text) > NAME_LENGTH:
-        message = f"a name of {len(text)} characters; the limit is {NAME_LENGTH}"
+    if len(text) > MAX_NAME_LENGTH:
+        message = f"a name of {len(text)} characters; the limit is {MAX_NAME_LENGTH}"
         refuse("name_form", message, help="shorten it; a long text can stand in description")
     if not NAME.fullmatch(text) or "  " in text:
         from pidcfg.text.signs import lookalike_remark
@@ -171,7 +171,7 @@ def parse_duration(value: object) -> Duration:
         match = DURATION.fullmatch(value)
         if match:
             unit = match.group(2)
-            return Duration(number_text(match.group(1)), UNIT_WORDS.get(unit, unit))
+            return Duration(parse_number_text(match.group(1)), UNIT_WORDS.get(unit, unit))
         if LIKE_DURATION.fullmatch(value.strip()):
             unit = re.split(r"[0-9., ]", value.strip())[-1]
             known = unit in {*SECONDS, *UNIT_WORDS} and help_of(value)
@@ -196,7 +196,7 @@ def parse_whole_seconds(value: object) -> int:
 
 def parse_off_seconds(value: object) -> Decimal:
     """A time in seconds; ``off`` is 0, which removes the term."""
-    if isinstance(value, str) and value.casefold() in LOOKS_OFF:
+    if isinstance(value, str) and value.casefold() in LIKE_OFF:
         refuse("number_type", f"{value!r} is not a time", help="write off, which removes the term, or a time")
     return Decimal(0) if value == "off" else parse_seconds(value)
 
@@ -214,14 +214,14 @@ def parse_quantity(value: object) -> Quantity:
     if isinstance(value, str):
         match = COUNTS.fullmatch(value)
         if match:
-            return Quantity(number_text(match.group(1)), counts=True)
+            return Quantity(parse_number_text(match.group(1)), counts=True)
     return Quantity(parse_number(value))
 
 
 def parse_pair(parse: Callable[[object], T], title: str) -> Callable[[object], tuple[T, T]]:
     """A parser of a list of two."""
 
-    def pair(value: object) -> tuple[T, T]:
+    def parse_values(value: object) -> tuple[T, T]:
         if not isinstance(value, list | tuple) or isinstance(value, Quantity) or len(value) != 2:
             number = len(value) if isinstance(value, list | tuple) and not isinstance(value, Quantity) else 0
             given = f", not of {number}" if number else ""
@@ -237,7 +237,7 @@ def parse_pair(parse: Callable[[object], T], title: str) -> Callable[[object], t
             context = {**(error.context or {}), "item": step}
             raise PydanticCustomError(error.type, error.message_template, context) from None
 
-    return pair
+    return parse_values
 
 
 def _range_help(value: object) -> str | None:
@@ -276,7 +276,7 @@ Integer = Annotated[int, Parser(parse_integer), WithJsonSchema({"type": "integer
 FormatVersion = Annotated[Literal[1], BeforeValidator(parse_integer)]
 Flag = Annotated[bool, Parser(parse_flag), WithJsonSchema({"type": "boolean"})]
 Text = Annotated[str, Parser(parse_text), WithJsonSchema({"type": ["string", "number", "boolean"]})]
-Name = Annotated[str, Parser(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})]
+Name = Annotated[str, Parser(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": MAX_NAME_LENGTH})]
 Seconds = Annotated[Decimal, Parser(parse_seconds), WithJsonSchema(DURATION_SCHEMA)]
 WholeSeconds = Annotated[
     int,
@@ -372,14 +372,14 @@ def parse_rate(value: object) -> Rate:
         number = amount.removesuffix("counts").strip()
         if per is None or not NUMBER.fullmatch(number):
             refuse("duration_form", f"{value!r} is not a rate", help="write 0.5 (per sample), 15 /min or 0.25 /s")
-        return Rate(number_text(number), number != amount, per)
+        return Rate(parse_number_text(number), number != amount, per)
     quantity = parse_quantity(value)
     return Rate(quantity.value, quantity.counts)
 
 
 PER_TIME = r"\s*/\s*(?:sample|s|min)\s*"
-UNIT_RATE_SCHEMA = number_schema(text_schema(rf"\s*{SIGNED}{PER_TIME}", "15 /min", "0.25 /s"))
-COUNT_RATE_TEXT = text_schema(rf"\s*{SIGNED}\s*(?:counts)?{PER_TIME}", "15 /min", "0.25 /s", "40 counts/min")
+UNIT_RATE_SCHEMA = number_schema(text_schema(rf"\s*{SIGNED_PATTERN}{PER_TIME}", "15 /min", "0.25 /s"))
+COUNT_RATE_TEXT = text_schema(rf"\s*{SIGNED_PATTERN}\s*(?:counts)?{PER_TIME}", "15 /min", "0.25 /s", "40 counts/min")
 AnyRate = Annotated[Rate, Parser(parse_rate), WithJsonSchema(number_schema(COUNT_RATE_TEXT, COUNTS_TEXT))]
 
 # --- Decimal addresses with a prefix, ``DS101``: a bank with its limits, and the field type that it gives -------------
@@ -462,11 +462,11 @@ def parse_v_address(value: object) -> int:
     digits = value.lstrip("vV0") or "0"
     if not DIGITS_ONLY.fullmatch(value.lstrip("vV")):
         refuse("address_form", f"{value!r} is not a V-memory address", help="write it like V2000")
-    wrong = next((d for d in digits if d in "89"), None)
-    if wrong:
+    wrong_digit = next((d for d in digits if d in "89"), None)
+    if wrong_digit:
         refuse(
             "address_form",
-            f"{value} is not octal: {wrong} is not an octal digit",
+            f"{value} is not octal: {wrong_digit} is not an octal digit",
             help="V-memory addresses have the digits 0 to 7",
         )
     if DIGITS_ONLY.fullmatch(value):
@@ -581,15 +581,15 @@ def units_of(loop: object) -> dict[str, str]:
     return {**units, RESET_UNIT: reset} if reset else units
 
 
-def unit_text(unit: str, units: Mapping[str, str], nested: str = " per ") -> str:
+def unit_text(unit: str, units: Mapping[str, str], nested_divider: str = " per ") -> str:
     """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``.
 
-    ``nested`` divides where a part is a quotient itself.
+    ``nested_divider`` divides where a part is a quotient itself.
     """
     if " per " in unit:
-        return " per ".join(unit_text(part, units, nested) for part in unit.split(" per "))
+        return " per ".join(unit_text(part, units, nested_divider) for part in unit.split(" per "))
     parts = [units.get(part, part) for part in unit.split("/")]
-    return (nested if len(parts) > 1 and any("/" in part for part in parts) else "/").join(parts)
+    return (nested_divider if len(parts) > 1 and any("/" in part for part in parts) else "/").join(parts)
 
 
 # --- Keys on a scale: the PLC holds them in counts, of which a range of their side makes engineering units ------------

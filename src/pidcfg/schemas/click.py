@@ -59,19 +59,19 @@ D620 = Decision(
     "neither topic lists an error for them. The equation does not use them, only the autotune does.",
 )
 
-ERRORS = CLICK_ERRORS.cite("CLICK PID Errors")
+PID_ERRORS = CLICK_ERRORS.cite("CLICK PID Errors")
 
-EFFECT = "CLICK error "
+ERROR_PREFIX = "CLICK error "
 """What the PLC reports, before its number."""
-SAMPLE_RATE = Limits("0.1", "30", "s", CLICK.cite("Sample Rate(TS)"), f"{EFFECT}10")
-GAIN_LIMIT = Limits("0", "100", "", CLICK.cite("Derivative Gain Limit"), f"{EFFECT}11")
-PWM_PERIOD = Limits("1", "600", "s", CLICK.cite("PWM Control"), f"{EFFECT}12")
-FILTER = Limits("1", "100", "%", CLICK.cite("PV Filter"), f"{EFFECT}13")
-DEADBAND = Limits("0", None, "", ERRORS, f"{EFFECT}24")
-GAIN = Limits("0.01", "10000", "", CLICK.cite("Proportional Gain (DFn+05)"), f"{EFFECT}26")
-RESET = Limits("0.01", "6000", "s", CLICK.cite("Integral or Reset Time (DFn+06)"), f"{EFFECT}27")
-DERIVATIVE = Limits("0", "6000", "s", ERRORS, f"{EFFECT}28")
-HYSTERESIS = Limits("1", "10", "%", D101, f"{EFFECT}200")
+SAMPLE_RATE = Limits("0.1", "30", "s", CLICK.cite("Sample Rate(TS)"), f"{ERROR_PREFIX}10")
+GAIN_LIMIT = Limits("0", "100", "", CLICK.cite("Derivative Gain Limit"), f"{ERROR_PREFIX}11")
+PWM_PERIOD = Limits("1", "600", "s", CLICK.cite("PWM Control"), f"{ERROR_PREFIX}12")
+FILTER = Limits("1", "100", "%", CLICK.cite("PV Filter"), f"{ERROR_PREFIX}13")
+DEADBAND = Limits("0", None, "", PID_ERRORS, f"{ERROR_PREFIX}24")
+GAIN = Limits("0.01", "10000", "", CLICK.cite("Proportional Gain (DFn+05)"), f"{ERROR_PREFIX}26")
+RESET = Limits("0.01", "6000", "s", CLICK.cite("Integral or Reset Time (DFn+06)"), f"{ERROR_PREFIX}27")
+DERIVATIVE = Limits("0", "6000", "s", PID_ERRORS, f"{ERROR_PREFIX}28")
+HYSTERESIS = Limits("1", "10", "%", D101, f"{ERROR_PREFIX}200")
 
 BITS = BankRange("C", 1, 2000, "the address of a C bit")
 INTEGERS = BankRange("DS", 1, 4500, "the address of a DS register")

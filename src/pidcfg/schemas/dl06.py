@@ -50,16 +50,16 @@ Mode = Literal["manual", "auto", "cascade"]
 
 
 class Reset(NamedTuple):
-    """A reset time; ``duration`` None switches the integral term off, by 0000 or, with ``nines``, by 9999."""
+    """A reset time; ``duration`` None switches the integral term off, by 0000 or, with ``is_9999``, by 9999."""
 
     duration: Duration | None
-    nines: bool = False
+    is_9999: bool = False
 
     def __str__(self) -> str:
-        return str(self.duration) if self.duration is not None else OFF_NINES if self.nines else "off"
+        return str(self.duration) if self.duration is not None else OFF_9999 if self.is_9999 else "off"
 
 
-OFF_NINES = "off 9999"
+OFF_9999 = "off 9999"
 """The other word that switches the integral term off; the manual's tuning checklist writes it."""
 
 
@@ -67,11 +67,11 @@ def parse_reset(value: object) -> Reset:
     """A duration (bare: in ``reset_unit``), ``off`` or ``off 9999``."""
     if isinstance(value, Reset):
         return value
-    return Reset(None, nines=value == OFF_NINES) if value in ("off", OFF_NINES) else Reset(parse_duration(value))
+    return Reset(None, is_9999=value == OFF_9999) if value in ("off", OFF_9999) else Reset(parse_duration(value))
 
 
 AnyReset = Annotated[
-    Reset, Parser(parse_reset), WithJsonSchema(number_schema(DURATION_TEXT, {"enum": ["off", OFF_NINES]}))
+    Reset, Parser(parse_reset), WithJsonSchema(number_schema(DURATION_TEXT, {"enum": ["off", OFF_9999]}))
 ]
 
 
@@ -114,7 +114,7 @@ class Transfer(Model):
     """V-memory word to read the PV from, in place of slot and channel."""
 
     @model_validator(mode="after")
-    def _one_form(self) -> Transfer:
+    def _check_form(self) -> Transfer:
         if (self.address is None) == (self.slot is None and self.channel is None):
             refuse("transfer_form", "a transfer has either slot and channel, or address")
         if self.address is None and (self.slot is None or self.channel is None):

@@ -266,7 +266,7 @@ D252 = Decision(
     "The manual ignores CYCLE there. Nothing in the instruction tells where it stands.",
 )
 
-SHORTEST_CYCLE, LONGEST_CYCLE = 1, 40_000
+MIN_CYCLE, MAX_CYCLE = 1, 40_000
 """In ms; the PLC counts what lies beyond as these."""
 
 

@@ -36,7 +36,7 @@ FUNCTIONS = {"min": (MINIMUM, 2, 16), "max": (MAXIMUM, 2, 16), "abs": (ABSOLUTE,
 
 MAX_LENGTH = 1_000
 MAX_DEPTH = 40
-ALLOWED = "allowed are numbers, names of signals, + - * / ( ) and min, max, abs, sqrt"
+ALLOWED_TOKENS = "allowed are numbers, names of signals, + - * / ( ) and min, max, abs, sqrt"
 
 NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 WORD = re.compile(r"[^\W\d][\w.\-]*")
@@ -47,7 +47,7 @@ SPACE = re.compile(r"\s*")
 class ExpressionError(ValueError):
     """An expression that cannot be read: what is wrong, at which character (0-based), and the cure."""
 
-    def __init__(self, message: str, offset: int, cure: str = ALLOWED) -> None:
+    def __init__(self, message: str, offset: int, cure: str = ALLOWED_TOKENS) -> None:
         super().__init__(message)
         self.message, self.offset, self.cure = message, offset, cure
 
@@ -105,7 +105,7 @@ class Parser:
     @property
     def cure(self) -> str:
         """What can be done about something that has no meaning here."""
-        return ALLOWED
+        return ALLOWED_TOKENS
 
     def parse_expression(self, depth: int) -> None:
         """What stands in parentheses, or as the whole expression."""
@@ -133,11 +133,11 @@ class Parser:
 
     def parse_factor(self, depth: int) -> None:
         """A number, a signal, a function, parentheses, or one of them with a sign."""
-        negative = False
+        is_negative = False
         while (
             (name := self.find_name()) is None and self.position < len(self.text) and self.text[self.position] in "+-"
         ):
-            negative ^= self.text[self.position] == "-"
+            is_negative ^= self.text[self.position] == "-"
             self.move_past(1)
         if name is not None:
             self.emit_code(SIGNAL, self.names[name])
@@ -150,7 +150,7 @@ class Parser:
             self.close_parenthesis()
         else:
             self.parse_call(depth)
-        if negative:
+        if is_negative:
             self.emit_code(NEGATE)
 
     def find_name(self) -> str | None:
@@ -164,9 +164,9 @@ class Parser:
 
     def is_longer_word(self, name: str, end: int) -> bool:
         """Whether the text at ``end`` makes the name the beginning of something else."""
-        after = self.text[end : end + 1]
-        in_word = name[-1:].isalnum() and (after.isalnum() or after == "_")
-        is_part = after == "." and self.text[end + 1 : end + 2].isalpha()
+        next_sign = self.text[end : end + 1]
+        in_word = name[-1:].isalnum() and (next_sign.isalnum() or next_sign == "_")
+        is_part = next_sign == "." and self.text[end + 1 : end + 2].isalpha()
         is_call = name in FUNCTIONS and self.text[end:].lstrip().startswith("(")
         return in_word or is_part or is_call
 
@@ -195,7 +195,7 @@ class Parser:
             raise ExpressionError(f"{word.group()!r} is no {noun}", start, self.suggest_name(word.group()))
         if not is_call:
             raise ExpressionError(f"{word.group()} needs its arguments in parentheses", start)
-        op, fewest, most = FUNCTIONS[word.group()]
+        op, low, high = FUNCTIONS[word.group()]
         count = 1
         self.move_past(1)
         self.parse_expression(depth + 1)
@@ -205,10 +205,10 @@ class Parser:
             self.emit_code(op)
             count += 1
         self.close_parenthesis()
-        if not fewest <= count <= most:
-            expected = str(fewest) if fewest == most else f"{fewest} to {most}"
-            raise ExpressionError(f"{word.group()} takes {expected} argument{'s' * (most > 1)}, not {count}", start)
-        if most == 1:
+        if not low <= count <= high:
+            expected = str(low) if low == high else f"{low} to {high}"
+            raise ExpressionError(f"{word.group()} takes {expected} argument{'s' * (high > 1)}, not {count}", start)
+        if high == 1:
             self.emit_code(op)
 
     def rest_cure(self) -> str:
@@ -295,9 +295,9 @@ COMPARISONS = {"<=": AT_MOST, ">=": AT_LEAST, "<": LESS, ">": GREATER}
 EQUALITIES = {"=": EQUAL, "<>": UNEQUAL}
 JOIN_LEVELS = ({"OR": OR}, {"XOR": XOR}, {"AND": AND})
 """Words between BOOLs, one level of binding after the other, the loosest first."""
-WORDS = frozenset((*(word for level in JOIN_LEVELS for word in level), "NOT"))
-"""Words that are no names, like those of `TRUTHS`."""
-TRUTHS = {"FALSE": 0, "TRUE": 1}
+OPERATOR_WORDS = frozenset((*(word for level in JOIN_LEVELS for word in level), "NOT"))
+"""Words that are no names, like those of `BOOL_VALUES`."""
+BOOL_VALUES = {"FALSE": 0, "TRUE": 1}
 BOOL_OPERATORS = frozenset((NOT, AND, OR, XOR))
 """What takes BOOLs and gives one."""
 EQUALITY_OPERATORS = frozenset((EQUAL, UNEQUAL))
@@ -322,7 +322,7 @@ class Operand(NamedTuple):
     text: str
 
 
-KINDS = {"bool": "bool", "real": "number", "whole": "number", "time": "number"}
+KINDS_BY_TYPE = {"bool": "bool", "real": "number", "whole": "number", "time": "number"}
 """What elementary types count as in expressions; a TIME is a number of seconds."""
 KIND_TEXTS = {"bool": "this is a BOOL", "number": "this is a number"}
 
@@ -380,8 +380,8 @@ class TypedParser(Parser):
         while (word := self.next_word()) == "NOT":
             inversions += 1
             self.move_past(len(word))
-        if word in TRUTHS:
-            self.emit_code(TRUTH, TRUTHS[word])
+        if word in BOOL_VALUES:
+            self.emit_code(TRUTH, BOOL_VALUES[word])
             self.move_past(len(word))
         else:
             Parser.parse_factor(self, depth)
@@ -428,7 +428,7 @@ class TypedParser(Parser):
         kind, name = self.types(number), self.find_name() or ""
         if kind is None:
             return Operand(ANY_KIND, self.position, name)
-        return Operand(KINDS.get(kind.kind, kind.kind), self.position, f"{name} is {kind.name}")
+        return Operand(KINDS_BY_TYPE.get(kind.kind, kind.kind), self.position, f"{name} is {kind.name}")
 
     def check_operands(self, op: int, left: Operand, right: Operand) -> None:
         """Refuses operands that an operator does not take."""

@@ -88,7 +88,7 @@ TAG = re.compile(r"(IR|OR|R|O)([1-9][0-9]{0,4})")
 def parse_tag(*prefixes: str) -> Callable[[object], str]:
     """A parser of tag addresses with one of these prefixes."""
 
-    def tag(value: object) -> str:
+    def parse_address(value: object) -> str:
         match = TAG.fullmatch(value) if isinstance(value, str) else None
         if match is None or match.group(1) not in prefixes:
             kinds = " or ".join(prefixes)
@@ -99,7 +99,7 @@ def parse_tag(*prefixes: str) -> Callable[[object], str]:
             REGISTERS.parse(value)
         return str(value)
 
-    return tag
+    return parse_address
 
 
 def parse_counts(value: object) -> tuple[int, int]:

@@ -33,24 +33,24 @@ D280 = Decision(
     "stands before the other two.",
     "It is the standard form of the ISA; every vendor's form leads to it and back without loss.",
 )
-POSITIVE = Limits("0", None, "", D280)
-TIME = Limits("0", None, "s", D280)
+NON_NEGATIVE = Limits("0", None, "", D280)
+NON_NEGATIVE_TIME = Limits("0", None, "s", D280)
 
 
 class Tuning(Model):
     """The three actions."""
 
-    gain: Annotated[Number, POSITIVE]
+    gain: Annotated[Number, NON_NEGATIVE]
     """Output units per PV unit."""
-    integral_time: Annotated[OffSeconds, TIME] = Decimal(0)
+    integral_time: Annotated[OffSeconds, NON_NEGATIVE_TIME] = Decimal(0)
     """Integral (reset) time in s; 0 or `off`: no integral."""
-    derivative_time: Annotated[OffSeconds, TIME] = Decimal(0)
+    derivative_time: Annotated[OffSeconds, NON_NEGATIVE_TIME] = Decimal(0)
     """Derivative (rate) time in s; 0 or `off`: no derivative."""
     proportional: Flag = True
     """Whether there is a proportional action; without it the gain stands before the other two only."""
     derivative_on: Literal["pv", "error"] = "pv"
     """What the derivative acts on."""
-    derivative_filter: Annotated[Seconds, TIME] = Decimal(0)
+    derivative_filter: Annotated[Seconds, NON_NEGATIVE_TIME] = Decimal(0)
     """Time constant of the derivative's filter in s; 0: none."""
 
 
@@ -61,7 +61,7 @@ class Pv(Model):
     """Engineering values at 0 % and 100 %."""
     unit: Text | None = None
     """Engineering unit."""
-    filter: Annotated[Seconds, TIME] = Decimal(0)
+    filter: Annotated[Seconds, NON_NEGATIVE_TIME] = Decimal(0)
     """Time constant of the PV's filter in s; 0: none."""
     square_root: Flag = False
     """The PV is the root of a differential pressure."""
@@ -83,11 +83,11 @@ class Setpoint(Model):
 class Pulse(Model):
     """A time-proportioned discrete output."""
 
-    period: Annotated[Seconds, TIME]
+    period: Annotated[Seconds, NON_NEGATIVE_TIME]
     """Period in s."""
-    min_on: Annotated[Seconds, TIME] = Decimal(0)
+    min_on: Annotated[Seconds, NON_NEGATIVE_TIME] = Decimal(0)
     """Shortest pulse in s."""
-    min_off: Annotated[Seconds, TIME] = Decimal(0)
+    min_off: Annotated[Seconds, NON_NEGATIVE_TIME] = Decimal(0)
     """Shortest gap in s."""
 
 
@@ -104,7 +104,7 @@ class Output(Model):
     """What is added to the three actions."""
     manual: Number | None = None
     """Output in manual mode at the start."""
-    max_rate: Annotated[Number, POSITIVE] | None = None
+    max_rate: Annotated[Number, NON_NEGATIVE] | None = None
     """Fastest change of the output, per s; not given: not limited."""
     pulse: Pulse | None = None
     """Time-proportioned discrete output."""
@@ -126,9 +126,9 @@ class Points(Model):
 class Deviation(Model):
     """Alarm points of the deviation of the PV from the set point."""
 
-    high: Annotated[Number, POSITIVE] | None = None
+    high: Annotated[Number, NON_NEGATIVE] | None = None
     """First point."""
-    high_high: Annotated[Number, POSITIVE] | None = None
+    high_high: Annotated[Number, NON_NEGATIVE] | None = None
     """Second point."""
 
 
@@ -139,9 +139,9 @@ class Alarms(Model):
     """Points of the PV."""
     deviation: Deviation = Deviation()
     """Points of the deviation."""
-    rate_of_change: Annotated[Number, POSITIVE] | None = None
+    rate_of_change: Annotated[Number, NON_NEGATIVE] | None = None
     """Fastest change of the PV, per s."""
-    hysteresis: Annotated[Number, POSITIVE] = Decimal(0)
+    hysteresis: Annotated[Number, NON_NEGATIVE] = Decimal(0)
     """How far the PV must come back."""
 
 
@@ -156,7 +156,7 @@ class Loop(Model):
     """The mode that the loop is meant to run in."""
     output_raises_pv: Flag
     """true: the PV rises when the output rises (heating); false: it falls (cooling)."""
-    sample_time: Annotated[Seconds, TIME]
+    sample_time: Annotated[Seconds, NON_NEGATIVE_TIME]
     """Time between two calculations in s."""
     tuning: Tuning
     """Gain, integral and derivative time."""
@@ -166,7 +166,7 @@ class Loop(Model):
     """Set point."""
     output: Output
     """Output."""
-    deadband: Annotated[Number, POSITIVE] = Decimal(0)
+    deadband: Annotated[Number, NON_NEGATIVE] = Decimal(0)
     """An error smaller than this counts as zero."""
     anti_windup: Flag = True
     """No integration further into a limit of the output."""

@@ -14,10 +14,10 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import BeforeValidator, WithJsonSchema
 
 from pidcfg.schemas.base import (
+    BOOLEANS,
     DURATION,
     DURATION_FORM,
-    LOOKS_BOOLEAN,
-    TRUTHS,
+    LIKE_BOOLEAN,
     Parser,
     parse_duration,
     parse_flag,
@@ -28,11 +28,11 @@ from pidcfg.schemas.numbers import (
     NOT_FINITE,
     NUMBER,
     OTHER_NOTATION,
-    SIGNED,
+    SIGNED_PATTERN,
     JsonSchema,
-    number_text,
     parse_integer,
     parse_number,
+    parse_number_text,
     refuse,
     text_schema,
 )
@@ -76,7 +76,7 @@ AUTOTUNE_MODE = IecType("AUTOTUNE_MODE", "word", words=("AUTOTUNE_P", "AUTOTUNE_
 LOOP_MODE = IecType("LOOP_MODE", "word", words=("manual", "auto", "cascade"))
 DERIVATIVE_OF = IecType("DERIVATIVE_OF", "word", words=("pv", "error"))
 
-RESERVED = """
+RESERVED_WORDS = """
 ABS ACTION AND ARRAY AT BOOL BY BYTE CASE CONFIGURATION CONSTANT DATE DINT DO DWORD ELSE ELSIF END_CASE END_FOR
 END_FUNCTION END_FUNCTION_BLOCK END_IF END_PROGRAM END_REPEAT END_STRUCT END_TYPE END_VAR END_WHILE EXIT FALSE
 FOR FROM FUNCTION FUNCTION_BLOCK IF INT LINT LREAL LWORD MAX MIN MOD NOT OF ON OR PROGRAM REAL REPEAT RESOURCE RETAIN
@@ -84,9 +84,9 @@ RETURN SINT SQRT STEP STRING STRUCT TASK THEN TIME TO TRANSITION TRUE TYPE UDINT
 VAR_GLOBAL VAR_INPUT VAR_IN_OUT VAR_OUTPUT VAR_TEMP WHILE WITH WORD WSTRING XOR
 DATE_AND_TIME DT LDATE LDT LTIME LTOD TIME_OF_DAY TOD
 """
-KEYWORDS = frozenset(RESERVED.split())
+KEYWORDS = frozenset(RESERVED_WORDS.split())
 IDENTIFIER = re.compile(r"[A-Za-z](?:_?[A-Za-z0-9])*")
-IDENTIFIER_LENGTH = 40
+MAX_IDENTIFIER_LENGTH = 40
 
 
 class Wire(NamedTuple):
@@ -140,8 +140,8 @@ def is_numeric(text: str) -> bool:
 
 def _parse_wire(value: str) -> Wire:
     text = " ".join(str(value).split())
-    if text.lower() in LOOKS_BOOLEAN or text.lower() in {"true", "false", "null", "~", ""}:
-        is_word = text.lower() in LOOKS_BOOLEAN
+    if text.lower() in LIKE_BOOLEAN or text.lower() in {"true", "false", "null", "~", ""}:
+        is_word = text.lower() in LIKE_BOOLEAN
         cure = f"a signal of this name is written ({text})" if is_word else None
         refuse("number_type", f"{text!r} is neither a number nor an expression", help=cure)
     if LEADING_ZERO.match(text):
@@ -158,8 +158,8 @@ def parse_identifier(value: object) -> str:
             f"{shown!r} is not usable as the name of an instance",
             help="begin with a letter; letters, digits and single underscores may follow",
         )
-    if len(value) > IDENTIFIER_LENGTH:
-        refuse("name_form", f"a name of {len(value)} characters; at most {IDENTIFIER_LENGTH} are allowed")
+    if len(value) > MAX_IDENTIFIER_LENGTH:
+        refuse("name_form", f"a name of {len(value)} characters; at most {MAX_IDENTIFIER_LENGTH} are allowed")
     if value.upper() in KEYWORDS:
         refuse("name_form", f"{value} is a word of the programming language", help=f"write {value}_1")
     return str(value)
@@ -192,21 +192,21 @@ def parse_bool_in(value: object) -> bool | Wire:
     """``true``, ``false``, or the name of a BOOL."""
     if isinstance(value, Wire):
         return value
-    if isinstance(value, str) and value not in TRUTHS and value.lower() not in {*LOOKS_BOOLEAN, "true", "false"}:
+    if isinstance(value, str) and value not in BOOLEANS and value.lower() not in {*LIKE_BOOLEAN, "true", "false"}:
         return _parse_wire(value)
-    return parse_switch(value, alone=False)
+    return parse_switch(value, only_bool=False)
 
 
 def parse_move_in(value: object) -> Decimal | bool | Wire:
     """What is moved: a number, true or false, or an expression of either type."""
-    if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
+    if isinstance(value, bool) or (isinstance(value, str) and value in BOOLEANS):
         return parse_flag(value)
     return parse_real_in(value)
 
 
 def parse_signal(value: object) -> Decimal | bool:
     """The value of a signal, which says its type: a number, true or false, ``INT#5``, ``T#500ms`` or ``500 ms``."""
-    if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
+    if isinstance(value, bool) or (isinstance(value, str) and value in BOOLEANS):
         return parse_flag(value)
     if isinstance(value, TimeNumber | IntNumber):
         return value
@@ -225,7 +225,7 @@ def _parse_literal(text: str, kind: str, body: str) -> Decimal | bool:
         if seconds is None:
             refuse("time_form", f"{text!r} is not a TIME", help="write it as in T#1m30s, T#500ms or 500 ms")
         return TimeNumber(seconds)
-    number = number_text(body)
+    number = parse_number_text(body)
     return IntNumber(number) if kind == "INT" else number
 
 
@@ -236,7 +236,7 @@ def signal_type(value: Signal) -> IecType:
     return TIME if isinstance(value, TimeNumber) else INT if isinstance(value, IntNumber) else REAL
 
 
-def bare_mode(value: object) -> object:
+def strip_mode_prefix(value: object) -> object:
     """``PID`` for the manual's own ``AUTOTUNE_PID``."""
     return value.removeprefix("AUTOTUNE_") if isinstance(value, str) else value
 
@@ -263,11 +263,11 @@ UIntIn = Annotated[int | Wire, *_field_metadata(parse_uint_in, {"type": "integer
 UInt = Annotated[int, *_field_metadata(parse_integer, {"type": "integer"}), UINT]
 USInt = Annotated[int, *_field_metadata(parse_integer, {"type": "integer"}), USINT]
 DInt = Annotated[int, *_field_metadata(parse_integer, {"type": "integer"}), DINT]
-TuneMode = Annotated[Literal["P", "PI", "PID"], BeforeValidator(bare_mode), AUTOTUNE_MODE]
+TuneMode = Annotated[Literal["P", "PI", "PID"], BeforeValidator(strip_mode_prefix), AUTOTUNE_MODE]
 Identifier = Annotated[
     str,
     Parser(parse_identifier),
-    WithJsonSchema({**text_schema(IDENTIFIER.pattern, "TIC_101"), "maxLength": IDENTIFIER_LENGTH}),
+    WithJsonSchema({**text_schema(IDENTIFIER.pattern, "TIC_101"), "maxLength": MAX_IDENTIFIER_LENGTH}),
 ]
 
 
@@ -277,7 +277,7 @@ def _any_case(words: str) -> str:
 
 
 _BOOL = _any_case("bool#(?:1|0|true|false)")
-_NUMBER = f"{_any_case('(?:int|real)#')}{SIGNED}"
+_NUMBER = f"{_any_case('(?:int|real)#')}{SIGNED_PATTERN}"
 _TIME = f"{_any_case('t(?:ime)?#')}(?:[0-9_]+(?:\\.[0-9_]+)?{_any_case('(?:ms|d|h|m|s)')})+_*"
 SIGNAL_TEXT = text_schema(f"{_BOOL}|{_NUMBER}|{_TIME}|{DURATION_FORM}", "INT#5", "BOOL#1", "500 ms", "T#1m30s")
 Signal = Annotated[Decimal | bool, *_field_metadata(parse_signal, SIGNAL_TEXT, NUMBER_SCHEMA, {"type": "boolean"})]

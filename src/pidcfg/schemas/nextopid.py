@@ -50,7 +50,7 @@ SELECT_MIN = NEXTOPID.cite("chapter 14: ControlSelectMin")
 SPLIT_RANGE = NEXTOPID.cite("chapter 15: ControlSplitRange")
 
 
-def not_negative(bit: str, unit: str = "") -> Limits:
+def non_negative_limits(bit: str, unit: str = "") -> Limits:
     """A parameter of the PIDA blocks that sets an error bit below 0."""
     return Limits("0", None, unit, PIDA, effect=f"ErrBits.{bit}")
 
@@ -62,13 +62,13 @@ TUNE_LIMITS = {
     "NumCycles": ("1", "10"),
 }
 """The ranges of the auto-tuning's parameters."""
-LONGEST_SAMPLE = Decimal(60)
+MAX_SAMPLE_TIME = Decimal(60)
 """Seconds between two calls, beyond which a PID block sets an error bit."""
-SHORTEST_INTEGRAL = Decimal("0.001")
+MIN_INTEGRAL_TIME = Decimal("0.001")
 """Seconds: a shorter integral time of the dependent form means no integral."""
 
 
-def tuning_parameter(name: str) -> Limits:
+def autotune_limits(name: str) -> Limits:
     """A parameter of the auto-tuning, with the result bit that tells when it is out of range."""
     low, high = TUNE_LIMITS[name]
     return Limits(low, high, "%" if name.startswith("Perc") else "", TUNE, effect=f"AutoTuneResult.Bad_{name}")
@@ -123,11 +123,11 @@ class Pida(Controller):
     """Process variable; not given: the program around assigns it."""
     Kp: RealIn
     """Proportional gain, in MV units per PV unit; above 0 in the dependent form, 0 allowed in the independent one."""
-    Td_Kd: Annotated[TimeIn, not_negative("Td_Kd")]
+    Td_Kd: Annotated[TimeIn, non_negative_limits("Td_Kd")]
     """Derivative time in s (dependent form), or derivative gain (independent form)."""
-    Ti_Ki: Annotated[TimeIn, not_negative("Ti_Ki")]
+    Ti_Ki: Annotated[TimeIn, non_negative_limits("Ti_Ki")]
     """Integral time in s (dependent form; below 0.001 s: no integral), or integral gain (independent form)."""
-    Tfd: Annotated[TimeIn, not_negative("Tfd", "s")] = Decimal(0)
+    Tfd: Annotated[TimeIn, non_negative_limits("Tfd", "s")] = Decimal(0)
     """Filter time of the derivative in s; 0: no filter."""
     BIAS: RealIn = Decimal(0)
     """Offset added to MV, typically a feed-forward."""
@@ -135,13 +135,13 @@ class Pida(Controller):
     """MV in manual mode."""
     TRK_VAL: RealIn = Decimal(0)
     """MV in tracking mode (TRK_IN); in override (OVERR) the MV that controls in its stead."""
-    MaxVarMV: Annotated[RealIn, not_negative("MaxVarMV")] = Decimal(0)
+    MaxVarMV: Annotated[RealIn, non_negative_limits("MaxVarMV")] = Decimal(0)
     """Largest change of MV in one cycle; 0: not limited."""
     MaxMV: RealIn
     """Upper limit of MV."""
     MinMV: RealIn
     """Lower limit of MV."""
-    DeadBand: Annotated[RealIn, not_negative("DeadBand")] = Decimal(0)
+    DeadBand: Annotated[RealIn, non_negative_limits("DeadBand")] = Decimal(0)
     """While the error is smaller than this, MV stays."""
     MaxPV: RealIn
     """Upper limit of PV, SP and SP_CASC inside the block."""
@@ -191,13 +191,13 @@ class IntPida(Pida):
     """MV in manual mode."""
     TRK_VAL: IntIn = Decimal(0)
     """MV in tracking mode (TRK_IN); in override (OVERR) the MV that controls in its stead."""
-    MaxVarMV: Annotated[IntIn, not_negative("MaxVarMV")] = Decimal(0)
+    MaxVarMV: Annotated[IntIn, non_negative_limits("MaxVarMV")] = Decimal(0)
     """Largest change of MV in one cycle; 0: not limited."""
     MaxMV: IntIn
     """Upper limit of MV."""
     MinMV: IntIn
     """Lower limit of MV."""
-    DeadBand: Annotated[IntIn, not_negative("DeadBand")] = Decimal(0)
+    DeadBand: Annotated[IntIn, non_negative_limits("DeadBand")] = Decimal(0)
     """While the error is smaller than this, MV stays."""
     MaxPV: IntIn
     """Upper limit of PV, SP and SP_CASC inside the block."""
@@ -215,13 +215,13 @@ class PidaInt(IntPida):
 class TuneParam(Model):
     """What the auto-tuning does."""
 
-    PercAmpMV: Annotated[RealIn, tuning_parameter("PercAmpMV")] = Decimal(0)
+    PercAmpMV: Annotated[RealIn, autotune_limits("PercAmpMV")] = Decimal(0)
     """Step of MV to either side, in % of MaxMV - MinMV."""
-    PercHystPV: Annotated[RealIn, tuning_parameter("PercHystPV")] = Decimal(0)
+    PercHystPV: Annotated[RealIn, autotune_limits("PercHystPV")] = Decimal(0)
     """Hysteresis of PV to either side, in % of MaxPV - MinPV; more than its noise."""
-    PercMaxPeakPV: Annotated[RealIn, tuning_parameter("PercMaxPeakPV")] = Decimal(0)
+    PercMaxPeakPV: Annotated[RealIn, autotune_limits("PercMaxPeakPV")] = Decimal(0)
     """How far PV may go to either side before the auto-tuning is aborted, in % of MaxPV - MinPV."""
-    NumCycles: Annotated[UIntIn, tuning_parameter("NumCycles")] = 0
+    NumCycles: Annotated[UIntIn, autotune_limits("NumCycles")] = 0
     """Cycles that are measured."""
     Mode: TuneMode = "P"
     """The controller that is tuned."""

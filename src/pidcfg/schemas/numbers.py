@@ -15,22 +15,22 @@ from pidcfg.text.signs import code_point, describe_sign, find_lookalike, to_asci
 # What a text that is no number was meant as, in a cure: decimal commas, signs between thousands, units, dashes.
 # None of these is ever read as a number: where two readings are possible, a person chooses.
 
-GROUP = "[',.\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}\N{THIN SPACE} ]"
+THOUSANDS_SIGNS = "[',.\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}\N{THIN SPACE} ]"
 """Signs that people write between thousands."""
 WRITE_ONE_NUMBER = "write one number in digits, with a point where it has decimals, as in 2.5"
 """The cure of a text that is like no number."""
 DIGITS = r"[-+]?[0-9]+"
-COMMA = re.compile(rf"(?P<whole>{DIGITS}),(?P<part>[0-9]+)")
-GROUPED = re.compile(
-    rf"(?P<whole>[-+]?[0-9]{{1,3}}(?P<group>{GROUP})[0-9]{{3}}(?:(?P=group)[0-9]{{3}})*)(?:[.,](?P<part>[0-9]+))?"
+DECIMAL_COMMA = re.compile(rf"(?P<whole>{DIGITS}),(?P<part>[0-9]+)")
+GROUPED_NUMBER = re.compile(
+    rf"(?P<whole>[-+]?[0-9]{{1,3}}(?P<group>{THOUSANDS_SIGNS})[0-9]{{3}}(?:(?P=group)[0-9]{{3}})*)(?:[.,](?P<part>[0-9]+))?"
 )
-WITH_UNIT = re.compile(r"(?P<number>[-+]?[0-9][0-9.,']*) *(?P<unit>(?:[^\W\d_]|[%°℃℉]|/(?=[^\W\d_])).*)")
+NUMBER_WITH_UNIT = re.compile(r"(?P<number>[-+]?[0-9][0-9.,']*) *(?P<unit>(?:[^\W\d_]|[%°℃℉]|/(?=[^\W\d_])).*)")
 NUMBER_AND_COMMENT = re.compile(r"(?P<number>[-+]?[0-9]+(?:\.[0-9]+)?) *(?P<sign>//|\(\*|--|[#;,])\s*(?P<rest>.*)")
 """A number with a comment of another language, or the end of a line of one, behind it."""
 LIKE_DIGITS = str.maketrans("OoIl", "0011")
 """Letters that are typed for digits, in a text that has digits."""
-ROMAN = {"I": "1", "II": "2", "III": "3", "IV": "4"}
-IN_SECONDS = {"ms": Decimal("0.001"), "min": Decimal(60), "h": Decimal(3600)}
+ROMAN_NUMERALS = {"I": "1", "II": "2", "III": "3", "IV": "4"}
+SECONDS_BY_UNIT = {"ms": Decimal("0.001"), "min": Decimal(60), "h": Decimal(3600)}
 WRITTEN_NUMBER = re.compile(r"[-+]?[0-9]+(?:\.[0-9]+)?")
 RANGE_TEXT = re.compile(r"(?P<low>[-+]?[0-9.]+) *(?:-|\.\.+|…|:|to|bis|;|~) *(?P<high>[-+]?[0-9.]+)")
 """Two numbers as people write a range."""
@@ -42,27 +42,27 @@ ALLOWED_UNITS = frozenset(
 
 def number_cure(text: str) -> str | None:
     """How to write the number that a text seems to mean; None where nothing can be said."""
-    bare = to_ascii(text)
-    if plain := _comma_cure(bare) or _comment_cure(bare):
-        return plain
-    if bare != text and WRITTEN_NUMBER.fullmatch(bare):
+    ascii_text = to_ascii(text)
+    if cure := _comma_cure(ascii_text) or _comment_cure(ascii_text):
+        return cure
+    if ascii_text != text and WRITTEN_NUMBER.fullmatch(ascii_text):
         sign = find_lookalike(text)
-        return f"write {bare}" + (f": {code_point(sign)} is {describe_sign(sign)}" if sign else "")
-    if plain := _letter_cure(bare):
-        return plain
-    match = WITH_UNIT.fullmatch(bare)
+        return f"write {ascii_text}" + (f": {code_point(sign)} is {describe_sign(sign)}" if sign else "")
+    if cure := _letter_cure(ascii_text):
+        return cure
+    match = NUMBER_WITH_UNIT.fullmatch(ascii_text)
     if match is None:
         return None
-    inner, unit = _comma_cure(match["number"]), match["unit"]
+    inner_cure, unit = _comma_cure(match["number"]), match["unit"]
     if unit in ALLOWED_UNITS:
-        return inner and f"{inner}; {unit} may stay"
-    return f"{inner or 'write the number alone'}; it is taken in the key's own unit, which need not be {unit}"
+        return inner_cure and f"{inner_cure}; {unit} may stay"
+    return f"{inner_cure or 'write the number alone'}; it is taken in the key's own unit, which need not be {unit}"
 
 
 def _letter_cure(text: str) -> str | None:
     """The cure of letters for digits: one for the digit that it is like, or a Roman numeral."""
-    digits = ROMAN.get(text) or text.translate(LIKE_DIGITS)
-    meant = text in ROMAN or (WRITTEN_NUMBER.fullmatch(digits) and any(map(str.isdecimal, text)))
+    digits = ROMAN_NUMERALS.get(text) or text.translate(LIKE_DIGITS)
+    meant = text in ROMAN_NUMERALS or (WRITTEN_NUMBER.fullmatch(digits) and any(map(str.isdecimal, text)))
     return f"write {digits}: a letter stands where a digit belongs" if meant else None
 
 
@@ -81,10 +81,10 @@ def comment_of(rest: str) -> str:
 
 def unitless_cure(text: str) -> str:
     """How to write a number where no unit may stand."""
-    bare = to_ascii(text)
-    match = WITH_UNIT.fullmatch(bare)
+    ascii_text = to_ascii(text)
+    match = NUMBER_WITH_UNIT.fullmatch(ascii_text)
     if match and WRITTEN_NUMBER.fullmatch(match["number"]):
-        number, factor = match["number"], IN_SECONDS.get(match["unit"])
+        number, factor = match["number"], SECONDS_BY_UNIT.get(match["unit"])
         time = factor and f"write {Decimal(number) * factor:f} alone: times are in s"
         return time or f"write {number} alone, without {match['unit']}"
     return number_cure(text) or WRITE_ONE_NUMBER
@@ -92,7 +92,7 @@ def unitless_cure(text: str) -> str:
 
 def _comma_cure(text: str) -> str | None:
     """The cure of a decimal comma, or of signs between thousands; both readings where there are two."""
-    comma, grouped = COMMA.fullmatch(text), GROUPED.fullmatch(text)
+    comma, grouped = DECIMAL_COMMA.fullmatch(text), GROUPED_NUMBER.fullmatch(text)
     if comma and grouped:
         return f"write {comma['whole']}.{comma['part']} or {comma['whole']}{comma['part']}: a comma says neither"
     if comma:
@@ -121,9 +121,9 @@ BASE_NOTATION = re.compile(r"[-+]?(?:0x[0-9a-fA-F]+|0o[0-7]+|0b[01]+)")
 BCD = re.compile(r"[-+]?0x(?P<digits>[0-9]+)")
 THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(?:_[0-9]{3})+")
 NOT_FINITE = re.compile(r"[-+]?\.?(?:inf|infinity|nan)", re.IGNORECASE)
-UNSIGNED = r"(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)"
+UNSIGNED_PATTERN = r"(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)"
 """A number that is taken, as a part of a pattern of a JSON Schema."""
-SIGNED = rf"[-+]?{UNSIGNED}(?:[eE][-+]?[0-9]+)?"
+SIGNED_PATTERN = rf"[-+]?{UNSIGNED_PATTERN}(?:[eE][-+]?[0-9]+)?"
 """The same with what may stand before and behind it."""
 MAX_DIGITS = 32
 EXACT_CONTEXT = Context(prec=100, rounding=ROUND_HALF_EVEN)
@@ -187,14 +187,14 @@ def parse_number(value: object) -> Decimal:
             help=f"write {value}",
             only=None if LEADING_ZERO.match(value) else value,
         )
-    return number_text(value, alone=True)
+    return parse_number_text(value, unitless=True)
 
 
-def number_text(text: str, *, alone: bool = False) -> Decimal:
-    """The number that a text spells, by the rules of this file format rather than YAML's; ``alone``: without a unit."""
+def parse_number_text(text: str, *, unitless: bool = False) -> Decimal:
+    """The number that a text spells, by the rules of this file format; ``unitless``: nothing stands behind it."""
     if NUMBER.fullmatch(text):
         if LEADING_ZERO.match(text):
-            _refuse_leading_zero(text, alone=alone)
+            _refuse_leading_zero(text, unitless=unitless)
         if len(text) > MAX_DIGITS and sum(c.isdigit() for c in text) > MAX_DIGITS:
             refuse("too_many_digits", f"a number of more than {MAX_DIGITS} digits")
         return _check_finite(_exact_number(text), text)
@@ -204,8 +204,8 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
         refuse(
             "number_form",
             f"{text} is not a decimal number",
-            help=_as_decimal(text),
-            only=_only_decimal(text) if alone else None,
+            help=_decimal_cure(text),
+            only=_unambiguous_decimal(text) if unitless else None,
         )
     return refuse("number_type", f"{text!r} is not a number", help=help_of(text))
 
@@ -224,7 +224,7 @@ def help_of(text: str) -> str:
     return number_cure(text) or WRITE_ONE_NUMBER
 
 
-def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
+def _refuse_leading_zero(text: str, *, unitless: bool) -> NoReturn:
     sign, digits = ("-", text[1:]) if text[0] == "-" else ("", text.lstrip("+"))
     decimal = sign + (digits.lstrip("0") if digits.lstrip("0")[:1].isdigit() else "0" + digits.lstrip("0"))
     octal = f"{sign}{int(digits, 8)}" if set(digits) <= set("01234567") else decimal
@@ -238,16 +238,16 @@ def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
         "leading_zero",
         f"{text} has a leading zero, which some read as octal",
         help=f"write {decimal}",
-        only=decimal if alone else None,
+        only=decimal if unitless else None,
     )
 
 
-def _only_decimal(text: str) -> str | None:
+def _unambiguous_decimal(text: str) -> str | None:
     """The decimal number of a notation that says its base, or of one that groups thousands."""
     return (
         None
         if _bcd_digits(text) or not (BASE_NOTATION.fullmatch(text) or THOUSANDS.fullmatch(text))
-        else _as_decimal(text)[6:]
+        else _decimal_cure(text)[6:]
     )
 
 
@@ -258,7 +258,7 @@ def _bcd_digits(text: str) -> str | None:
     return f"{'-' * text.startswith('-')}{digits}" if len(digits) > 1 else None
 
 
-def _as_decimal(text: str) -> str:
+def _decimal_cure(text: str) -> str:
     if ":" in text:
         return "write one number; a duration carries a unit, as in 90 min"
     if decimal := _bcd_digits(text):

@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema, model_validator
 
 from pidcfg.schemas.base import (
+    BOOLEANS,
     DURATION,
     DURATION_FORM,
     DURATION_SCHEMA,
     QUANTITY_SCHEMA,
-    TRUTHS,
     AnyQuantity,
     Flag,
     FormatVersion,
@@ -36,14 +36,14 @@ from pidcfg.schemas.base import (
 )
 from pidcfg.schemas.numbers import (
     NUMBER,
-    SIGNED,
-    UNSIGNED,
+    SIGNED_PATTERN,
+    UNSIGNED_PATTERN,
     JsonSchema,
     decimal_text,
     number_schema,
-    number_text,
     parse_integer,
     parse_number,
+    parse_number_text,
     refuse,
     text_schema,
 )
@@ -58,27 +58,27 @@ class Bound(NamedTuple):
     unit: Literal["", "%", "s"] = ""
 
 
-class Never(NamedTuple):
+class ForbiddenMode(NamedTuple):
     """A mode that a loop must not reach."""
 
     mode: str
 
 
-def parse_mode(value: object) -> str | Never:
+def parse_mode(value: object) -> str | ForbiddenMode:
     """A mode, ``manual``, or one that must not come, ``{never: auto}``."""
-    if isinstance(value, Never):
+    if isinstance(value, ForbiddenMode):
         return value
     if isinstance(value, Mapping):
         if set(value) != {"never"}:
             refuse("mode_form", "a mode is wanted", help="write 'mode: auto', or 'mode: {never: auto}'")
-        return Never(parse_text(value["never"]))
+        return ForbiddenMode(parse_text(value["never"]))
     return parse_text(value)
 
 
 def parse_percent(value: object) -> Decimal:
     """A share in %: ``5 %`` or ``5``; a bare number up to 1 could be a part of one, and is refused."""
     if isinstance(value, str) and value.endswith("%"):
-        return number_text(value[:-1].strip())
+        return parse_number_text(value[:-1].strip())
     number = parse_number(value)
     if 0 < number <= 1:
         part, whole = decimal_text(number), decimal_text(number * 100)
@@ -131,7 +131,7 @@ def parse_loop_count(value: object) -> int:
 
 def parse_truth(value: object) -> bool | int:
     """What a flag must be: true, false, or the value of a word."""
-    if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
+    if isinstance(value, bool) or (isinstance(value, str) and value in BOOLEANS):
         return parse_flag(value)
     return parse_word(value)
 
@@ -155,16 +155,16 @@ def rejoin_expression(value: object) -> object:
     """
     if not isinstance(value, Mapping):
         return value
-    joined: dict[object, Any] = {}
-    cut: object = None
+    entries: dict[object, Any] = {}
+    cut_key: object = None
     for key, item in value.items():
-        if cut is not None and item is None:
-            joined[cut] = type(joined[cut])(f"{joined[cut]}, {key}")
+        if cut_key is not None and item is None:
+            entries[cut_key] = type(entries[cut_key])(f"{entries[cut_key]}, {key}")
         else:
-            joined[key], cut = item, key
-        if not isinstance(joined[cut], str) or joined[cut].count("(") <= joined[cut].count(")"):
-            cut = None
-    return joined
+            entries[key], cut_key = item, key
+        if not isinstance(entries[cut_key], str) or entries[cut_key].count("(") <= entries[cut_key].count(")"):
+            cut_key = None
+    return entries
 
 
 def rejoin_expressions(data: object) -> object:
@@ -198,7 +198,7 @@ def parse_expression(value: object) -> str:
 
 MAX_LOOP_COUNT = 9999
 
-_PERCENT_FORM = rf"\s*{SIGNED}\s*%"
+_PERCENT_FORM = rf"\s*{SIGNED_PATTERN}\s*%"
 _PERCENT_TEXT = text_schema(_PERCENT_FORM, "5 %")
 _BOUND_TEXT = text_schema(f"{_PERCENT_FORM}|{DURATION_FORM}", "10 %", "10 min")
 _MODE_SCHEMA = {
@@ -220,7 +220,7 @@ LoopCount = Annotated[
 ]
 AnyBound = Annotated[Bound, Parser(parse_bound), WithJsonSchema(number_schema(_BOUND_TEXT))]
 Percent = Annotated[Decimal, Parser(parse_percent), WithJsonSchema(number_schema(_PERCENT_TEXT))]
-AnyMode = Annotated[str | Never, Parser(parse_mode), WithJsonSchema(_MODE_SCHEMA)]
+AnyMode = Annotated[str | ForbiddenMode, Parser(parse_mode), WithJsonSchema(_MODE_SCHEMA)]
 Truth = Annotated[bool | int, Parser(parse_truth), WithJsonSchema({"type": ["boolean", "integer", "string"]})]
 Times = Annotated[
     tuple[Decimal, Decimal],
@@ -259,7 +259,7 @@ StandingKind = Literal[
 # --- What a scenario says of what is uncertain: numbers of plants and of loops, and how each is spread ----------------
 
 AMOUNT = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) *([^\s0-9.].*)")
-SHARE = re.compile(r"(?:±|\+-|\+/-) ?([0-9.]+) ?%")
+PLUS_MINUS_PERCENT = re.compile(r"(?:±|\+-|\+/-) ?([0-9.]+) ?%")
 SPREAD_FORMS = "write ±30 %, {uniform: [40, 90]} or {normal: [8, 2], limits: [4, 14]}"
 
 
@@ -295,15 +295,15 @@ class Spread(NamedTuple):
 def parse_amount(value: object) -> Amount:
     """A number, with or without a unit."""
     match = AMOUNT.fullmatch(value) if isinstance(value, str) and not NUMBER.fullmatch(value) else None
-    return Amount(number_text(match[1]), match[2].strip()) if match else Amount(parse_number(value))
+    return Amount(parse_number_text(match[1]), match[2].strip()) if match else Amount(parse_number(value))
 
 
 def parse_spread(value: object) -> Spread:
     """``±30 %``, ``{uniform: [40, 90]}`` or ``{normal: [8, 2], limits: [4, 14]}``."""
     if isinstance(value, Spread):
         return value
-    if isinstance(value, str) and (match := SHARE.fullmatch(value)):
-        share = number_text(match[1])
+    if isinstance(value, str) and (match := PLUS_MINUS_PERCENT.fullmatch(value)):
+        share = parse_number_text(match[1])
         if share <= 0:
             refuse("number_form", f"{value} leaves nothing to vary", help=SPREAD_FORMS)
         return Spread("share", (Amount(share, "%"), Amount(share, "%")))
@@ -347,7 +347,7 @@ _AMOUNT_SCHEMA: JsonSchema = {"type": ["number", "string"]}
 _PAIR_SCHEMA = pair_schema(_AMOUNT_SCHEMA)
 _SPREAD_SCHEMA: JsonSchema = {
     "anyOf": [
-        text_schema(rf"(?:±|\+-|\+/-) ?{UNSIGNED} ?%", "±30 %"),
+        text_schema(rf"(?:±|\+-|\+/-) ?{UNSIGNED_PATTERN} ?%", "±30 %"),
         {
             "type": "object",
             "properties": {"uniform": _PAIR_SCHEMA},
@@ -436,7 +436,7 @@ class Options(Model):
     """Time of one PLC scan; it becomes the base step, and slow loops then take turns."""
 
 
-DISTURBED_TIMES = ("time_constant", "lead", "lag")
+DISTURBANCE_TIMES = ("time_constant", "lead", "lag")
 
 
 def seconds_of_times(value: object) -> object:
@@ -445,7 +445,7 @@ def seconds_of_times(value: object) -> object:
         return value
     return {
         key: parse_seconds(item)
-        if key in DISTURBED_TIMES and isinstance(item, str) and DURATION.fullmatch(item)
+        if key in DISTURBANCE_TIMES and isinstance(item, str) and DURATION.fullmatch(item)
         else item
         for key, item in value.items()
     }
@@ -453,7 +453,7 @@ def seconds_of_times(value: object) -> object:
 
 _DISTURBANCE_SCHEMA: JsonSchema = {
     "type": "object",
-    "properties": dict.fromkeys(DISTURBED_TIMES, DURATION_SCHEMA),
+    "properties": dict.fromkeys(DISTURBANCE_TIMES, DURATION_SCHEMA),
     "additionalProperties": {"type": "number"},
 }
 Disturbance = Annotated[dict[str, Number], BeforeValidator(seconds_of_times), WithJsonSchema(_DISTURBANCE_SCHEMA)]
@@ -586,7 +586,7 @@ class Scenario(Model):
     loops: tuple[Name, ...] | None = None
     """The loops that are judged by what is always checked; not given: all."""
 
-    _whole = model_validator(mode="before")(rejoin_expressions)
+    _rejoin = model_validator(mode="before")(rejoin_expressions)
 
 
 # --- What a person has accepted of a run: metrics, modes and alarms; times in s, values in the units of the loop ------

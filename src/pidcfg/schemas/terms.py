@@ -23,7 +23,7 @@ BAND_WORDS = {
     "proportionalband",
     "p_bereich",
 }
-WORDS: dict[str, tuple[str, ...]] = {
+TERM_KEYS: dict[str, tuple[str, ...]] = {
     "name tag loop regler kreis messstelle": ("name",),
     "description text service beschreibung bezeichnung": ("description",),
     "mode betriebsart": ("mode",),
@@ -72,17 +72,17 @@ WORDS: dict[str, tuple[str, ...]] = {
 """Common words, in English and German, and the keys that vendors have for them: the first that a vendor has."""
 
 
-def types_of(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
+def types_of(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
     """The keys that have a value, each with its type as text."""
     for name, field in model.model_fields.items():
         inner, kind = models_in(field.annotation), str(field.annotation).lower()
-        key = f"{above}{field.alias or name}"
+        key = f"{prefix}{field.alias or name}"
         if len(inner) == 1 and "tuple" not in kind:
             yield from types_of(inner[0], f"{key}.")
         else:
             yield key, kind
 
 
-def leaves(model: type[BaseModel]) -> Iterator[tuple[str, bool]]:
+def leaf_keys(model: type[BaseModel]) -> Iterator[tuple[str, bool]]:
     """The keys that have a value, and whether it is a pair."""
     return ((key, "tuple" in kind and "..." not in kind) for key, kind in types_of(model))

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.schemas.base import SIDES, is_scaled, unit_text, units_of
 from pidcfg.schemas.document import models_in
-from pidcfg.schemas.numbers import NUMBER, WITH_UNIT, range_cure
-from pidcfg.schemas.terms import BAND_WORDS, DIRECTION, PAIR_ENDS, WORDS, leaves
+from pidcfg.schemas.numbers import NUMBER, NUMBER_WITH_UNIT, range_cure
+from pidcfg.schemas.terms import BAND_WORDS, DIRECTION, PAIR_ENDS, TERM_KEYS, leaf_keys
 from pidcfg.text.document import Plain
 from pidcfg.text.paths import value_at
 from pidcfg.text.signs import fold_word
@@ -45,11 +45,11 @@ VENDOR_WORDS: dict[str, tuple[str, ...]] = {
     "kd": ("Td_Kd",),
 }
 """Words that stand for no column of a sheet."""
-GAIN_KEYS = WORDS["gain kp p kr proportional_gain verstärkung"]
-RESET_KEYS = WORDS["reset ti tn integral integral_time nachstellzeit"]
-SAMPLE_KEYS = WORDS["sample sample_time sample_rate abtastzeit"]
+GAIN_KEYS = TERM_KEYS["gain kp p kr proportional_gain verstärkung"]
+RESET_KEYS = TERM_KEYS["reset ti tn integral integral_time nachstellzeit"]
+SAMPLE_KEYS = TERM_KEYS["sample sample_time sample_rate abtastzeit"]
 KEYS_BY_WORD = {
-    word: keys for table in (WORDS, VENDOR_WORDS) for words, keys in table.items() for word in words.split()
+    word: keys for table in (TERM_KEYS, VENDOR_WORDS) for words, keys in table.items() for word in words.split()
 }
 GAIN_UNITS = {
     "dl06": "% of output per % of PV",
@@ -117,7 +117,7 @@ def _keys_for_word(key: str, word: str) -> tuple[str, ...]:
     """All keys for what a word stands for."""
     if word in KEYS_BY_WORD:
         return KEYS_BY_WORD[word]
-    rows = (keys for keys in (DIRECTION, ANTI_WINDUP_KEYS, *WORDS.values()) if key in map(_last_step, keys))
+    rows = (keys for keys in (DIRECTION, ANTI_WINDUP_KEYS, *TERM_KEYS.values()) if key in map(_last_step, keys))
     return next(rows, ()) if key not in AMBIGUOUS_STEPS else ()
 
 
@@ -134,7 +134,7 @@ def _loop_keys(vendor: str) -> Mapping[str, None]:
     """The keys of a family's loops, from the loop, sections with them."""
     keys: dict[str, None] = {}
     for model in models_in(VENDORS[vendor].model.model_fields["loops"].annotation):
-        for key, is_pair in leaves(model):
+        for key, is_pair in leaf_keys(model):
             keys |= dict.fromkeys((key.partition(".")[0], key, *(f"{key}{end}" for end in PAIR_ENDS if is_pair)))
     return keys
 
@@ -277,7 +277,7 @@ class StatedNumber(NamedTuple):
 
 def stated_number(vendor: Vendor, loop: object, path: Path, text: str) -> StatedNumber | None:
     """A number with a unit, for a key of a loop that has one, too, or is held in counts; None for any other text."""
-    match = WITH_UNIT.fullmatch(text)
+    match = NUMBER_WITH_UNIT.fullmatch(text)
     if not match or not NUMBER.fullmatch(match["number"]):
         return None
     key_unit, side = _unit_of(vendor, loop, path), side_without_range(vendor, loop, path)

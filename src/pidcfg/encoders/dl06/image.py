@@ -51,7 +51,7 @@ from pidcfg.encoders.maps.dl06 import (
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.base import Quantity, v_name
 from pidcfg.schemas.dl06 import (
-    OFF_NINES,
+    OFF_9999,
     Dl06File,
     Loop,
     LoopSettings,
@@ -246,7 +246,7 @@ def deviation_alarms_on(loop: Loop) -> bool:
 
 def reset_word_value(config: Dl06File, loop: Loop) -> Decimal:
     """The reset time that its word holds: one of the two codes when it is off."""
-    return RESET[config.plc.reset_decimals].high if loop.tuning.reset.nines else reset_value(loop)
+    return RESET[config.plc.reset_decimals].high if loop.tuning.reset.is_9999 else reset_value(loop)
 
 
 def reset_value(loop: Loop) -> Decimal:
@@ -395,7 +395,7 @@ class LoopReader:
 
 def reset_of(word: int, time: Decimal) -> Decimal | str:
     """A reset time, or which of the two words that switch the integral off stands there."""
-    return {0x0000: "off", 0x9999: OFF_NINES}.get(word, time)
+    return {0x0000: "off", 0x9999: OFF_9999}.get(word, time)
 
 
 def _setpoint_source(pointer: int, names: Mapping[int, str]) -> Data:

@@ -11,7 +11,7 @@ from pidcfg.encoders.image import Decoded, Settings
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, NEEDED, TUNED
 from pidcfg.encoders.parameters import Content, UnknownContent
 from pidcfg.encoders.regmap import LoopTuning
-from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
+from pidcfg.schemas.dpide import MAX_CYCLE, MIN_CYCLE, DpideFile, Loop
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.references import Decision
 
@@ -58,7 +58,7 @@ MS_PER_SECOND = 1000
 def tuning_of(config: DpideFile, loop: Loop) -> LoopTuning:
     """The three operands of an instruction."""
     task = config.plc.interrupt_task
-    seconds = float(min(max(loop.CYCLE, SHORTEST_CYCLE), LONGEST_CYCLE) if task is None else task) / MS_PER_SECOND
+    seconds = float(min(max(loop.CYCLE, MIN_CYCLE), MAX_CYCLE) if task is None else task) / MS_PER_SECOND
     return LoopTuning(
         TUNED,
         raises_pv=loop.PID_DIR,

@@ -23,7 +23,7 @@ from pidcfg.encoders.regmap import (
 from pidcfg.schemas import click as limits
 from pidcfg.schemas.base import Limits
 from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS, OUTPUT_RANGES
-from pidcfg.schemas.click import ERRORS as ERROR_LIST
+from pidcfg.schemas.click import PID_ERRORS as ERROR_LIST
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import CLICK, CLICK_ADDRESSES, Decision
 
@@ -274,7 +274,7 @@ class PidError:
 
 def _limited(register: str, title: str, bound: Limits) -> PidError:
     low, high = (None if end is None else Decimal(end) for end in (bound.low, bound.high))
-    number = int(str(bound.effect).removeprefix(limits.EFFECT))
+    number = int(str(bound.effect).removeprefix(limits.ERROR_PREFIX))
     return PidError(number, register, title, low, high)
 
 

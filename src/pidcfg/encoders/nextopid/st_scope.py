@@ -38,7 +38,7 @@ from pidcfg.encoders.structured_text import (
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
     CONSTANT,
-    KINDS,
+    KINDS_BY_TYPE,
     LARGEST_VALUE,
     MAX_LENGTH,
     MAXIMUM,
@@ -428,7 +428,7 @@ class Wiring:
         expected = "a BOOL is wanted" if kind.kind == "bool" else "numbers are wanted"
         subject = f"{self.names[0]} is" if self.code[::2] == [SIGNAL] else "this is"
         require(
-            (kind_found in NUMBERS) == (KINDS[kind.kind] == "number"),
+            (kind_found in NUMBERS) == (KINDS_BY_TYPE[kind.kind] == "number"),
             tokens[0],
             f"{subject} {KIND_TEXTS[kind_found]}; {expected}",
         )

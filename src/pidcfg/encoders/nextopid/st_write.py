@@ -16,10 +16,11 @@ from pidcfg.encoders.nextopid.image import Copy, MoveError, read_moves
 from pidcfg.encoders.nextopid.wiring import Instance, Layout, Wires
 from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
 from pidcfg.encoders.structured_text import comment_text, literal_text, settings_text, wrap_call
-from pidcfg.schemas.base import LOOKS_BOOLEAN
+from pidcfg.schemas.base import LIKE_BOOLEAN
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
     ADD,
+    BOOL_VALUES,
     COMPARISONS,
     CONSTANT,
     DIVIDE,
@@ -36,7 +37,6 @@ from pidcfg.schemas.expressions import (
     SIGNAL,
     SUBTRACT,
     TRUTH,
-    TRUTHS,
     Expression,
     ExpressionError,
 )
@@ -61,7 +61,7 @@ OPERATORS = {
     MULTIPLY: ("*", PRODUCT),
     DIVIDE: ("/", PRODUCT),
 }
-WORDS_OF_TRUTH = {value: word for word, value in TRUTHS.items()}
+WORDS_OF_TRUTH = {value: word for word, value in BOOL_VALUES.items()}
 
 
 @frozen
@@ -151,7 +151,7 @@ def wire_text(code: Sequence[int], constants: Sequence[float], name: Callable[[i
     """An expression as a configuration has it; a name that would be read as a number or a truth gets parentheses."""
     text = print_expression(code, constants, name, PLAIN_DIALECT)
     text = print_expression(code, constants, name, COMPACT_DIALECT) if len(text) > MAX_LENGTH else text
-    return f"({text})" if is_numeric(text) or text.lower() in {*LOOKS_BOOLEAN, "null"} else text
+    return f"({text})" if is_numeric(text) or text.lower() in {*LIKE_BOOLEAN, "null"} else text
 
 
 def parenthesis_depth(text: str) -> int:

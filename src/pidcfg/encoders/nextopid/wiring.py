@@ -15,14 +15,14 @@ from typing import NamedTuple
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES, BlockType
 from pidcfg.schemas.expressions import (
+    BOOL_VALUES,
     CONSTANT,
     DIVIDE,
-    KINDS,
+    KINDS_BY_TYPE,
     ONE_OPERAND,
     ROOT,
     SIGNAL,
     TRUTH,
-    TRUTHS,
     TWO_OPERANDS,
     Expression,
     ExpressionError,
@@ -147,8 +147,8 @@ class Layout:
         """What a wire to a parameter of this type means; raises `ExpressionError` at its character."""
         if text in self.types:
             return self._read_name(kind, text)
-        kind_wanted = KINDS[kind.kind]
-        if NAME_FORM.fullmatch(text) and kind_wanted == "bool" and text.upper() not in TRUTHS:
+        kind_wanted = KINDS_BY_TYPE[kind.kind]
+        if NAME_FORM.fullmatch(text) and kind_wanted == "bool" and text.upper() not in BOOL_VALUES:
             near = closest_name(text, [name for name, iec_type in self.types.items() if iec_type.kind == "bool"])
             cure = f"did you mean {near!r}?" if near else "wire the name of a BOOL, or a condition such as PV < 4.0"
             raise ExpressionError(f"{text!r} is no declared BOOL", 0, DIRECTIONS.get(text.casefold(), cure))
@@ -167,7 +167,7 @@ class Layout:
     def _read_name(self, kind: IecType, name: str) -> Expression:
         """A wire that is nothing but a name."""
         iec_type = self.types[name]
-        if KINDS.get(iec_type.kind) != KINDS[kind.kind]:
+        if KINDS_BY_TYPE.get(iec_type.kind) != KINDS_BY_TYPE[kind.kind]:
             expected, cure = ("a BOOL is wanted", "compare it, as in PV < 4.0")
             if kind.kind != "bool":
                 expected, cure = "numbers are wanted", "wire a REAL or an INT"

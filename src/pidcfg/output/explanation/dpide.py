@@ -8,7 +8,7 @@ from pidcfg.encoders.maps.dpide import CODES, D254, DPIDE_TABLE, INTEGRAL, ROWS,
 from pidcfg.encoders.parameters import Content, Parameter
 from pidcfg.output.explanation.book import Direction, Series
 from pidcfg.output.explanation.parameters import ParameterBook, Words
-from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
+from pidcfg.schemas.dpide import MAX_CYCLE, MIN_CYCLE
 
 INSTRUCTION = "DPIDE"
 TERM_NAMES = {
@@ -31,8 +31,8 @@ def number_remark(row: Parameter, raw: Content) -> str:
         return ""
     if row.name == "PID_MODE" and raw not in {code.number for code in CODES}:
         return f"no mode; the modes are {', '.join(str(code.number) for code in CODES)}"
-    if row.name == "CYCLE" and not SHORTEST_CYCLE <= raw <= LONGEST_CYCLE:
-        return f"the PLC takes {SHORTEST_CYCLE if raw < SHORTEST_CYCLE else LONGEST_CYCLE} ms"
+    if row.name == "CYCLE" and not MIN_CYCLE <= raw <= MAX_CYCLE:
+        return f"the PLC takes {MIN_CYCLE if raw < MIN_CYCLE else MAX_CYCLE} ms"
     if row.name in TERM_NAMES and raw <= 0:
         return f"no {TERM_NAMES[row.name]}" if raw == 0 else f"counts as 0: no {TERM_NAMES[row.name]}"
     return ""

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
 from pidcfg.schemas.numbers import parse_number
-from pidcfg.schemas.scenario import Bound, Event, Expectation, Never, Plant, Scenario
+from pidcfg.schemas.scenario import Bound, Event, Expectation, ForbiddenMode, Plant, Scenario
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, Plc
 from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.text.paths import Path, dotted_text, leaves, parse_path
@@ -84,7 +84,7 @@ def _check_names(path: Path, subject: str, expectation: Expectation, plc: Plc, s
         "autotune": ["done", "error", *plc.tuned_names],
     }.get(subject)
     name = getattr(expectation, subject)
-    if isinstance(name, Never):
+    if isinstance(name, ForbiddenMode):
         name, path = name.mode, (*path, "mode")
         subject = "never"
     if known is not None and name not in known:
@@ -110,7 +110,7 @@ def _check_bounds(path: Path, subject: str, expectation: Expectation, present: s
         and ({"at", "after"} & present or ("before" in present and not expectation.never))
     ):
         yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
-    if isinstance(expectation.mode, Never) and "at" in present:
+    if isinstance(expectation.mode, ForbiddenMode) and "at" in present:
         yield Problem((*path, "at"), "a mode that never comes has no time", key=True)
     if expectation.band is not None and not (expectation.metric == "settling_time" and 0 < expectation.band < 100):
         yield Problem(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from pidcfg.schemas.scenario import Never
+from pidcfg.schemas.scenario import ForbiddenMode
 from pidcfg.sim.controllers.plc import TICKS, steps_until
 from pidcfg.sim.judgement.meters import NEVER, STEP_METRICS, SWING_METRICS, Band, Gauge, Meter, Onset, settling_time
 from pidcfg.sim.judgement.report import Range, Verdict, ten_digits
@@ -93,7 +93,7 @@ def verdict(i: int, expectation: Expectation, watch: Watch | None, run: Measured
     if expectation.autotune is not None:
         return _autotune_verdict(expectation, run)
     loop = run.plc.loops.index(expectation.loop or "")
-    if isinstance(expectation.mode, Never):
+    if isinstance(expectation.mode, ForbiddenMode):
         name = expectation.mode.mode
         came = bool(run.meters[loop].all_status & run.plc.modes[name])
         return Verdict(f"{expectation.loop} mode is never {name}", not came, name if came else None)

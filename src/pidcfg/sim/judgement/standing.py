@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from pidcfg.schemas.scenario import Event, Never
+from pidcfg.schemas.scenario import Event, ForbiddenMode
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.events import describe_event
 from pidcfg.sim.engine.expressions import Problem
@@ -216,7 +216,7 @@ def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
     for expectation in e.scenario.expect:
         owner = -1 if expectation.loop is None else plc.loops.index(expectation.loop)
         text = ""
-        if isinstance(expectation.mode, Never) and e.is_control(expectation.mode.mode):
+        if isinstance(expectation.mode, ForbiddenMode) and e.is_control(expectation.mode.mode):
             if not e.meters[owner].all_status & plc.control_bits:
                 text = f"{expectation.loop} is expected never to be in {expectation.mode.mode}"
         elif expectation.flag is not None and expectation.value is not False and expectation.value != 0:
@@ -253,7 +253,7 @@ def judge_mode(e: Evidence, i: int) -> Judgement:
     if not m.wanted_bits:
         return proven_verdict("reaches each mode that it is meant for")
     wanted, mode = e.plc.mode(m.wanted_bits), e.last_mode(i)
-    if any(x.loop == name and isinstance(x.mode, Never) and x.mode.mode == wanted for x in e.scenario.expect):
+    if any(x.loop == name and isinstance(x.mode, ForbiddenMode) and x.mode.mode == wanted for x in e.scenario.expect):
         return unjudged_verdict(f"{name} is expected never to be in {wanted}")
     if not m.bits_since_wanted & m.wanted_bits:
         return failed_verdict(f"is meant for {wanted} and stays in {mode}{_reason_text(e, i)}", 0.0)

@@ -475,7 +475,7 @@ def encode_setting(row: Point, value: Any, values: Mapping[str, Any], scales: Sc
     Raw counts are the content of the word, of a root loop's set point too (D651).
     """
     if isinstance(value, Reset):
-        if value.nines:
+        if value.is_9999:
             return RESET[1].encode(RESET[1].high)
         value = reset_digits(value, str(values["tuning.reset_unit"]))
     elif isinstance(value, Rate):

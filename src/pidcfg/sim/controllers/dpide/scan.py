@@ -10,7 +10,7 @@ from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.maps.dpide import LOOPS, ROWS, TABLES
 from pidcfg.encoders.parameters import Content, Program, content_text, raw_of, register_content
 from pidcfg.schemas.base import Quantity
-from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, PlcSettings, Scale, parse_milliseconds, parse_time
+from pidcfg.schemas.dpide import MAX_CYCLE, MIN_CYCLE, PlcSettings, Scale, parse_milliseconds, parse_time
 from pidcfg.schemas.iec import TimeNumber
 from pidcfg.schemas.numbers import parse_integer, refuse
 from pidcfg.sim.controllers.autotune import DONE, FAILED, TUNE_STATUS
@@ -233,7 +233,7 @@ def store_results(operands: Operands, state: State) -> None:
 
 def sampling_time(cycle: int) -> int:
     """CYCLE in ticks."""
-    return min(max(cycle, SHORTEST_CYCLE), LONGEST_CYCLE) * MILLISECOND
+    return min(max(cycle, MIN_CYCLE), MAX_CYCLE) * MILLISECOND
 
 
 def scale_of(scale: Scale, setpoint: float) -> tuple[float, float, int]:

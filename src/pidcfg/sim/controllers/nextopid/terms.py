@@ -6,7 +6,7 @@ from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
+from pidcfg.schemas.nextopid import MAX_SAMPLE_TIME, MIN_INTEGRAL_TIME
 from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, clamp, finite_or, nearest, single
 
 # --- Where a block's parameters stand among the signals, counted from the block's first: the order of its table -------
@@ -198,7 +198,7 @@ PV_HIGH, PV_LOW, SP_HIGH, SP_LOW, SP_CASC_HIGH, SP_CASC_LOW = 1, 2, 4, 8, 16, 32
 MV_HIGH, MV_LOW, RISE_LIMITED, FALL_LIMITED = 64, 128, 256, 512
 WARNINGS = 10
 
-LONGEST = float(LONGEST_SAMPLE)
+LONGEST = float(MAX_SAMPLE_TIME)
 
 
 def bad_limits(config: Config, signals: Sequence[float]) -> int:
@@ -283,7 +283,7 @@ def limit_inputs_to_range(config: Config, signals: Sequence[float]) -> tuple[flo
 # The manual (chapter 2, PIDA_REAL, a section a parameter) prints no equation (D220: MV = P + I + D + BIAS). Direct
 # control negates P, I and D, and not BIAS (section Direct). D numbers: see `nextopid.PID`.
 
-LEAST_TI = single(float(SHORTEST_INTEGRAL))
+LEAST_TI = single(float(MIN_INTEGRAL_TIME))
 """An integral time below this switches the integral action off."""
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from pidcfg.encoders.image import Block, Encoding, is_switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, LOOPS, SPACE, SUFFIXES, PidError
 from pidcfg.schemas import click as schema
-from pidcfg.schemas.click import D100, EFFECT, ClickFile, Loop
+from pidcfg.schemas.click import D100, ERROR_PREFIX, ClickFile, Loop
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import CLICK, Decision
@@ -336,7 +336,7 @@ PV_MOVEMENTS = {"direct": "rises", "reverse": "falls"}
 
 def pid_error_text(number: int) -> str:
     """What the PLC reports."""
-    return f"{EFFECT}{number}"
+    return f"{ERROR_PREFIX}{number}"
 
 
 @per_loop
@@ -370,7 +370,7 @@ def action_not_verified(view: LoopView) -> Findings:
 @per_loop
 @error(
     "CK309",
-    schema.ERRORS,
+    schema.PID_ERRORS,
     "{register} shows {shown} alone; once that is cured it shows {others}, and until then the loop stays in Manual",
 )
 def several_pid_errors(view: LoopView) -> Findings:

@@ -6,7 +6,7 @@ from decimal import Decimal
 from math import log
 
 from pidcfg.encoders.maps.click import OUTPUT_BELOW_ZERO, SETPOINT_CROSSED
-from pidcfg.schemas.click import EFFECT, ERRORS
+from pidcfg.schemas.click import ERROR_PREFIX, PID_ERRORS
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
@@ -142,7 +142,7 @@ D132 = Decision(
     "regular use, whatever the other register holds.",
 )
 LIMIT_ENDS = ("lower", "upper")
-CROSSED_EFFECT = f"{EFFECT}{SETPOINT_CROSSED}"
+CROSSED_EFFECT = f"{ERROR_PREFIX}{SETPOINT_CROSSED}"
 
 
 def enabled_limits(view: LoopView) -> dict[str, Decimal]:
@@ -435,7 +435,7 @@ def output_limits_not_ascending(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("CK363", ERRORS, "the lower output limit is {low}; the PLC wants at least 0")
+@error("CK363", PID_ERRORS, "the lower output limit is {low}; the PLC wants at least 0")
 def output_lower_limit_negative(view: LoopView) -> Findings:
     """The lower output limit is below 0.
 
@@ -446,7 +446,7 @@ def output_lower_limit_negative(view: LoopView) -> Findings:
     """
     low = view.register_value("output_lower")
     if low is not None and low < 0:
-        yield view.report("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co_text(low))
+        yield view.report("output", "limits", 0, plc_effect=f"{ERROR_PREFIX}{OUTPUT_BELOW_ZERO}", low=view.co_text(low))
 
 
 @per_loop

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.dpide.image import D256, symbol_name, unusable_reason
 from pidcfg.encoders.maps.dpide import REMARKS, ROWS, TABLE, WRITTEN_BY_AUTOTUNE
-from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE, DeviceRange, device_range
+from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, MAX_CYCLE, MIN_CYCLE, DeviceRange, device_range
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DPIDE, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
@@ -354,7 +354,7 @@ def cycle_out_of_range(view: LoopView) -> Findings:
     Fix: write a time from 1 ms to 40000 ms. A bare number is ms.
     """
     cycle = view.loop.CYCLE
-    used = min(max(cycle, SHORTEST_CYCLE), LONGEST_CYCLE)
+    used = min(max(cycle, MIN_CYCLE), MAX_CYCLE)
     if used != cycle and view.operand_values("CYCLE") and view.interrupt_task is None:
         yield view.report("CYCLE", cycle=cycle, used=used)
 
@@ -388,7 +388,7 @@ def cycle_shorter_than_scan(view: LoopView) -> Findings:
     Fix: write a time well above that of a scan, such as `1 s`; or call the instruction in a timed interrupt task and
     say so in `plc.interrupt_task`.
     """
-    if SHORTEST_CYCLE <= view.loop.CYCLE < SHORT_CYCLE and view.interrupt_task is None:
+    if MIN_CYCLE <= view.loop.CYCLE < SHORT_CYCLE and view.interrupt_task is None:
         yield view.report("CYCLE", cycle=view.loop.CYCLE)
 
 

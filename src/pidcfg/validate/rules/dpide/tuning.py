@@ -8,7 +8,7 @@ from functools import cached_property
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.maps.dpide import D255, LOOPS, REMARKS, TABLE
 from pidcfg.encoders.parameters import Content, ProgramEncoding, store_content
-from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
+from pidcfg.schemas.dpide import MAX_CYCLE, MIN_CYCLE, DpideFile, Loop
 from pidcfg.schemas.iec import TimeNumber
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
@@ -51,7 +51,7 @@ class LoopView(View[Loop]):
     @cached_property
     def cycle(self) -> Decimal:
         """The sampling time in s that the PLC uses."""
-        ms = self.interrupt_task or min(max(self.loop.CYCLE, SHORTEST_CYCLE), LONGEST_CYCLE)
+        ms = self.interrupt_task or min(max(self.loop.CYCLE, MIN_CYCLE), MAX_CYCLE)
         return Decimal(ms) / 1000
 
     @cached_property

@@ -7,7 +7,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
-from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
+from pidcfg.schemas.nextopid import MAX_SAMPLE_TIME, MIN_INTEGRAL_TIME
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import TIME_CONSTANTS, BlockView, FeedbackPath, NextopidContext, value_text
@@ -30,10 +30,10 @@ D214 = Decision(
     "limit. Delays count calls.",
 )
 
-ROUNDING = Decimal("1e-6")
-DELAYS = ("ControlDelay", "ControlDelayLag")
-LAGS = ("ControlLag", "ControlDelayLag")
-LIMITED = (*LAGS, "ControlLeadLag")
+ROUNDING_TOLERANCE = Decimal("1e-6")
+DELAY_BLOCKS = ("ControlDelay", "ControlDelayLag")
+LAG_BLOCKS = ("ControlLag", "ControlDelayLag")
+LIMITED_BLOCKS = (*LAG_BLOCKS, "ControlLeadLag")
 
 
 @error("NX642", DELAY, "DelayTime {time} is {count} samples of {sample} s; the block holds 100, that is {most} s")
@@ -44,7 +44,7 @@ def delay_too_long(context: NextopidContext) -> Findings:
 
     Fix: lengthen the task's interval, or put several delays behind each other.
     """
-    for view in context.blocks_of_type(*DELAYS):
+    for view in context.blocks_of_type(*DELAY_BLOCKS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and sample > 0 and time > MOST_SAMPLES * sample:
             yield view.report(
@@ -65,7 +65,7 @@ def delay_between_samples(context: NextopidContext) -> Findings:
 
     Fix: give a whole multiple of the sample time, if the difference matters.
     """
-    for view in context.blocks_of_type(*DELAYS):
+    for view in context.blocks_of_type(*DELAY_BLOCKS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and time > 0 and sample > 0 and _is_between_samples(time / sample):
             yield view.report(
@@ -79,7 +79,7 @@ def delay_between_samples(context: NextopidContext) -> Findings:
 
 def _is_between_samples(samples: Decimal) -> bool:
     """Whether a number of samples is not whole, apart from what single precision makes of it."""
-    return abs(samples - round(samples)) > samples * ROUNDING
+    return abs(samples - round(samples)) > samples * ROUNDING_TOLERANCE
 
 
 @error("NX644", TIME_CONSTANT, "{key} is {time}; it must be above 0")
@@ -105,12 +105,12 @@ def output_limits_crossed(context: NextopidContext) -> Findings:
 
     Fix: exchange them.
     """
-    for view in context.blocks_of_type(*LIMITED):
+    for view in context.blocks_of_type(*LIMITED_BLOCKS):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and high is not None and low > high:
             yield view.report(
                 "Min_OutVar",
-                "Error" if view.type in LAGS else None,
+                "Error" if view.type in LAG_BLOCKS else None,
                 low=view.quote("Min_OutVar"),
                 high=view.quote("Max_OutVar"),
             )
@@ -125,7 +125,7 @@ def output_pinned(context: NextopidContext) -> Findings:
 
     Fix: give Min_OutVar and Max_OutVar.
     """
-    for view in context.blocks_of_type(*LIMITED):
+    for view in context.blocks_of_type(*LIMITED_BLOCKS):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and low == high:
             how = "" if view.is_given("Min_OutVar") or view.is_given("Max_OutVar") else ", as they are when not given"
@@ -140,7 +140,7 @@ def initial_output_outside_limits(context: NextopidContext) -> Findings:
 
     Fix: give an Init_OutVar inside the limits.
     """
-    for view in context.blocks_of_type(*LAGS):
+    for view in context.blocks_of_type(*LAG_BLOCKS):
         value, low, high = (view.number_of(key) for key in ("Init_OutVar", "Min_OutVar", "Max_OutVar"))
         if value is None or low is None or high is None or low >= high or low <= value <= high:
             continue
@@ -158,8 +158,8 @@ def gain_of_zero(context: NextopidContext) -> Findings:
 
     Fix: give the gain.
     """
-    for view in context.blocks_of_type(*LIMITED):
-        key = "Gs" if view.type in LAGS else "G"
+    for view in context.blocks_of_type(*LIMITED_BLOCKS):
+        key = "Gs" if view.type in LAG_BLOCKS else "G"
         if view.number_of(key) == 0:
             known = view.known_value(key)
             how = ", as it is when not given" if not view.is_given(key) else known.source if known else ""
@@ -182,12 +182,12 @@ D213 = Decision(
     "Ki Ts / Kp above 1 adds more than the whole error in a cycle; 0.1 % is the noise of a common transmitter; "
     "MaxVarMV counts per cycle, and values meant per second or minute are off by that factor.",
 )
-SHORTEST_TASK = Decimal("0.001")
-NOISE = Decimal("0.001")
+MIN_TASK_TIME = Decimal("0.001")
+PV_NOISE_SHARE = Decimal("0.001")
 """Of the PV range."""
-JOLT = Decimal("0.1")
+MAX_NOISE_SHARE = Decimal("0.1")
 """Of the MV range."""
-LONG_STROKE = Decimal(600)
+MAX_STROKE_TIME = Decimal(600)
 
 
 @per_pid
@@ -200,7 +200,7 @@ def sample_time_above_60_s(view: BlockView) -> Findings:
     Fix: a bare number is in s: write `200 ms` or 0.2. Else call it more often; a slow process is served by small gains,
     not by long intervals.
     """
-    if view.sample_time > LONGEST_SAMPLE:
+    if view.sample_time > MAX_SAMPLE_TIME:
         finding = view.report("sample_time", "ErrBits.SampleTime", time=number_text(view.sample_time))
         yield finding if view.item.sample_time is not None else replace(finding, path=("plc", "sample_time"))
 
@@ -245,7 +245,7 @@ def task_below_1_ms(context: NextopidContext) -> Findings:
     Fix: give the interval in seconds, or with its unit, such as `100 ms`.
     """
     time = context.config.plc.sample_time
-    if 0 < time < SHORTEST_TASK:
+    if 0 < time < MIN_TASK_TIME:
         yield Finding(("plc", "sample_time"), {"time": number_text(time)})
 
 
@@ -288,7 +288,7 @@ def integral_time_below_1_ms(view: BlockView) -> Findings:
     Fix: give the integral time in seconds; or 0 where no integral is wanted.
     """
     time = view.number_of("Ti_Ki")
-    if view.is_on("Indep") is False and time is not None and 0 < time < SHORTEST_INTEGRAL:
+    if view.is_on("Indep") is False and time is not None and 0 < time < MIN_INTEGRAL_TIME:
         yield view.report("Ti_Ki", time=view.quote("Ti_Ki"))
 
 
@@ -341,9 +341,9 @@ def derivative_without_filter(context: NextopidContext) -> Findings:
             continue
         if context.has_time_as_gain(view, "Td_Kd"):
             continue
-        jolt = gain * (pv[1] - pv[0]) * NOISE / view.sample_time / (mv[1] - mv[0])
-        if jolt > JOLT:
-            yield view.report("Td_Kd", percent=f"{float(jolt) * 100:.3g}")
+        noise_share = gain * (pv[1] - pv[0]) * PV_NOISE_SHARE / view.sample_time / (mv[1] - mv[0])
+        if noise_share > MAX_NOISE_SHARE:
+            yield view.report("Td_Kd", percent=f"{float(noise_share) * 100:.3g}")
 
 
 @per_pid
@@ -359,7 +359,7 @@ def slow_mv(view: BlockView) -> Findings:
     rate, mv = view.number_of("MaxVarMV"), view.mv_limits
     if rate is not None and rate > 0 and mv is not None:
         time = (mv[1] - mv[0]) / rate * view.sample_time
-        if time > LONG_STROKE:
+        if time > MAX_STROKE_TIME:
             yield view.report(
                 "MaxVarMV", rate=view.quote("MaxVarMV"), sample=number_text(view.sample_time), time=f"{float(time):.4g}"
             )
@@ -445,12 +445,12 @@ def sample_time_long_for_the_process(context: NextopidContext) -> Findings:
     for view in context.pids:
         path = FeedbackPath(context, view)
         path.sign()
-        slowest = max(path.processes, key=lambda block: block.number_of("Tc") or 0, default=None)
-        constant = None if slowest is None else slowest.number_of("Tc")
-        if slowest is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
+        slowest_process = max(path.processes, key=lambda block: block.number_of("Tc") or 0, default=None)
+        constant = None if slowest_process is None else slowest_process.number_of("Tc")
+        if slowest_process is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
             yield view.report(
                 "sample_time",
                 sample=number_text(view.sample_time),
                 constant=number_text(constant),
-                process=slowest.name,
+                process=slowest_process.name,
             )

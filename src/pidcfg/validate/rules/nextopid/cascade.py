@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pidcfg.schemas.nextopid import LONGEST_SAMPLE
+from pidcfg.schemas.nextopid import MAX_SAMPLE_TIME
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Findings, checklist, error, info, per_pid, warning
@@ -17,7 +17,7 @@ from pidcfg.validate.shared_checks import find_circles, list_names, number_text,
 CASCADE = NEXTOPID.cite("chapter 16: Cascade Configurations, Special Connections")
 CASC = NEXTOPID.cite("chapter 2: CASC")
 LIMITS = NEXTOPID.cite("chapter 2: MaxPV, WarnBits")
-MOST_NAMES = 5
+MAX_NAMES = 5
 HINTS = NEXTOPID.cite("chapter 17: Hints for Tuning PID in Cascade Configuration")
 
 
@@ -33,7 +33,7 @@ def cascade_in_a_circle(context: NextopidContext) -> Findings:
     for ring in find_circles([masters.get(view.number) for view in context.views]):
         names = [context.views[i].name for i in ring]
         circle = [*names, names[0]]
-        way = " follows ".join(circle if len(circle) <= MOST_NAMES else [*circle[:MOST_NAMES], "…"])
+        way = " follows ".join(circle if len(circle) <= MAX_NAMES else [*circle[:MAX_NAMES], "…"])
         for view in (context.views[i] for i in ring):
             finding = view.report("SP_CASC", name=view.name, way=way)
             yield finding.with_other_loops(*(name for name in names if name != view.name))
@@ -140,11 +140,11 @@ def master_range_beyond_slave(context: NextopidContext) -> Findings:
     Fix: give the master the slave's MinPV and MaxPV, or less, as MinMV and MaxMV.
     """
     for link in context.connections.links:
-        for key, limit, way in (("MinMV", "MinPV", -1), ("MaxMV", "MaxPV", 1)):
+        for key, limit, direction in (("MinMV", "MinPV", -1), ("MaxMV", "MaxPV", 1)):
             mv, pv = link.master.number_of(key), link.slave.number_of(limit)
             if mv is None or pv is None or link.master.mv_limits is None or link.slave.pv_limits is None:
                 continue
-            if link.exact and (mv - pv) * way > 0:
+            if link.is_exact and (mv - pv) * direction > 0:
                 effect = f"{link.slave.name}.WarnBits.SP_CASC_{limit}"
                 shown = {"mine": link.master.quote(key), "limit": limit, "theirs": link.slave.quote(limit)}
                 names = {"parameter": key, "master": link.master.name, "slave": link.slave.name}
@@ -219,7 +219,7 @@ def tracking_value_not_slave_pv(context: NextopidContext) -> Findings:
                 loop=master.name,
                 role=context.connections.role(master),
                 slave=links[0].slave.name,
-                scaled="" if links[0].exact else ", scaled back",
+                scaled="" if links[0].is_exact else ", scaled back",
                 found=fault.text,
             )
 
@@ -230,7 +230,7 @@ def _tracks_slave_pv(master: BlockView, link: Link) -> bool:
     if tracked is None:
         return False
     number = master.context.number(link.slave, "PV")
-    if not link.exact:
+    if not link.is_exact:
         return number in tracked.signals or (pv is not None and bool(tracked.signals & pv.signals))
     return tracked.signal == number or (pv is not None and (tracked.code, tracked.constants) == (pv.code, pv.constants))
 
@@ -334,26 +334,26 @@ def slave_without_set_point_of_its_master(context: NextopidContext) -> Findings:
 # --- Masters that are not told the truth: behind another block, and of a slave that is in error -----------------------
 
 ERRORS = NEXTOPID.cite("chapter 2: ErrBits")
-NOT_NEGATIVE = ("Td_Kd", "Ti_Ki", "Tfd", "MaxVarMV", "DeadBand")
+NON_NEGATIVE_KEYS = ("Td_Kd", "Ti_Ki", "Tfd", "MaxVarMV", "DeadBand")
 
 
 def indirect_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[BlockView, str]]:
     """The loops whose MV reaches a set point through blocks, each with the block that the slave reads."""
     first = slave.wire("SP_CASC")
-    direct = frozenset() if first is None else first.signals
-    for start in sorted(direct):
+    direct_signals = frozenset() if first is None else first.signals
+    for start in sorted(direct_signals):
         block = context.owner(start)
         if block is None or block[0].is_pid:
             continue
-        waiting, visited = [start], {start}
-        while waiting:
-            number = waiting.pop()
+        pending, visited = [start], {start}
+        while pending:
+            number = pending.pop()
             master = context.pid_output(number)
-            if master is not None and number not in direct and master.number != slave.number:
+            if master is not None and number not in direct_signals and master.number != slave.number:
                 yield master, block[0].name
             fresh = dependencies_of(context.encoding, number) - visited
             visited |= fresh
-            waiting += sorted(fresh)
+            pending += sorted(fresh)
 
 
 @warning(
@@ -395,11 +395,11 @@ def first_error_bit(view: BlockView) -> str | None:
     gain = view.number_of("Kp")
     if gain is not None and (gain < 0 or (gain == 0 and view.is_on("Indep") is False)):
         return "Kp"
-    for key in NOT_NEGATIVE:
+    for key in NON_NEGATIVE_KEYS:
         value = view.number_of(key)
         if value is not None and value < 0:
             return key
-    return "SampleTime" if view.sample_time > LONGEST_SAMPLE else None
+    return "SampleTime" if view.sample_time > MAX_SAMPLE_TIME else None
 
 
 @warning(
@@ -501,7 +501,7 @@ def override_value_not_selected_mv(context: NextopidContext) -> Findings:
         fault = connection_fault(connection.loop, "TRK_VAL", wanted)
         wire = connection.loop.wire("TRK_VAL")
         reads = wire is not None and {context.names[number] for number in wire.signals} & wanted
-        if fault is not None and not (reads and not connection.exact):
+        if fault is not None and not (reads and not connection.is_exact):
             yield connection.loop.report(
                 "TRK_VAL",
                 None,
@@ -544,7 +544,7 @@ def override_limits_differ(context: NextopidContext) -> Findings:
     """
     for selector, first, second in context.connections.overrides():
         one, other = first.loop.mv_limits, second.loop.mv_limits
-        if one and other and one != other and first.exact and second.exact:
+        if one and other and one != other and first.is_exact and second.is_exact:
             key = "MinMV" if one[0] != other[0] else "MaxMV"
             ranges = {"limits": _mv_range_text(first.loop), "others": _mv_range_text(second.loop)}
             values = {"selector": selector.name, "first": first.loop.name, "second": second.loop.name, **ranges}

@@ -16,13 +16,13 @@ from pidcfg.encoders.parameters import Parameter
 from pidcfg.schemas import expressions as grammar
 from pidcfg.schemas.expressions import Expression
 from pidcfg.schemas.iec import TimeNumber, Wire
-from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, NextopidFile
+from pidcfg.schemas.nextopid import MIN_INTEGRAL_TIME, NextopidFile
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, parse_path, value_at
 from pidcfg.text.references import Decision
 from pidcfg.validate.rule import Finding
-from pidcfg.validate.rules.nextopid.first_scan import CHECKED, PASSING, FirstScan, KnownValue
+from pidcfg.validate.rules.nextopid.first_scan import CHECKED_KEYS, TRANSIENT, FirstScan, KnownValue
 from pidcfg.validate.shared_checks import Context, number_text
 
 # --- What is known of a parameter of a NextoPID block, and how people write that --------------------------------------
@@ -87,8 +87,8 @@ class BlockView:
 
     def known_value(self, key: str) -> KnownValue | None:
         """The value of a parameter in the first scan; None where it is unknown, or wrong by another rule."""
-        known = self.context.first_scan.known(self.context.number(self, key))
-        return None if known is not None and known.lasts == PASSING and key not in CHECKED else known
+        known = self.context.first_scan.find_value(self.context.number(self, key))
+        return None if known is not None and known.life == TRANSIENT and key not in CHECKED_KEYS else known
 
     def number_of(self, key: str) -> Decimal | None:
         """The value of a numeric parameter."""
@@ -155,7 +155,7 @@ class BlockView:
             return None
         if indep:
             return time
-        if time < SHORTEST_INTEGRAL:
+        if time < MIN_INTEGRAL_TIME:
             return Decimal(0)
         return None if gain is None else gain / time
 
@@ -359,9 +359,9 @@ class FeedbackPath:
     def _value_sign(self, number: int) -> Sign:
         """The sign of what a name holds: of a value, or of the limits of an output. The 0 of a signal tells nothing."""
         owner = self.context.owner(number)
-        known = self.context.first_scan.known(number)
+        known = self.context.first_scan.find_value(number)
         is_output = owner is not None and owner[1].access == "output"
-        if known is not None and not is_output and known.lasts != PASSING and not isinstance(known.value, bool):
+        if known is not None and not is_output and known.life != TRANSIENT and not isinstance(known.value, bool):
             return sign_of(known.value) or None
         if owner is None:
             return None
@@ -407,27 +407,27 @@ class FeedbackPath:
         return self._filter_response(view) if key == "OutVar" else None
 
     def _filter_response(self, view: BlockView) -> Sign:
-        inner = self._input_response(view, "InVar")
+        response = self._input_response(view, "InVar")
         if view.type in UNITY_GAIN_BLOCKS:
-            return inner
+            return response
         if view.type in PROCESS_BLOCKS:
-            if inner != 0 and view not in self.processes:
+            if response != 0 and view not in self.processes:
                 self.processes.append(view)
-            return product_sign(inner, sign_of(view.number_of("Gs")))
-        return product_sign(inner, sign_of(view.number_of("G"))) if view.type == "ControlLeadLag" else None
+            return product_sign(response, sign_of(view.number_of("Gs")))
+        return product_sign(response, sign_of(view.number_of("G"))) if view.type == "ControlLeadLag" else None
 
     def _controller_response(self, view: BlockView, key: str) -> Sign:
         """Another controller moves its MV so that its PV follows its set point."""
         if key != "MV":
             return None
-        point = self._input_response(view, "SP_CASC") if view.may_be_on("CASC") else 0
+        setpoint_response = self._input_response(view, "SP_CASC") if view.may_be_on("CASC") else 0
         if view.is_wired("CASC") or not view.is_on("CASC"):
-            point = sum_sign(point, self._input_response(view, "SP"))
-        if point != 0:
+            setpoint_response = sum_sign(setpoint_response, self._input_response(view, "SP"))
+        if setpoint_response != 0:
             self.other_controllers.add(view.number)
         direct = view.is_on("Direct")
         action = None if direct is None else -1 if direct else 1
-        return sum_sign(product_sign(action, point), self._input_response(view, "BIAS"))
+        return sum_sign(product_sign(action, setpoint_response), self._input_response(view, "BIAS"))
 
 
 # --- How controllers hang together: masters and slaves of cascades, and the selectors of overrides --------------------
@@ -450,7 +450,7 @@ class Link(NamedTuple):
 
     slave: BlockView
     master: BlockView
-    exact: bool
+    is_exact: bool
 
 
 class SelectorInput(NamedTuple):
@@ -459,7 +459,7 @@ class SelectorInput(NamedTuple):
     selector: BlockView
     number: int
     loop: BlockView
-    exact: bool
+    is_exact: bool
 
 
 class ConnectionFault(NamedTuple):
@@ -531,12 +531,12 @@ class LoopConnections:
     def downstream_outputs(self, selector: BlockView) -> set[str]:
         """The names of the MV that a selector, or one behind it, selects."""
         names: set[str] = set()
-        waiting = [f"{selector.name}.MV"]
-        while waiting:
-            name = waiting.pop()
+        pending = [f"{selector.name}.MV"]
+        while pending:
+            name = pending.pop()
             if name not in names:
                 names.add(name)
-                waiting += self._selector_outputs.get(name, [])
+                pending += self._selector_outputs.get(name, [])
         return names
 
 

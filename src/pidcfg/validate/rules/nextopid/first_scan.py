@@ -47,17 +47,17 @@ D920 = Decision(
     "error of its first call is reported, but what an operator sees of it is over before he looks.",
 )
 
-ALWAYS, AT_FIRST, PASSING, MEASURED = 3, 2, 1, 0
+PERMANENT, INITIAL, TRANSIENT, MEASURED = 3, 2, 1, 0
 """How long a value holds: numbers of the file; what a signal begins with; a first output; what comes from the plant."""
-_CHECKED = """
+_CHECKED_WORDS = """
     Kp Ti_Ki Td_Kd Tfd MaxVarMV DeadBand MinMV MaxMV MinPV MaxPV Indep SPLIT Tc Tlead Tlag DelayTime
     Min_OutVar Max_OutVar Init_OutVar
 """
-CHECKED = frozenset(_CHECKED.split())
+CHECKED_KEYS = frozenset(_CHECKED_WORDS.split())
 """What a block checks when it is called: an error in its first call is reported, however short it is."""
-MOST_BLOCKS = 40
+MAX_BLOCKS = 40
 """Blocks behind each other that are followed; beyond that a value is unknown."""
-LONGEST_SOURCE = 60
+MAX_QUOTED = 60
 """Characters of an expression that a message quotes."""
 
 
@@ -66,7 +66,7 @@ class KnownValue(NamedTuple):
 
     value: Any
     source: str = ""
-    lasts: int = ALWAYS
+    life: int = PERMANENT
 
 
 def value_in_plc(kind: IecType, value: Any) -> Decimal | bool | None:
@@ -100,22 +100,22 @@ def _typed_content(kind: IecType, result: float) -> Decimal | bool:
 
 # --- Outputs of blocks after their first call without an error, by D237; empty where there is one ---------------------
 
-Read = Callable[[str], float]
+ReadInput = Callable[[str], float]
 Outputs = Mapping[str, float]
 """Outputs by name; a BOOL is 0 or 1."""
 
 
-def _select_output(read: Read, kind: str, _: float) -> Outputs:
+def _select_output(read: ReadInput, kind: str, _: float) -> Outputs:
     one, two = read("MV1"), read("MV2")
     is_first = one > two if kind == "ControlSelectMax" else one < two
     return {"MV": one if is_first else two, "OVERR1": not is_first, "OVERR2": is_first}
 
 
-def _filter_output(read: Read, *_: object) -> Outputs:
+def _filter_output(read: ReadInput, *_: object) -> Outputs:
     return {"OutVar": read("InVar")} if read("Tc") > 0 else {}
 
 
-def _lead_lag_output(read: Read, *_: object) -> Outputs:
+def _lead_lag_output(read: ReadInput, *_: object) -> Outputs:
     if read("Tlead") < 0 or read("Tlag") <= 0:
         return {}
     if read("Disable"):
@@ -124,26 +124,26 @@ def _lead_lag_output(read: Read, *_: object) -> Outputs:
     return {"OutVar": max(min(out, read("Max_OutVar")), read("Min_OutVar"))}
 
 
-def _lag_output(read: Read, kind: str, sample: float) -> Outputs:
+def _lag_output(read: ReadInput, kind: str, sample: float) -> Outputs:
     start = read("Init_OutVar")
     is_sound = read("Tc") > 0 and read("Min_OutVar") <= start <= read("Max_OutVar")
     return {"OutVar": start} if is_sound and (kind == "ControlLag" or _delay_samples(read, sample) is not None) else {}
 
 
-def _delay_output(read: Read, _: str, sample: float) -> Outputs:
+def _delay_output(read: ReadInput, _: str, sample: float) -> Outputs:
     samples = _delay_samples(read, sample)
     return {} if samples is None else {"OutVar": read("InitDelayedVar" if samples else "InVar")}
 
 
-def _delay_samples(read: Read, sample: float) -> int | None:
+def _delay_samples(read: ReadInput, sample: float) -> int | None:
     """The samples of a delay; None where it is an error, or almost one."""
     time = read("DelayTime")
     return round(round_to_single(time / sample)) if 0 <= time <= MOST_SAMPLES * sample else None
 
 
-OWN_FIRST_OUTPUT = frozenset(("ControlLag", "ControlDelay", "ControlDelayLag"))
+INITIAL_OUTPUT_BLOCKS = frozenset(("ControlLag", "ControlDelay", "ControlDelayLag"))
 """Blocks whose first output is a parameter of their own, which they leave at once."""
-FIRST_CALLS: Mapping[str, Callable[[Read, str, float], Outputs]] = {
+FIRST_CALLS: Mapping[str, Callable[[ReadInput, str, float], Outputs]] = {
     "ControlSelectMax": _select_output,
     "ControlSelectMin": _select_output,
     "ControlLowFilter": _filter_output,
@@ -175,22 +175,22 @@ class FirstScan:
 
     def __init__(self, config: NextopidFile, encoding: NextopidEncoding) -> None:
         self.config, self.encoding, self.layout = config, encoding, encoding.layout
-        self._found: dict[int, KnownValue | None] = {}
+        self._values: dict[int, KnownValue | None] = {}
         self._in_progress: set[int] = set()
-        self._read_blocks: dict[int, set[int]] = {}
+        self._sources_by_block: dict[int, set[int]] = {}
 
-    def known(self, number: int) -> KnownValue | None:
+    def find_value(self, number: int) -> KnownValue | None:
         """The value of a signal or parameter; None where it is unknown."""
-        if number in self._found:
-            return self._found[number]
-        if number in self._in_progress or len(self._in_progress) > MOST_BLOCKS:
+        if number in self._values:
+            return self._values[number]
+        if number in self._in_progress or len(self._in_progress) > MAX_BLOCKS:
             return None
         self._in_progress.add(number)
-        found = self._found[number] = self._work_out(number)
+        found = self._values[number] = self._work_out_value(number)
         self._in_progress.remove(number)
         return found
 
-    def _row(self, number: int) -> tuple[int, Parameter] | None:
+    def _find_parameter(self, number: int) -> tuple[int, Parameter] | None:
         """The number of a block, and its parameter that a number stands for; None: a signal."""
         owner = self.layout.owner_of(number)
         if owner is None:
@@ -198,18 +198,18 @@ class FirstScan:
         block = self.layout.instances[owner]
         return owner, block.kind.table.rows[number - block.base]
 
-    def _written(self, block: int, key: str) -> Any:
+    def _file_value(self, block: int, key: str) -> Any:
         """What the file says of an input, or the default is."""
         return value_at(self.encoding.items[block].item, parse_path(key))
 
-    def _work_out(self, number: int) -> KnownValue | None:
-        owner = self._row(number)
+    def _work_out_value(self, number: int) -> KnownValue | None:
+        owner = self._find_parameter(number)
         if owner is None:
-            return self._signals[number]
+            return self._signal_values[number]
         block, row = owner
         if row.access == "output":
-            return self._output(block, row)
-        value = self._written(block, row.name)
+            return self._first_output(block, row)
+        value = self._file_value(block, row.name)
         if isinstance(value, Wire):
             expression = self.encoding.wires.get((block, row.name))
             return None if expression is None else self._wire_value(block, expression, row.type)
@@ -221,32 +221,32 @@ class FirstScan:
     def _wire_value(self, block: int, expression: Expression, kind: IecType) -> KnownValue | None:
         """What a wire gives a parameter. A number that an INT cannot hold is given as it is, for NX614 to say so."""
         if expression.signal is None:
-            return self._expression_value(expression, kind, lambda number: self._read(number, block))
-        known = self._read(expression.signal, block)
+            return self._expression_value(expression, kind, lambda number: self._read_value(number, block))
+        known = self._read_value(expression.signal, block)
         return None if known is None else known._replace(source=known.source or f" (of {expression.text})")
 
-    def _read(self, number: int, reader: int) -> KnownValue | None:
+    def _read_value(self, number: int, reader: int) -> KnownValue | None:
         """What a block reads in its call; nothing that a block of its own ring may write after it."""
-        owner, known = self._row(number), self.known(number)
+        owner, known = self._find_parameter(number), self.find_value(number)
         if owner is None or known is None:
             return known
         block, row = owner
-        is_wired = isinstance(self._written(block, row.name), Wire)
+        is_wired = isinstance(self._file_value(block, row.name), Wire)
         is_written = row.access == "output" or is_wired
-        if number in self._move_targets or (is_written and reader in self._waits_for(block)):
+        if number in self._move_targets or (is_written and reader in self._find_sources(block)):
             return None
         if is_wired and row.type is INT:
             known = known._replace(value=as_int(known.value))
-        return known._replace(lasts=min(known.lasts, AT_FIRST))
+        return known._replace(life=min(known.life, INITIAL))
 
-    def _waits_for(self, block: int) -> set[int]:
+    def _find_sources(self, block: int) -> set[int]:
         """The block itself, and all whose values it reads, however indirectly."""
-        if block not in self._read_blocks:
-            self._read_blocks[block] = {block, *reachable_blocks(block, self._waits, self._all_blocks)}
-        return self._read_blocks[block]
+        if block not in self._sources_by_block:
+            self._sources_by_block[block] = {block, *reachable_blocks(block, self._direct_sources, self._all_blocks)}
+        return self._sources_by_block[block]
 
     @cached_property
-    def _waits(self) -> list[set[int]]:
+    def _direct_sources(self) -> list[set[int]]:
         return self.layout.read_blocks(self.encoding.wires)
 
     @cached_property
@@ -257,27 +257,27 @@ class FirstScan:
         self, expression: Expression, kind: IecType, read: Callable[[int], KnownValue | None]
     ) -> KnownValue | None:
         """The value of an expression of known values; None where one of them is unknown, or comes from the plant."""
-        known = {number: read(number) for number in sorted(expression.signals)}
-        lasts = min((one.lasts if one is not None else MEASURED for one in known.values()), default=ALWAYS)
-        if lasts == MEASURED:
+        inputs = {number: read(number) for number in sorted(expression.signals)}
+        life = min((one.life if one is not None else MEASURED for one in inputs.values()), default=PERMANENT)
+        if life == MEASURED:
             return None
-        values = {number: float(one.value) for number, one in known.items() if one is not None}
+        values = {number: float(one.value) for number, one in inputs.items() if one is not None}
         try:
             result = value_of(expression, values.get, round_to_single)
         except ArithmeticError:
             return None
-        text = expression.text if len(expression.text) <= LONGEST_SOURCE else f"{expression.text[:LONGEST_SOURCE]}…"
-        source = f" ({text})" if lasts == ALWAYS else f" ({text} at the first scan)"
-        return None if result is None else KnownValue(_typed_content(kind, result), source, lasts)
+        text = expression.text if len(expression.text) <= MAX_QUOTED else f"{expression.text[:MAX_QUOTED]}…"
+        source = f" ({text})" if life == PERMANENT else f" ({text} at the first scan)"
+        return None if result is None else KnownValue(_typed_content(kind, result), source, life)
 
     @cached_property
-    def _signals(self) -> list[KnownValue | None]:
+    def _signal_values(self) -> list[KnownValue | None]:
         """What the signals hold when the first block is called: first values, and what moves have written."""
         names, values = list(self.layout.signals), list[KnownValue | None]()
         for i, (name, kind) in enumerate(self.layout.signals.items()):
             content = value_in_plc(kind, self.config.signals[name])
-            lasts = MEASURED if i in self._pv_signals else AT_FIRST
-            values.append(None if content is None else KnownValue(content, f" (first value of {name})", lasts))
+            life = MEASURED if i in self._pv_signals else INITIAL
+            values.append(None if content is None else KnownValue(content, f" (first value of {name})", life))
 
         def read(number: int) -> KnownValue | None:
             return values[number] if number < len(values) else None
@@ -286,12 +286,12 @@ class FirstScan:
             if copy is None or not copy.at_start or copy.target >= len(values):
                 continue
             when = KnownValue(value=True) if copy.when is None else self._expression_value(copy.when, BOOL, read)
-            moved = None if when is None else self._expression_value(copy.value, copy.type, read)
-            if moved is not None:
-                value = as_int(moved.value) if copy.type is INT else moved.value
-                moved = KnownValue(value, f" ({names[copy.target]} at the first scan)", AT_FIRST)
+            moved_value = None if when is None else self._expression_value(copy.value, copy.type, read)
+            if moved_value is not None:
+                value = as_int(moved_value.value) if copy.type is INT else moved_value.value
+                moved_value = KnownValue(value, f" ({names[copy.target]} at the first scan)", INITIAL)
             if when is None or when.value:
-                values[copy.target] = moved
+                values[copy.target] = moved_value
         return values
 
     @cached_property
@@ -303,28 +303,28 @@ class FirstScan:
     def _pv_signals(self) -> frozenset[int]:
         """The signals that a PV is made of, through wires and blocks other than loops."""
         signals: set[int] = set()
-        waiting = [self.layout.numbers[f"{b.name}.PV"] for b in self.layout.instances if b.kind.name in LOOP_TYPES]
-        while waiting:
-            fresh = dependencies_of(self.encoding, waiting.pop()) - signals
+        pending = [self.layout.numbers[f"{b.name}.PV"] for b in self.layout.instances if b.kind.name in LOOP_TYPES]
+        while pending:
+            fresh = dependencies_of(self.encoding, pending.pop()) - signals
             signals |= fresh
-            waiting += fresh
+            pending += fresh
         return frozenset(signals)
 
     # --- outputs of blocks in their first call -----------------------------------------------------------------------
 
-    def _output(self, block: int, row: Parameter) -> KnownValue | None:
+    def _first_output(self, block: int, row: Parameter) -> KnownValue | None:
         """An output of a block that is no loop, after its first call without an error."""
         kind, name = self.layout.instances[block].kind.name, self.layout.instances[block].name
         first_call = FIRST_CALLS.get(kind)
         if first_call is None:
             return None
-        taken: list[KnownValue] = []
+        inputs: list[KnownValue] = []
 
         def read(key: str) -> float:
-            known = self.known(self.layout.numbers[f"{name}.{key}"])
-            if known is None or known.lasts == MEASURED:
+            known = self.find_value(self.layout.numbers[f"{name}.{key}"])
+            if known is None or known.life == MEASURED:
                 raise NoValueError(key)
-            taken.append(known)
+            inputs.append(known)
             return round_to_single(float(known.value))
 
         try:
@@ -334,5 +334,5 @@ class FirstScan:
         content = None if value is None else _typed_content(row.type, value)
         if content is None:
             return None
-        lasts = min([PASSING if kind in OWN_FIRST_OUTPUT else AT_FIRST, *(known.lasts for known in taken)])
-        return KnownValue(content, f" ({name}.{row.name} at the first scan)", lasts)
+        life = min([TRANSIENT if kind in INITIAL_OUTPUT_BLOCKS else INITIAL, *(known.life for known in inputs)])
+        return KnownValue(content, f" ({name}.{row.name} at the first scan)", life)

@@ -9,12 +9,12 @@ from itertools import permutations
 from pidcfg.schemas.base import Limits, limits_at
 from pidcfg.schemas.expressions import Expression
 from pidcfg.schemas.iec import INT
-from pidcfg.schemas.nextopid import D201, SHORTEST_INTEGRAL
+from pidcfg.schemas.nextopid import D201, MIN_INTEGRAL_TIME
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import ON_OFF, BlockView, NextopidContext, all_known
-from pidcfg.validate.rules.nextopid.first_scan import ALWAYS, D208, as_int
+from pidcfg.validate.rules.nextopid.first_scan import D208, PERMANENT, as_int
 from pidcfg.validate.shared_checks import D955, crossed_set_points, number_text, pairs_with_same_key
 
 # --- The limits of PV and MV, the bits that the block sets, and values outside ----------------------------------------
@@ -73,7 +73,7 @@ def crossed_limits(view: BlockView, low: str, high: str, effect: str) -> Finding
         yield view.report(high, effect, high=view.quote(high), low=view.quote(low))
 
 
-def limit_exceeded(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] | None:
+def exceeded_limit(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] | None:
     """The limit that a parameter lies beyond, and the word for it."""
     value, ends = view.number_of(key), (view.pv_limits if low == "MinPV" else view.mv_limits)
     if value is None or ends is None or ends[0] <= value <= ends[1]:
@@ -81,7 +81,7 @@ def limit_exceeded(view: BlockView, key: str, low: str, high: str) -> tuple[str,
     return (low, "below") if value < ends[0] else (high, "above")
 
 
-def beyond_limit(
+def limit_finding(
     view: BlockView,
     key: str,
     end: tuple[str, str],
@@ -103,10 +103,10 @@ def set_point_outside_pv_limits(context: NextopidContext) -> Findings:
     Fix: correct the set point, or widen the limits.
     """
     for view in context.controllers:
-        end = limit_exceeded(view, "SP", "MinPV", "MaxPV")
+        end = exceeded_limit(view, "SP", "MinPV", "MaxPV")
         if end is not None:
             in_use = not view.is_pid or view.is_wired("CASC") or not view.is_on("CASC")
-            yield beyond_limit(view, "SP", end, f"WarnBits.SP_{end[0]}" if in_use else None)
+            yield limit_finding(view, "SP", end, f"WarnBits.SP_{end[0]}" if in_use else None)
 
 
 @per_pid
@@ -118,10 +118,10 @@ def cascade_set_point_outside_pv_limits(view: BlockView) -> Findings:
 
     Fix: correct the value, or widen the limits.
     """
-    end = limit_exceeded(view, "SP_CASC", "MinPV", "MaxPV")
+    end = exceeded_limit(view, "SP_CASC", "MinPV", "MaxPV")
     if end is not None and view.is_given("SP_CASC"):
         effect = f"WarnBits.SP_CASC_{end[0]}" if view.may_be_on("CASC") else None
-        yield beyond_limit(view, "SP_CASC", end, effect)
+        yield limit_finding(view, "SP_CASC", end, effect)
 
 
 @per_pid
@@ -133,10 +133,10 @@ def manual_mv_outside_limits(view: BlockView) -> Findings:
 
     Fix: give a ManualMV inside the limits.
     """
-    end = limit_exceeded(view, "ManualMV", "MinMV", "MaxMV")
+    end = exceeded_limit(view, "ManualMV", "MinMV", "MaxMV")
     if end is not None and (view.is_given("ManualMV") or view.may_be_on("Manual")):
         effect = f"WarnBits.MV_{end[0]}" if view.may_be_on("Manual") else None
-        yield beyond_limit(view, "ManualMV", end, effect)
+        yield limit_finding(view, "ManualMV", end, effect)
 
 
 @per_pid
@@ -149,13 +149,13 @@ def bias_outside_limits(view: BlockView) -> Findings:
 
     Fix: give the output that holds the set point.
     """
-    end = limit_exceeded(view, "BIAS", "MinMV", "MaxMV")
+    end = exceeded_limit(view, "BIAS", "MinMV", "MaxMV")
     integral = view.integral
     if end is None or not view.is_given("BIAS") or integral is None:
         return
     effect = "only the integral brings MV back" if integral else "without an error MV stays at its limit"
     severity = Severity.INFO if integral else None
-    yield beyond_limit(view, "BIAS", end, f"WarnBits.MV_{end[0]}", severity, effect=effect)
+    yield limit_finding(view, "BIAS", end, f"WarnBits.MV_{end[0]}", severity, effect=effect)
 
 
 @per_pid
@@ -167,9 +167,9 @@ def tracking_value_outside_limits(view: BlockView) -> Findings:
 
     Fix: give a TRK_VAL inside the limits, or widen them.
     """
-    end = limit_exceeded(view, "TRK_VAL", "MinMV", "MaxMV")
+    end = exceeded_limit(view, "TRK_VAL", "MinMV", "MaxMV")
     if end is not None and view.is_given("TRK_VAL") and view.may_be_on("TRK_IN"):
-        yield beyond_limit(view, "TRK_VAL", end, f"WarnBits.MV_{end[0]}")
+        yield limit_finding(view, "TRK_VAL", end, f"WarnBits.MV_{end[0]}")
 
 
 @per_pid
@@ -231,7 +231,7 @@ def wired_value_out_of_range(context: NextopidContext) -> Findings:
             value = view.number_of(row.name) if limits and view.is_wired(row.name) else None
             if limits is not None and value is not None and not limits.holds(value):
                 yield view.report(
-                    row.name, limits.effect, key=row.name, value=view.quote(row.name), allowed=_span(limits)
+                    row.name, limits.effect, key=row.name, value=view.quote(row.name), allowed=_limits_text(limits)
                 )
     kinds = {view.name: view.placed.kind for view in context.views}
     for i, move in enumerate(context.config.moves):
@@ -239,11 +239,11 @@ def wired_value_out_of_range(context: NextopidContext) -> Findings:
         has_key = block in kinds and any(row.name == key for row in kinds[block].inputs)
         limits = limits_at(kinds[block].model, key) if has_key else None
         if limits is not None and isinstance(move.move, Decimal) and not limits.holds(move.move):
-            values = {"key": key, "value": number_text(move.move), "allowed": _span(limits)}
+            values = {"key": key, "value": number_text(move.move), "allowed": _limits_text(limits)}
             yield Finding(("moves", i, "move"), values, plc_effect=limits.effect)
 
 
-def _span(limits: Limits) -> str:
+def _limits_text(limits: Limits) -> str:
     return f"{limits.low} or more" if limits.high is None else f"{limits.low} to {limits.high}"
 
 
@@ -275,7 +275,7 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Findings:
 
 # --- On-off control, pulse width modulation and split range -----------------------------------------------------------
 
-SWITCH = NEXTOPID.cite("chapter 6: ControlON_OFF")
+CONTROL_ON_OFF = NEXTOPID.cite("chapter 6: ControlON_OFF")
 PULSES = NEXTOPID.cite("chapter 7: Error")
 PULSE_RANGE = NEXTOPID.cite("chapter 7: MaxMV, MinMV")
 SPLIT = NEXTOPID.cite("chapter 15: Error")
@@ -292,7 +292,7 @@ D216 = Decision(
     "The output then has steps of more than 10 %.",
     "The manual's own example has 10 cycles.",
 )
-FEWEST_CYCLES = 10
+MIN_CYCLES = 10
 FULL_PERCENT = Decimal(100)
 PWM_BLOCK = "ControlPWM"
 SPLIT_RANGE_BLOCK = "ControlSplitRange"
@@ -319,7 +319,7 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Findings:
 
 @error(
     "NX650",
-    SWITCH,
+    CONTROL_ON_OFF,
     "MV is switched {what} when PV is {side} {point}{source}, but PV is limited to {limit} {end}: it never is",
 )
 def switch_point_out_of_reach(context: NextopidContext) -> Findings:
@@ -341,7 +341,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Findings:
         if sp is None or band is None or pv is None or direct is None or band <= 0:
             continue
         point = min(max(sp.value, pv[0]), pv[1])
-        severity = Severity.WARNING if sp.lasts < ALWAYS else None
+        severity = Severity.WARNING if sp.life < PERMANENT else None
         for value, limit, side in ((point - band, "MinPV", "below"), (point + band, "MaxPV", "above")):
             if value <= pv[0] or value >= pv[1]:
                 description = "on" if (side == "above") == direct else "off"
@@ -382,7 +382,7 @@ def coarse_pulses(context: NextopidContext) -> Findings:
     """
     for view in context.blocks_of_type(PWM_BLOCK):
         period = view.item.Period
-        if 0 < period < FEWEST_CYCLES:
+        if 0 < period < MIN_CYCLES:
             yield view.report("Period", period=period, percent=f"{100 / period:.3g}")
 
 
@@ -403,15 +403,15 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
     """
     for view in context.blocks_of_type(PWM_BLOCK):
         loop = pid_wired_to(view, "MV") if view.mv_limits else None
-        for key, way in (("MinMV", -1), ("MaxMV", 1)):
+        for key, direction in (("MinMV", -1), ("MaxMV", 1)):
             block_limit = view.number_of(key)
             loop_limit = None if loop is None else loop.number_of(key)
             if loop is not None and block_limit is not None and loop_limit is not None and block_limit != loop_limit:
-                beyond = (loop_limit - block_limit) * way > 0
-                effect = "the pulses do not follow beyond it" if beyond else "the pulses never reach the end"
+                is_beyond = (loop_limit - block_limit) * direction > 0
+                effect = "the pulses do not follow beyond it" if is_beyond else "the pulses never reach the end"
                 yield view.report(
                     key,
-                    "Warning" if beyond else None,
+                    "Warning" if is_beyond else None,
                     key=key,
                     mine=view.quote(key),
                     loop=loop.name,
@@ -449,14 +449,14 @@ def split_range_not_in_percent(context: NextopidContext) -> Findings:
         if value is not None and not 0 <= value <= FULL_PERCENT:
             yield view.report("MV", "Error", what=f"it is {view.quote('MV')}", effect=BOTH_OUTPUTS_ZERO)
         elif loop is not None and limits is not None and limits != (Decimal(0), FULL_PERCENT):
-            beyond = limits[0] < 0 or limits[1] > FULL_PERCENT
+            is_beyond = limits[0] < 0 or limits[1] > FULL_PERCENT
             description = f"{loop.name} goes from {loop.quote('MinMV')} to {loop.quote('MaxMV')}"
             yield view.report(
                 "MV",
-                "Error" if beyond else None,
-                None if beyond else Severity.WARNING,
+                "Error" if is_beyond else None,
+                None if is_beyond else Severity.WARNING,
                 what=description,
-                effect="; beyond 0 to 100 both outputs are 0" if beyond else "",
+                effect="; beyond 0 to 100 both outputs are 0" if is_beyond else "",
             )
 
 
@@ -532,7 +532,7 @@ def times_out_of_proportion(view: BlockView) -> Findings:
     Fix: correct the time; a derivative is 1/4 of the integral time and less, its filter 1/8 of the derivative.
     """
     integral, derivative, indep = view.number_of("Ti_Ki"), view.number_of("Td_Kd"), view.is_on("Indep")
-    if indep is not False or integral is None or integral < SHORTEST_INTEGRAL:
+    if indep is not False or integral is None or integral < MIN_INTEGRAL_TIME:
         return
     for key, short, value, limit in (
         ("Td_Kd", "Ti_Ki", derivative, integral),
@@ -564,26 +564,26 @@ def opposite_loops_of_one_pv(context: NextopidContext) -> Findings:
 
     Fix: join them by a split range, or leave a gap between the set points; correct Direct where it was not meant.
     """
-    joined = {
+    joined_signals = {
         number
         for block in context.blocks_of_type(*JOINING_BLOCKS)
         for key in ("MV", "MV1", "MV2")
         if key in type(block.item).model_fields and (wire := block.wire(key)) is not None
         for number in wire.signals
     }
-    outputs = {view.number for number in joined if (view := context.pid_output(number)) is not None}
-    crossed = {frozenset((first.number, two.number)) for first, two in _crossed(context)}
+    joined_loops = {view.number for number in joined_signals if (view := context.pid_output(number)) is not None}
+    crossed_pairs = {frozenset((first.number, two.number)) for first, two in _crossed_pairs(context)}
     for first, two, pv in pairs_with_same_key(context.pids, lambda view: view.source("PV")):
-        if {first.is_on("Direct"), two.is_on("Direct")} != {True, False} or {first.number, two.number} <= outputs:
+        if {first.is_on("Direct"), two.is_on("Direct")} != {True, False} or {first.number, two.number} <= joined_loops:
             continue
-        if frozenset((first.number, two.number)) in crossed:
+        if frozenset((first.number, two.number)) in crossed_pairs:
             continue
         for this, other in ((first, two), (two, first)):
             key = "Direct" if this.is_given("Direct") else "PV"
             yield this.report(key, one=first.name, two=two.name, pv=pv).with_other_loops(other.name)
 
 
-def _crossed(context: NextopidContext) -> list[tuple[BlockView, BlockView]]:
+def _crossed_pairs(context: NextopidContext) -> list[tuple[BlockView, BlockView]]:
     """Pairs of loops with one PV, the heating one first, that heat to above where they cool."""
     views = [view for view in context.pids if view.is_on("Direct") or not view.may_be_on("Direct")]
     pairs = ((one, two) for one, two, _ in pairs_with_same_key(views, lambda view: view.source("PV")))
@@ -599,7 +599,7 @@ def set_points_crossed(context: NextopidContext) -> Findings:
 
     Fix: put the SP of the loop with Direct TRUE above that of the other, with a gap between them.
     """
-    for heating, cooling in _crossed(context):
+    for heating, cooling in _crossed_pairs(context):
         names = {"heating": heating.name, "cooling": cooling.name, "pv": heating.source("PV")}
         for this, other in ((heating, cooling), (cooling, heating)):
             values = {"high": heating.quote("SP"), "low": cooling.quote("SP")}
@@ -615,12 +615,12 @@ def output_written_twice(context: NextopidContext) -> Findings:
     Fix: give each loop its own output; join two loops of one valve by a selector or a split range, or write with `when`
     which of them has it.
     """
-    written: dict[tuple[int, bool], list[tuple[int, BlockView]]] = {}
+    moves_by_target: dict[tuple[int, bool], list[tuple[int, BlockView]]] = {}
     for i, copy in enumerate(context.encoding.copies):
         view = None if copy is None or copy.when is not None else _moved_output(context, copy.value)
         if copy is not None and view is not None:
-            written.setdefault((copy.target, copy.at_start), []).append((i, view))
-    for moves in written.values():
+            moves_by_target.setdefault((copy.target, copy.at_start), []).append((i, view))
+    for moves in moves_by_target.values():
         for (i, one), (j, two) in permutations(moves, 2):
             if one is not two:
                 to, which = context.config.moves[i].to, "before it" if j < i else "behind it"

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 # --- Wires and names: what means nothing, what nobody reads, and names that stand for two things ----------------------
 
 BLOCKS = NEXTOPID.cite("chapter 1: Introduction")
-LOOP = "the loop"
+LOOP_TEXT = "the loop"
 
 D209 = Decision(
     209,
@@ -59,21 +59,21 @@ STRUCTURES = (
     "PIDA_ERROR_BITS PIDA_WARNING_BITS ON_OFF_ERROR_BITS ON_OFF_WARNING_BITS AUTOTUNE_PARAM AUTOTUNE_RESULT "
     "AUTOTUNE_MODE AUTOTUNE_P AUTOTUNE_PI AUTOTUNE_PID"
 )
-LIBRARY = {name.casefold(): name for name in (*BLOCK_TYPES, *STRUCTURES.split())}
+LIBRARY_NAMES = {name.casefold(): name for name in (*BLOCK_TYPES, *STRUCTURES.split())}
 FUNCTIONS = """
     SIN COS TAN ASIN ACOS ATAN EXPT ADD SUB MUL DIV MOVE SHL SHR ROL ROR GT GE EQ LE LT NE LEN LEFT RIGHT MID CONCAT
     EXP LN LOG LIMIT SEL MUX INSERT DELETE REPLACE FIND TRUNC ADR SIZEOF SR RS SEMA R_TRIG F_TRIG CTU CTD CTUD TP TON
     TOF RTC POINTER REFERENCE METHOD THIS SUPER INTERFACE UNION BIT EN ENO PUBLIC PRIVATE PERSISTENT CONTINUE JMP
 """
-_REFUSED = """
+_REFUSED_WORDS = """
     SEL LIMIT ADR THIS SUPER BIT METHOD INI PROPERTY CONTINUE JMP POINTER REFERENCE INTERFACE UNION
 """
-REFUSED = frozenset(_REFUSED.split())
+REFUSED_NAMES = frozenset(_REFUSED_WORDS.split())
 """Names that CODESYS does not compile as those of a variable; conversions, INT_TO_REAL, are others."""
-STANDARD = frozenset(FUNCTIONS.split()) | REFUSED
-_TYPE = "(BOOL|BYTE|WORD|DWORD|LWORD|U?[SDL]?INT|L?REAL|TIME|DATE|STRING|ANY)"
-CONVERSION = re.compile(rf"{_TYPE}_TO_\w+|TO_{_TYPE}")
-PASSIVE = ("ControlLowFilter", "ControlDelay", "ControlLag", "ControlDelayLag", "ControlLeadLag")
+STANDARD_NAMES = frozenset(FUNCTIONS.split()) | REFUSED_NAMES
+_TYPE_PATTERN = "(BOOL|BYTE|WORD|DWORD|LWORD|U?[SDL]?INT|L?REAL|TIME|DATE|STRING|ANY)"
+CONVERSION = re.compile(rf"{_TYPE_PATTERN}_TO_\w+|TO_{_TYPE_PATTERN}")
+PASSIVE_BLOCKS = ("ControlLowFilter", "ControlDelay", "ControlLag", "ControlDelayLag", "ControlLeadLag")
 """Blocks whose output is of use only to other blocks."""
 
 
@@ -138,8 +138,8 @@ def name_of_a_library_block(context: NextopidContext) -> Findings:
     Fix: name it after what it does, such as TIC101 or VALVE_PWM.
     """
     for _, name, path in named_items(context):
-        if name.casefold() in LIBRARY:
-            yield Finding(path, {"name": name, "taken": LIBRARY[name.casefold()]}, key=path[0] == "signals")
+        if name.casefold() in LIBRARY_NAMES:
+            yield Finding(path, {"name": name, "taken": LIBRARY_NAMES[name.casefold()]}, key=path[0] == "signals")
 
 
 @error("NX604", D209, "the name {name} is also that of {others}{letters}")
@@ -156,13 +156,13 @@ def name_used_twice(context: NextopidContext) -> Findings:
         groups.setdefault(row[1].casefold(), []).append(row)
     for rows in groups.values():
         for what, name, path in rows if len(rows) > 1 else ():
-            mine = (what, name) if what == LOOP else None  # loops of one name have PID106
+            mine = (what, name) if what == LOOP_TEXT else None  # loops of one name have PID106
             others = [row for row in rows if row[2] != path and row[:2] != mine]
             if others:
                 same = all(row[1] == name for row in others)
                 letters = "" if same else ": capital and small letters are the same"
                 values = {"name": name, "others": list_names([" ".join(row[:2]) for row in others]), "letters": letters}
-                loops = (row[1] for row in others if row[0] == LOOP)
+                loops = (row[1] for row in others if row[0] == LOOP_TEXT)
                 yield Finding(path, values, key=path[0] == "signals").with_other_loops(*loops)
 
 
@@ -190,8 +190,8 @@ def name_of_a_standard_function(context: NextopidContext) -> Findings:
     Fix: choose another name.
     """
     for _, name, path in named_items(context):
-        refused = name.upper() in REFUSED or CONVERSION.fullmatch(name.upper())
-        if refused or name.upper() in STANDARD:
+        refused = name.upper() in REFUSED_NAMES or CONVERSION.fullmatch(name.upper())
+        if refused or name.upper() in STANDARD_NAMES:
             severity = Severity.ERROR if refused else None
             yield Finding(path, {"name": name}, key=path[0] == "signals", severity=severity)
 
@@ -206,7 +206,7 @@ def unused_output(context: NextopidContext) -> Findings:
     Fix: wire the output to the parameter that it was made for, or remove the block.
     """
     read = _names_read(context)
-    for view in context.blocks_of_type(*PASSIVE):
+    for view in context.blocks_of_type(*PASSIVE_BLOCKS):
         if f"{view.name}.OutVar" not in read:
             yield view.report("name", name=view.name)
 
@@ -217,7 +217,7 @@ def named_items(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
     for name in context.config.signals:
         yield "the signal", name, ("signals", name)
     for placed in context.encoding.items:
-        yield LOOP if placed.is_loop else "the block", placed.item.name, (*placed.place, "name")
+        yield LOOP_TEXT if placed.is_loop else "the block", placed.item.name, (*placed.place, "name")
 
 
 def _names_read(context: NextopidContext) -> set[str]:
@@ -246,7 +246,7 @@ D550 = Decision(
 COMPARISON_OPS = frozenset((*COMPARISONS.values(), *EQUALITIES.values()))
 TRUTH_TEXT = {True: "TRUE", False: "FALSE"}
 LEAF_OPS = frozenset((SIGNAL, CONSTANT, TRUTH))
-MOST_CASES = 4096
+MAX_CASES = 4096
 """Combinations that are tried; a condition of more is not judged."""
 
 
@@ -284,7 +284,7 @@ def constant_value(expression: Expression, kinds: Mapping[int, IecType]) -> bool
     cases: dict[Node, list[Any]] = {(SIGNAL, n): [False, True] for n in expression.signals if kinds[n].kind == "bool"}
     cases |= {name: _test_values(value, kinds[name[1]]) for name, value in points.items()}
     cases |= {node: [False, True] for node in comparisons if not _compares_name_with_number(node)}
-    if prod(len(values) for values in cases.values()) > MOST_CASES:
+    if prod(len(values) for values in cases.values()) > MAX_CASES:
         return None
     value = {_evaluate(tree, dict(zip(cases, chosen, strict=True))) for chosen in product(*cases.values())}
     return bool(value.pop()) if len(value) == 1 else None
@@ -571,9 +571,9 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Findings:
     Fix: raise PercMaxPeakPV as far as the process allows, or lower PercHystPV to the noise of PV.
     """
     for view in auto_tuned_loops(context):
-        most, least = (view.number_of(f"AutoTuneParam.{key}") for key in ("PercMaxPeakPV", "PercHystPV"))
-        if most is not None and least is not None and 0 < most <= 2 * least:
-            peak, hysteresis = number_text(most), number_text(least)
+        max_peak, min_peak = (view.number_of(f"AutoTuneParam.{key}") for key in ("PercMaxPeakPV", "PercHystPV"))
+        if max_peak is not None and min_peak is not None and 0 < max_peak <= 2 * min_peak:
+            peak, hysteresis = number_text(max_peak), number_text(min_peak)
             yield view.report(
                 "AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", peak=peak, hysteresis=hysteresis
             )
