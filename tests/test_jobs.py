@@ -58,12 +58,12 @@ def test_results_come_back_in_order_from_other_processes():
 
 def test_processes_are_started_only_where_they_pay():
     few = START_MICROSECONDS // FILE_MICROSECONDS - 1
-    here = list(WorkerPool(2, doubling, (0,)).results_soon(range(2, few + 2), lambda _: 0.0))
+    here = list(WorkerPool(2, doubling, (0,)).adaptive_results(range(2, few + 2), lambda _: 0.0))
     assert {place for _, place in here} == {os.getpid()}
-    mixed = list(WorkerPool(2, doubling, (0,)).results_soon(range(6), lambda _: START_MICROSECONDS / 4))
+    mixed = list(WorkerPool(2, doubling, (0,)).adaptive_results(range(6), lambda _: START_MICROSECONDS / 4))
     assert [number for number, _ in mixed] == [0, 2, 4, 6, 8, 10]
     assert [place == os.getpid() for _, place in mixed] == [True] + [False] * 5
-    alone = list(WorkerPool(1, doubling, (0,)).results_soon(range(2, 5), lambda _: START_MICROSECONDS))
+    alone = list(WorkerPool(1, doubling, (0,)).adaptive_results(range(2, 5), lambda _: START_MICROSECONDS))
     assert {place for _, place in alone} == {os.getpid()}
 
 

@@ -20,7 +20,7 @@ from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
-from pidcfg.text.reader import DEFAULT, SUFFIXES, Disk, near_name, read_failure, read_file
+from pidcfg.text.reader import DEFAULT, SUFFIXES, Disk, read_failure, read_file, similar_file
 from pidcfg.text.signs import UTF16_MARKS
 from pidcfg.text.source import read_document
 
@@ -458,7 +458,7 @@ def document_of_input(entry: Input) -> Document:
     """An input as a document; a file that could not be opened is one with that finding."""
     if entry.problem is None:
         return read_document(entry.data, entry.name, entry.limits)
-    nearest = near_name(entry.name, RECORDED_DISK)
+    nearest = similar_file(entry.name, RECORDED_DISK)
     cure = f"did you mean {nearest}?" if nearest else "check the path"
     finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help=cure)
     return Document(entry.name, "", None, Node(None), (finding,), entry.limits)

@@ -30,7 +30,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, dotted_text, has_key, parse_path, set_value, value_at
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.references import Decision
-from pidcfg.text.signs import binary_file
+from pidcfg.text.signs import describe_binary
 from pidcfg.vendors import VENDORS, Vendor
 
 # --- A memory listing of any vendor and format to a configuration -----------------------------------------------------
@@ -64,7 +64,7 @@ def read_listing(
     text = _text_of(data, [kinds[kind]] if kind else [*kinds.values()])
     chosen = kinds[kind] if kind else detect_kind(text, kinds)
     if chosen is None:
-        if other := binary_file(data):
+        if other := describe_binary(data):
             raise ListingError(f"{other[0]}, no memory listing; {other[1]}")
         vendor_named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD_CHARACTERS]), None)
         if vendor_named not in {None, vendor.key}:

@@ -12,7 +12,7 @@ from pidcfg.encoders.listing import Listing, ListingError, load_json
 from pidcfg.encoders.parameters import Content, read_content, store_content
 from pidcfg.schemas.iec import LITERAL_WITH_TYPE, IecType, TimeNumber, real_text, time_seconds
 from pidcfg.schemas.numbers import MAX_DIGITS
-from pidcfg.text.signs import CONTROL
+from pidcfg.text.signs import CONTROL_SIGNS
 from pidcfg.text.writer import json_line
 
 # --- Structured Text as words and signs with their places, and its comments -------------------------------------------
@@ -372,7 +372,7 @@ def is_literal(token: Token) -> bool:
 
 WIDTH = 110
 """Beyond this a declaration or a call gets a line for each parameter."""
-BLANKS = re.compile(f"[\\x00-\\x20{CONTROL}]+")
+BLANKS = re.compile(f"[\\x00-\\x20{CONTROL_SIGNS}]+")
 COMMENT_MARKS = re.compile(r"\((?=\*)|\*(?=\))")
 """What would begin or end a comment."""
 NOT_IN_COMMENTS = re.compile(f"{COMMENT_MARKS.pattern}|[\\ud800-\\udfff\\ufffe\\uffff]")

@@ -13,7 +13,7 @@ from pidcfg.text.diagnostics import Edit, Severity, Span
 from pidcfg.text.document import span_of
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import parse_path
-from pidcfg.text.reader import read_other
+from pidcfg.text.reader import read_named_file
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import is_configuration, is_scenario
 from pidcfg.validate.fixes import apply_edits
@@ -179,7 +179,7 @@ def configuration_of(doc: Document, reader: Reader) -> Document | None:
         return None
     path = reader.resolve(doc.file, name)
     try:
-        data = read_other(reader, path, doc.limits.listing_bytes + 1)
+        data = read_named_file(reader, path, doc.limits.listing_bytes + 1)
     except (OSError, ValueError):
         return None
     config = read_document(data, path, doc.limits)

@@ -17,7 +17,7 @@ from pidcfg.schemas.scenario import (
 from pidcfg.sim.judgement.report import ACCEPTED_KIND, Standing
 from pidcfg.sim.judgement.standing import loop_verdict
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
-from pidcfg.text.reader import may_be_quoted, read_failure, read_other
+from pidcfg.text.reader import may_be_quoted, read_failure, read_named_file
 from pidcfg.text.references import Decision
 from pidcfg.text.writer import json_text
 
@@ -350,7 +350,7 @@ def reference_of(
     path: Path = ("reference",) if against is None else ()
     name = reader.resolve(doc.file, scenario.reference or "") if against is None else against[1]
     try:
-        data = read_other(reader, name, most + 1) if against is None else against[0]
+        data = read_named_file(reader, name, most + 1) if against is None else against[0]
         run = run_of_data(data, most, may_quote=against is not None or may_be_quoted(reader, doc.file, name))
         _refuse_other_scenario(run, scenario, loops)
     except AcceptedError as error:

@@ -16,7 +16,7 @@ from pidcfg.sim.engine.network import initial_values, settle_plants
 from pidcfg.sim.engine.run import plc_options, prepare_network
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.paths import dotted_text, leaves, parse_path
-from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, near_name, read_failure, read_other
+from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, read_failure, read_named_file, similar_file
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import is_unusable
 from pidcfg.validate.engine import check_document, is_scenario
@@ -206,10 +206,10 @@ def _read_config(loaded: LoadedScenario, scenario: Scenario, reader: Reader) -> 
         loaded.refuse_config(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
     try:
-        data = read_other(reader, loaded.config, loaded.document.limits.listing_bytes + 1)
+        data = read_named_file(reader, loaded.config, loaded.document.limits.listing_bytes + 1)
     except (OSError, ValueError) as error:
         quoted = may_be_quoted(reader, loaded.document.file, loaded.config)
-        near = near_name(loaded.config, reader) if quoted else None
+        near = similar_file(loaded.config, reader) if quoted else None
         meant = f"did you mean {PurePath(near).name}? " if near else ""
         loaded.refuse_config(read_failure(loaded.config, error), f"{meant}the path is relative to the scenario file")
         return

@@ -131,12 +131,12 @@ def words_of(d: Diagnostic) -> str:
 
 def without_word(text: str, word: str) -> str:
     """A text without a word, wherever no letter, digit or underscore stands beside it."""
-    pieces, begin, at = [], 0, text.find(word)
-    while at >= 0:
-        end = at + len(word)
-        if any(c.isalnum() or c == "_" for c in text[max(at - 1, 0) : at] + text[end : end + 1]):
-            at = text.find(word, at + 1)
+    pieces, begin, index = [], 0, text.find(word)
+    while index >= 0:
+        end = index + len(word)
+        if any(c.isalnum() or c == "_" for c in text[max(index - 1, 0) : index] + text[end : end + 1]):
+            index = text.find(word, index + 1)
             continue
-        pieces.append(text[begin:at])
-        begin, at = end, text.find(word, end)
+        pieces.append(text[begin:index])
+        begin, index = end, text.find(word, end)
     return "".join(pieces) + text[begin:]

@@ -130,19 +130,19 @@ class Document:
 
         Of a value that is used in several places, by an alias or a template, the place is where it is written.
         """
-        node, place = self.root, (line, column)
+        node, position = self.root, (line, column)
         path: Path = ()
         while node.children is not None:
             entry = max(
-                (child for child in _entries(node) if child[0] <= place), key=lambda one: one[0], default=None
+                (child for child in _entries(node) if child[0] <= position), key=lambda one: one[0], default=None
             )  # a mapping has no end, so the last one that begins before the place
             if entry is None:
                 return None
             _, step, key, node = entry
             path = (*path, step)
-            if key is not None and _is_within(span_of(key), place):
+            if key is not None and _is_within(span_of(key), position):
                 return Location(path, key=True, span=span_of(key))
-        return Location(path, key=False, span=node.span) if path and _is_within(node.span, place) else None
+        return Location(path, key=False, span=node.span) if path and _is_within(node.span, position) else None
 
 
 def _entries(node: Node) -> Iterator[tuple[tuple[int, int], str | int, Event | None, Node]]:
@@ -159,9 +159,9 @@ def start_of(span: Span) -> tuple[int, int]:
     return span.line, span.column
 
 
-def _is_within(span: Span, place: tuple[int, int]) -> bool:
+def _is_within(span: Span, position: tuple[int, int]) -> bool:
     """Whether a place is within a span, its end included."""
-    return start_of(span) <= place <= (span.end_line, span.end_column)
+    return start_of(span) <= position <= (span.end_line, span.end_column)
 
 
 def span_of(event: Event | None) -> Span:
@@ -179,7 +179,7 @@ def span_of(event: Event | None) -> Span:
 # comments are about that place, be it in the template or in the loop. Nothing behind the reader knows of templates.
 
 TEMPLATES, USE = "templates", "use"
-OWN_KEY = "name"
+NAME_KEY = "name"
 """What each loop has for itself."""
 NO_TEMPLATES = "there is none: add 'templates:' above the loops"
 MAX_TEMPLATES_NAMED = 50
@@ -208,7 +208,7 @@ def resolve_templates(doc: Document) -> Document:
     return replace(doc, data=data, root=root, problems=(*doc.problems, *resolver.problems))
 
 
-def same_places(doc: Document, path: Path) -> Iterator[Path]:
+def paths_sharing_text(doc: Document, path: Path) -> Iterator[Path]:
     """The paths of all loops that have a value from the same place of the text."""
     yield path
     loops = (doc.data or {}).get("loops")
@@ -234,7 +234,7 @@ class _Resolver:
     doc: Document
     problems: dict[Diagnostic, None] = field(default_factory=dict)
     """Each once, in their order."""
-    resolved: dict[str, tuple[Data, Node] | None] = field(default_factory=dict)
+    resolved_templates: dict[str, tuple[Data, Node] | None] = field(default_factory=dict)
     """Templates that are used, with what they use themselves; None: one that cannot be."""
     cures: dict[str, str] = field(default_factory=dict)
     """Of names that no template has."""
@@ -257,13 +257,13 @@ class _Resolver:
                 "PID016", (TEMPLATES,), "templates are for loops, and there are none", "add loops that use them"
             )
             return []
-        out = []
+        resolved_loops = []
         for i, loop in enumerate(loops):
             node = entry[1].child(i)
-            out.append(self._resolve_loop(("loops", i), loop, node[1] if node else Node(None)))
+            resolved_loops.append(self._resolve_loop(("loops", i), loop, node[1] if node else Node(None)))
         failed = bool(self.problems)
         for name in self.templates:
-            if name not in self.resolved and not failed:
+            if name not in self.resolved_templates and not failed:
                 self._add_problem(
                     "PID017",
                     (TEMPLATES, name),
@@ -271,7 +271,7 @@ class _Resolver:
                     "delete it, or use it",
                     Severity.WARNING,
                 )
-        return out
+        return resolved_loops
 
     def _check_templates(self, templates: object) -> None:
         """Templates are loops by name, and none of them has a loop's own name."""
@@ -288,12 +288,12 @@ class _Resolver:
                 self._add_error(
                     "PID016", (TEMPLATES, name), f"the template {name} is no loop", "write the keys of a loop below it"
                 )
-            elif OWN_KEY in loop:
+            elif NAME_KEY in loop:
                 self._add_error(
                     "PID016",
-                    (TEMPLATES, name, OWN_KEY),
-                    f"the template {name} has a {OWN_KEY}, which no two loops share",
-                    f"give each loop its {OWN_KEY}",
+                    (TEMPLATES, name, NAME_KEY),
+                    f"the template {name} has a {NAME_KEY}, which no two loops share",
+                    f"give each loop its {NAME_KEY}",
                 )
 
     def _resolve_loop(self, path: Path, loop: object, node: Node) -> tuple[object, Node]:
@@ -306,22 +306,22 @@ class _Resolver:
     def _resolve_template(self, name: Any, path: Path) -> tuple[Data, Node] | None:
         """A template with what it uses itself; None for one that cannot be used."""
         users: dict[str, None] = {}  # from the one that is asked for to the one that uses no other
-        while self._is_usable(name, path, users) and name not in self.resolved:
+        while self._is_usable(name, path, users) and name not in self.resolved_templates:
             users[name] = None
             if USE not in self.templates[name]:
                 break
             name, path = self.templates[name][USE], (TEMPLATES, name, USE)
-        resolved = self.resolved.get(name) if isinstance(name, str) else None
+        resolved = self.resolved_templates.get(name) if isinstance(name, str) else None
         entry = self.doc.root.child(TEMPLATES)
         for user in reversed(users):
             child = entry[1].child(user) if entry else None
             data = self.templates[user]
-            own = _without_use(data, child[1] if child else Node(None))
+            loop = _without_use(data, child[1] if child else Node(None))
             if USE not in data:
-                resolved = own
+                resolved = loop
             elif resolved is not None:
-                resolved = self._join_within_limit(resolved, own, (TEMPLATES, user))
-            self.resolved[user] = resolved
+                resolved = self._join_within_limit(resolved, loop, (TEMPLATES, user))
+            self.resolved_templates[user] = resolved
         return resolved
 
     def _is_usable(self, name: object, path: Path, users: Collection[str]) -> bool:
@@ -351,20 +351,20 @@ class _Resolver:
             self.cures[name] = f"did you mean {near[0]}?" if near else known
         return self.cures[name]
 
-    def _join_within_limit(self, base: tuple[object, Node], own: tuple[object, Node], path: Path) -> tuple[Any, Node]:
+    def _join_within_limit(self, base: tuple[object, Node], loop: tuple[object, Node], path: Path) -> tuple[Any, Node]:
         """What uses a template with the values of it, as long as all copies are within the limit."""
         fitted = self.nodes <= self.doc.limits.nodes
         self.nodes += base[1].size
         if self.nodes <= self.doc.limits.nodes:
-            return self._merge(base, own, path)
+            return self._merge(base, loop, path)
         if fitted:
             message = f"more than {self.doc.limits.nodes} values with those of templates"
             self._add_error("PID013", (*path, USE), message, "split the file, or raise the limit by option")
-        return own
+        return loop
 
-    def _merge(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[object, Node]:
+    def _merge(self, base: tuple[Any, Node], loop: tuple[Any, Node], path: Path) -> tuple[object, Node]:
         """Two mappings as one; of a key that both have, mappings are joined and anything else is the own one."""
-        (data, node), (own_data, own_node) = base, own
+        (data, node), (own_data, own_node) = base, loop
         keys: Data = dict(data)
         children = dict(node.children) if isinstance(node.children, dict) else {}
         own_children = own_node.children if isinstance(own_node.children, dict) else {}

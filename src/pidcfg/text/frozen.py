@@ -77,19 +77,19 @@ def _make_init(cls: type) -> FunctionType:
 
 def _make_value_methods(cls: type) -> dict[str, Callable[..., object]]:
     """How two records are compared, and how one is shown."""
-    compared = _make_getter([f for f in fields(cls) if f.compare])
-    shown = [f.name for f in fields(cls) if f.repr]
+    get_values = _make_getter([f for f in fields(cls) if f.compare])
+    shown_names = [f.name for f in fields(cls) if f.repr]
 
     def equal(self: object, other: object) -> bool:
-        return compared(self) == compared(other) if other.__class__ is self.__class__ else NotImplemented
+        return get_values(self) == get_values(other) if other.__class__ is self.__class__ else NotImplemented
 
-    def number(self: object) -> int:
-        return hash(compared(self))
+    def hash_values(self: object) -> int:
+        return hash(get_values(self))
 
-    def text(self: object) -> str:
-        return f"{type(self).__qualname__}({', '.join(f'{name}={getattr(self, name)!r}' for name in shown)})"
+    def repr_text(self: object) -> str:
+        return f"{type(self).__qualname__}({', '.join(f'{name}={getattr(self, name)!r}' for name in shown_names)})"
 
-    return {"__eq__": equal, "__hash__": number, "__repr__": text}
+    return {"__eq__": equal, "__hash__": hash_values, "__repr__": repr_text}
 
 
 def _make_getter(members: list[Field[object]]) -> Callable[[object], object]:

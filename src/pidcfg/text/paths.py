@@ -54,34 +54,34 @@ def value_at(data: object, path: Sequence[str | int]) -> Any:
 
 def has_key(data: object, path: Sequence[str | int]) -> bool:
     """Whether plain data have the last key of a path, be it with an empty value."""
-    above = value_at(data, path[:-1]) if path else None
-    if isinstance(above, list):
-        return isinstance(path[-1], int) and path[-1] < len(above)
-    return isinstance(above, dict) and path[-1] in above
+    parent = value_at(data, path[:-1]) if path else None
+    if isinstance(parent, list):
+        return isinstance(path[-1], int) and path[-1] < len(parent)
+    return isinstance(parent, dict) and path[-1] in parent
 
 
 def set_value(data: Data, path: Sequence[str | int], value: object) -> None:
     """Sets a value in plain data; mappings on the way are created as needed, items of lists must exist."""
     container: Any = data
-    for step, below in pairwise(path):
-        kinds = dict if isinstance(below, str) else dict | list
+    for step, next_step in pairwise(path):
+        kinds = dict if isinstance(next_step, str) else dict | list
         if isinstance(container, dict) and not isinstance(container.get(str(step)), kinds):
             container[str(step)] = {}
         container = container[step]
     container[path[-1]] = value
 
 
-def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], object, Path]]:
+def leaves(data: Any, prefix: Path = ()) -> Iterator[tuple[tuple[str, ...], object, Path]]:
     """The values of nested mappings: ``{tuning: {gain: 2}}`` and ``{tuning.gain: 2}`` are ``(tuning, gain)`` and 2.
 
     The third is the path as it is written.
     """
     for key, value in data.items():
-        here = (*above, key)
+        full_path = (*prefix, key)
         if isinstance(value, dict):
-            yield from leaves(value, here)
+            yield from leaves(value, full_path)
         else:
-            yield tuple(dotted_text(here).split(".")), value, here
+            yield tuple(dotted_text(full_path).split(".")), value, full_path
 
 
 def is_given(model: object, path: Sequence[str | int]) -> bool:
@@ -99,16 +99,16 @@ def is_given(model: object, path: Sequence[str | int]) -> bool:
     return model is not None
 
 
-def given_fields(model: Any, above: Path = ()) -> Iterator[tuple[Path, object]]:
+def given_fields(model: Any, prefix: Path = ()) -> Iterator[tuple[Path, object]]:
     """The leaf fields that a file gives of a model, with their values, in the order of the schema."""
     for key in type(model).model_fields:
         value = getattr(model, key)
         if key not in model.model_fields_set or value is None:
             continue
         if hasattr(type(value), "model_fields"):
-            yield from given_fields(value, (*above, key))
+            yield from given_fields(value, (*prefix, key))
         else:
-            yield (*above, key), value
+            yield (*prefix, key), value
 
 
 # --- Patterns of paths, the same on every system: ``*`` and ``?`` within a name, ``**`` for any number of folders -----
@@ -129,19 +129,19 @@ def matches(pattern: str, path: str) -> bool:
     parts = [part.replace("[", "[[]") for part in bare.strip("/").split("/")]
     if "/" not in pattern.rstrip("/"):
         parts.insert(0, ANY_DEPTH)
-    places = _reachable_places({0}, parts)
+    positions = _reachable_positions({0}, parts)
     for name in path.split("/"):
-        waiting = {i for i in places if i < len(parts) and parts[i] == ANY_DEPTH}
-        steps = {i + 1 for i in places if i < len(parts) and parts[i] != ANY_DEPTH and fnmatchcase(name, parts[i])}
-        places = _reachable_places(waiting | steps, parts)
-        if len(parts) in places:
+        waiting = {i for i in positions if i < len(parts) and parts[i] == ANY_DEPTH}
+        steps = {i + 1 for i in positions if i < len(parts) and parts[i] != ANY_DEPTH and fnmatchcase(name, parts[i])}
+        positions = _reachable_positions(waiting | steps, parts)
+        if len(parts) in positions:
             return True
     return False
 
 
-def _reachable_places(places: set[int], parts: list[str]) -> set[int]:
+def _reachable_positions(positions: set[int], parts: list[str]) -> set[int]:
     """The places of a pattern with those behind ``**``, which may stand for nothing."""
-    reached = set(places)
+    reached = set(positions)
     for i, part in enumerate(parts):
         if i in reached and part == ANY_DEPTH:
             reached.add(i + 1)

@@ -55,19 +55,19 @@ class WorkerPool(Generic[Item, Result]):
         from concurrent.futures.process import BrokenProcessPool
 
         with self._pool() as pool:
-            waiting: deque[Future[Result]] = deque()
+            futures: deque[Future[Result]] = deque()
             try:
                 for item in items:
                     with _ignore_interrupts():
-                        waiting.append(pool.submit(_run_item, item))
-                    if len(waiting) >= self.jobs * ITEMS_AHEAD:
-                        yield waiting.popleft().result()
-                while waiting:
-                    yield waiting.popleft().result()
+                        futures.append(pool.submit(_run_item, item))
+                    if len(futures) >= self.jobs * ITEMS_AHEAD:
+                        yield futures.popleft().result()
+                while futures:
+                    yield futures.popleft().result()
             except BrokenProcessPool:
                 raise ChildProcessError("a process ended in the middle of its work; try --jobs 1") from None
 
-    def results_soon(
+    def adaptive_results(
         self,
         items: Sequence[Item],
         effort: Callable[[Result], float],
@@ -78,15 +78,15 @@ class WorkerPool(Generic[Item, Result]):
         ``effort``: what an item with this result has taken beside a file, in µs by a count of its work. What is left is
         taken to be like the largest so far. ``make_worker``: for this process; its worker may also say how far it is.
         """
-        worker, longest = None, 0.0
+        worker, max_effort = None, 0.0
         for i, item in enumerate(items):
             remaining = len(items) - i
-            if self.jobs > 1 and remaining > 1 and remaining * (FILE_MICROSECONDS + longest) >= START_MICROSECONDS:
+            if self.jobs > 1 and remaining > 1 and remaining * (FILE_MICROSECONDS + max_effort) >= START_MICROSECONDS:
                 yield from self.results(items[i:])
                 return
             worker = worker or (make_worker or self.make_worker)(*self.arguments)
             result = worker(item)
-            longest = max(longest, effort(result))
+            max_effort = max(max_effort, effort(result))
             yield result
 
     @contextmanager
@@ -115,11 +115,11 @@ def _ignore_interrupts() -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    old_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, old_mask)
 
 
 def _start_worker(

@@ -49,12 +49,12 @@ SUFFIXES = frozenset({".yaml", ".yml"})
 """How the names of configurations and scenarios end; a file of another name is a memory listing."""
 STREAM = re.compile(r"/dev/(?:std(?:in|out|err)|fd/.*)|/proc/[^/]+/fd/.*")
 """Names of what a process has open."""
-PROCESSES = "/proc/"
+PROC_FOLDER = "/proc/"
 """Where the kernel shows its own state as if in files: some are waited for, and some take what they show away."""
 SPECIAL_FILES = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
 OPEN_FLAGS = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY"))
 """How a file is opened: nothing is waited for that takes its place meanwhile."""
-UNNAMED = "<text>"
+DEFAULT_TEXT_NAME = "<text>"
 """The name of a text that has none."""
 
 
@@ -92,14 +92,14 @@ def open_file(name: str | Path) -> IO[bytes]:
     """A file, opened for reading; raises `OSError` for what is none, before it is opened.
 
     A pipe or a device may be waited for for ever or never end, and opening one may do something. Streams are opened
-    whatever they are: who names one on a command line has opened it; what a file names is read by `read_other`.
+    whatever they are: who names one on a command line has opened it; what a file names is read by `read_named_file`.
     """
     name = os.fspath(name)
     if is_stream(name):
         return Path(name).open("rb")
     _refuse_special(os.stat(name), name)  # noqa: PTH116 - as the name stands
-    if os.path.realpath(name).startswith(PROCESSES):
-        raise OSError(errno.EINVAL, f"it lies in {PROCESSES[:-1]} and is no file", name)
+    if os.path.realpath(name).startswith(PROC_FOLDER):
+        raise OSError(errno.EINVAL, f"it lies in {PROC_FOLDER[:-1]} and is no file", name)
     handle = os.open(name, OPEN_FLAGS)
     try:
         _refuse_special(os.fstat(handle), name)
@@ -129,7 +129,7 @@ def read_file(name: str | Path, max_bytes: int = -1, on_open: Callable[[IO[bytes
     return data
 
 
-def read_other(reader: Reader, name: str, max_bytes: int) -> bytes:
+def read_named_file(reader: Reader, name: str, max_bytes: int) -> bytes:
     """The first ``max_bytes`` bytes of what another file names: what the process has open is not meant."""
     if is_stream(name):
         raise OSError(errno.EINVAL, "it is a stream and no file", name)
@@ -200,7 +200,7 @@ def source_data(source: Path | str | bytes, name: str | None, files: Files, max_
     """The first ``max_bytes`` bytes of a source, and its name in findings; raises `OSError` for a missing file."""
     if isinstance(source, Path):
         return reader_of(files).read(source.as_posix(), max_bytes), name or source.as_posix()
-    return data_of(source), name or UNNAMED
+    return data_of(source), name or DEFAULT_TEXT_NAME
 
 
 def may_be_quoted(reader: Reader, file: str, named: str) -> bool:
@@ -214,15 +214,15 @@ def may_be_quoted(reader: Reader, file: str, named: str) -> bool:
     return Path(os.path.realpath(named)).is_relative_to(os.path.realpath(Path(file).parent))
 
 
-def near_name(name: str, reader: Reader) -> str | None:
+def similar_file(name: str, reader: Reader) -> str | None:
     """A file beside one that is not there whose name is like that one's."""
     from difflib import get_close_matches
     from itertools import islice
 
-    path, inner = Path(name), getattr(reader, "reader", reader)
-    if isinstance(inner, Texts):
-        others = [Path(other) for other in inner.files]
-    elif isinstance(inner, Disk):
+    path, base_reader = Path(name), getattr(reader, "reader", reader)
+    if isinstance(base_reader, Texts):
+        others = [Path(other) for other in base_reader.files]
+    elif isinstance(base_reader, Disk):
         try:
             others = [] if path.exists() else list(islice(path.parent.iterdir(), MAX_NEARBY))
         except (OSError, ValueError):

@@ -10,9 +10,9 @@ from itertools import takewhile
 # ----------------------------------------------------------------------------------------------------------------------
 # What is no text where it stands: what would move a cursor, end a line, hide what is written, or command a CI job.
 
-CONTROL = "\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
+CONTROL_SIGNS = "\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
 """DEL, the control characters of Latin-1, separators of lines, and what turns the direction of writing round."""
-UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{CONTROL}]")
+UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{CONTROL_SIGNS}]")
 """What must reach no terminal, log or page as it is."""
 CI_COMMAND = re.compile(r"(?:^|(?<=\r))[^\S\r\n]*:(?=:)|#(?=#\w*\[)", re.MULTILINE)
 """How an order begins that a CI system takes out of a log: ``::add-mask::`` of GitHub first on a line, and anywhere its
@@ -100,7 +100,7 @@ FULL_WIDTH = range(0xFF01, 0xFF5F)
 BLANK = re.compile("[" + "".join(BLANKS) + "]")
 
 
-def meant_sign(sign: str) -> str:
+def ascii_equivalent(sign: str) -> str:
     """The sign of ASCII that a sign is taken for; itself where there is none."""
     if sign in BLANKS:
         return " "
@@ -116,7 +116,7 @@ def meant_sign(sign: str) -> str:
 
 def to_ascii(text: str) -> str:
     """A text with the signs that its own are taken for, without blanks and quotes around it."""
-    return "".join(map(meant_sign, text)).strip(' "')
+    return "".join(map(ascii_equivalent, text)).strip(' "')
 
 
 def code_point(sign: str) -> str:
@@ -137,7 +137,7 @@ def describe_sign(sign: str) -> str:
 
 def find_lookalike(text: str) -> str | None:
     """The first sign of a text that looks like another one: not ASCII in a word that is, or taken for ASCII."""
-    taken = next((sign for sign in text if meant_sign(sign) != sign), None)
+    taken = next((sign for sign in text if ascii_equivalent(sign) != sign), None)
     if taken is not None:
         return taken
     latin = any(sign.isascii() and sign.isalpha() for sign in text)
@@ -164,16 +164,16 @@ def is_curly_quoted(text: str) -> bool:
 # What bytes that are no UTF-8 text seem to be, by their first ones: other kinds of file, and UTF-16 without a mark.
 
 SAVE_AS_UTF8 = "save the file as UTF-8"
-EXPORT = "export it as text, or write the configuration as YAML"
+EXPORT_CURE = "export it as text, or write the configuration as YAML"
 MAGIC = (
     (b"PK\x03\x04", "an Excel or ZIP file", "save the sheet as CSV, or unpack the archive"),
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an old Excel or Word file", "save the sheet as CSV"),
-    (b"%PDF-", "a PDF file", EXPORT),
+    (b"%PDF-", "a PDF file", EXPORT_CURE),
     (b"\x1f\x8b", "a gzip file", "unpack it first"),
     (b"7z\xbc\xaf\x27\x1c", "a 7-Zip file", "unpack it first"),
-    (b"\x89PNG", "a picture", EXPORT),
-    (b"\xff\xd8\xff", "a picture", EXPORT),
-    (b"SQLite format 3\x00", "a database", EXPORT),
+    (b"\x89PNG", "a picture", EXPORT_CURE),
+    (b"\xff\xd8\xff", "a picture", EXPORT_CURE),
+    (b"SQLite format 3\x00", "a database", EXPORT_CURE),
 )
 """Files that are not text: how they begin, what they are, and what to do."""
 UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
@@ -181,14 +181,14 @@ UTF16_SAMPLE = 400
 """Bytes that tell UTF-16 without a mark: every other one of a text in letters, spaces and digits is 0."""
 
 
-def binary_file(data: bytes) -> tuple[str, str] | None:
+def describe_binary(data: bytes) -> tuple[str, str] | None:
     """What a file is that is no text, with its cure; None where its first bytes say nothing."""
     return next((("the file is " + kind, cure) for begins, kind, cure in MAGIC if data.startswith(begins)), None)
 
 
-def other_file(data: bytes) -> tuple[str, str] | None:
+def describe_non_utf8(data: bytes) -> tuple[str, str] | None:
     """What a file is that is no UTF-8 text, with its cure; None where its first bytes say nothing."""
-    if binary := binary_file(data):
+    if binary := describe_binary(data):
         return f"{binary[0]}, not text", binary[1]
     if data[:2] in UTF16_MARKS or _is_unmarked_utf16(data[:UTF16_SAMPLE]):
         return "the file is UTF-16, not UTF-8", SAVE_AS_UTF8
@@ -230,17 +230,17 @@ def fold_word(word: str) -> str:
     return word.casefold().translate(WORD_SEPARATORS)
 
 
-def key_of_term(key: str, known: Collection[str]) -> str | None:
+def key_of_term(key: str, known_keys: Collection[str]) -> str | None:
     """The known key that a word of the field stands for; None where there is none."""
     names = next((names for words, names in FIELD_TERMS if fold_word(key) in words), ())
-    return next((name for name in names if name in known), None)
+    return next((name for name in names if name in known_keys), None)
 
 
 def closest_name(word: str, names: Iterable[str]) -> str | None:
     """The name that was probably meant: the most alike, of equals the one that begins alike."""
     from difflib import SequenceMatcher, get_close_matches
 
-    near = get_close_matches(word, names, 4, 0.5)
+    candidates = get_close_matches(word, names, 4, 0.5)
     likeness = SequenceMatcher(b=word)
 
     def rank(name: str) -> tuple[float, int]:
@@ -248,10 +248,10 @@ def closest_name(word: str, names: Iterable[str]) -> str | None:
         alike = takewhile(lambda pair: pair[0] == pair[1], zip(name, word, strict=False))
         return likeness.ratio(), sum(1 for _ in alike)
 
-    return max(near, key=rank, default=None)
+    return max(candidates, key=rank, default=None)
 
 
-def same_word(value: object, choices: Iterable[str]) -> str | None:
+def match_ignoring_case(value: object, choices: Iterable[str]) -> str | None:
     """The only word that differs from a value in capitals alone."""
     same = [word for word in choices if isinstance(value, str) and word.casefold() == value.casefold()]
     return same[0] if len(same) == 1 else None

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.document import LINE_BREAK, Document, Node, Plain, resolve_templates, span_of, start_of
 from pidcfg.text.reader import DEFAULT, Limits
-from pidcfg.text.signs import SAVE_AS_UTF8, other_file
+from pidcfg.text.signs import SAVE_AS_UTF8, describe_non_utf8
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Document", "Node", "Plain", "read_document"]
 
-NULLS = frozenset({"", "~", "null", "Null", "NULL"})
-NO_KEYS = NULLS | {"<<"}
+NULL_TEXTS = frozenset({"", "~", "null", "Null", "NULL"})
+NON_KEY_TEXTS = NULL_TEXTS | {"<<"}
 UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
 """What YAML 1.2 calls not printable, listed rather than negated: that compiles seven times as fast."""
-THREAD = local()
+THREAD_DATA = local()
 
 
 class _RefusedError(Exception):
@@ -112,7 +112,7 @@ class _Builder:
             self.take_key(event)
             return
         text: str = event.value
-        value = text if event.style else None if text in NULLS else Plain(text)
+        value = text if event.style else None if text in NULL_TEXTS else Plain(text)
         if len(text) > self.unchecked_length:
             self.check_limit(len(text.encode()), self.limits.scalar_bytes, "bytes in a value", event)
         self.nodes += 1
@@ -153,7 +153,7 @@ class _Builder:
         """Remembers a key for the value that follows."""
         text: str = event.value
         top = self.stack[-1]
-        if text in NO_KEYS and not event.style:
+        if text in NON_KEY_TEXTS and not event.style:
             if text == "<<":
                 cure = "write the keys out, or alias a whole value"
                 raise _RefusedError("PID009", "merge keys (<<) are not accepted", span_of(event), cure)
@@ -202,7 +202,7 @@ class _Builder:
 
 def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     """The text of one file as a document; everything wrong with it is in ``problems``, nothing is raised."""
-    if other := other_file(data):  # a file that has no lines to show
+    if other := describe_non_utf8(data):  # a file that has no lines to show
         problem = Diagnostic("PID002", Severity.ERROR, other[0], file, START, help=other[1])
         return Document(file, "", None, Node(None), (problem,), limits)
     text = data[: limits.file_bytes].decode("utf-8-sig", "replace")
@@ -232,9 +232,9 @@ def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:
         raise _RefusedError("PID003", message, _span_behind(text[: control.start()]), "delete the character")
 
 
-def _span_behind(before: str) -> Span:
+def _span_behind(text: str) -> Span:
     """The position that follows this text."""
-    lines = LINE_BREAK.split(before)
+    lines = LINE_BREAK.split(text)
     line, column = len(lines), len(lines[-1]) + 1
     return Span(line, column, line, column + 1)
 
@@ -299,26 +299,26 @@ def events_in(text: str) -> Iterator[Any]:
 
 def thread_parser() -> Any:
     """One reader for all files of a thread: the one without C keeps the text in itself while it reads it."""
-    if not hasattr(THREAD, "parser"):
+    if not hasattr(THREAD_DATA, "parser"):
         from ruamel.yaml import YAML
 
-        THREAD.parser = YAML(typ="safe")
-    return THREAD.parser
+        THREAD_DATA.parser = YAML(typ="safe")
+    return THREAD_DATA.parser
 
 
 def _refuse_syntax(text: str, error: MarkedYAMLError) -> NoReturn:
     """The parser's complaint with a position and, where we know one, a cure."""
-    from pidcfg.text.syntax import place_of, syntax_fault
+    from pidcfg.text.syntax import span_of_mark, syntax_fault
 
     lines = LINE_BREAK.split(text)
     mark = error.problem_mark or error.context_mark
-    span = START if mark is None else place_of(mark.line, mark.column, lines)
+    span = START if mark is None else span_of_mark(mark.line, mark.column, lines)
     problem = str(error.problem or error.context or "not YAML").strip()
     line = lines[span.line - 1]
     if "\t" in line[: len(line) - len(line.lstrip())] or line[span.column - 1 : span.column] == "\t":
         raise _RefusedError("PID014", "a tab is used for indentation", span, "indent with spaces") from None
     begin = error.context_mark
-    fault = syntax_fault(lines, problem, span, begin and place_of(begin.line, begin.column, lines))
+    fault = syntax_fault(lines, problem, span, begin and span_of_mark(begin.line, begin.column, lines))
     raise _RefusedError("PID001", f"not YAML: {fault.message}", fault.span, fault.cure) from None
 
 
@@ -342,30 +342,30 @@ class Comment(NamedTuple):
 
 def comments_in(text: str) -> Iterator[Comment]:
     """The comments of a text that the parser accepts, in order."""
-    taken: dict[int, list[tuple[int, int]]] = defaultdict(list)
+    scalar_columns: dict[int, list[tuple[int, int]]] = defaultdict(list)
     for event in events_in(text):
         if hasattr(event, "value"):
-            _mark_columns(span_of(event), taken, block=event.style in BLOCK_STYLES)
+            _mark_columns(span_of(event), scalar_columns, block=event.style in BLOCK_STYLES)
     for number, line in enumerate(LINE_BREAK.split(text), start=1):
         if "#" not in line:
             continue
-        scalars = taken[number]
+        scalars = scalar_columns[number]
         for mark in COMMENT_START.finditer(line):
-            at = mark.start()
-            before = bisect_right(scalars, (at, LINE_END_COLUMN)) - 1  # of scalars, which stand one behind the other
-            if before < 0 or at >= scalars[before][1]:
-                yield Comment(number, at + 1, line[at:], not line[:at].strip())
+            column = mark.start()
+            i = bisect_right(scalars, (column, LINE_END_COLUMN)) - 1  # of scalars, which stand one behind the other
+            if i < 0 or column >= scalars[i][1]:
+                yield Comment(number, column + 1, line[column:], not line[:column].strip())
                 break
 
 
-def _mark_columns(span: Span, taken: dict[int, list[tuple[int, int]]], *, block: bool) -> None:
+def _mark_columns(span: Span, scalar_columns: dict[int, list[tuple[int, int]]], *, block: bool) -> None:
     """Marks the columns (0-based) of every line that a scalar takes; the head of a block scalar may have a comment."""
     if block:
-        taken[span.line].append((span.column - 1, span.column))
+        scalar_columns[span.line].append((span.column - 1, span.column))
         span = Span(span.line + 1, 1, span.end_line, span.end_column)
     for line in range(span.line, span.end_line + 1):
         first = span.column - 1 if line == span.line else 0
-        taken[line].append((first, span.end_column - 1 if line == span.end_line else LINE_END_COLUMN))
+        scalar_columns[line].append((first, span.end_column - 1 if line == span.end_line else LINE_END_COLUMN))
 
 
 # --- Where a value is used: an alias (``*name``) shares the text of its anchor, but stands at a place of its own ------

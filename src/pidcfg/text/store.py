@@ -23,7 +23,7 @@ from pidcfg.text.reader import read_file
 
 FOLDER_VARIABLE = "PIDCFG_CACHE_DIR"
 """The variable that names another folder."""
-KERNELS = "kernels"
+KERNEL_FOLDER = "kernels"
 """The folder of compiled kernels; to look into it loads no compiler."""
 SHELF_BYTES = 512 << 10
 """How much lies in one of the 256 shelves before its oldest half goes: 128 MiB in all."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from pidcfg.text.diagnostics import Span
-from pidcfg.text.signs import BLANK, BLANKS, code_point, meant_sign, to_ascii
+from pidcfg.text.signs import BLANK, BLANKS, ascii_equivalent, code_point, to_ascii
 
 # --- Lines that are no YAML, in words of somebody who writes the file: where it is, what it is, and the cure ----------
 #
@@ -20,7 +20,7 @@ ALMOST_KEY = re.compile(
 )
 """A line that seems to begin with a key."""
 MERGE_MARK = re.compile(r"(?:<{7}|>{7})(?: |$)")
-CLOSING = {"{": "}", "[": "]"}
+CLOSING_BRACKETS = {"{": "}", "[": "]"}
 QUOTES = {"'", '"'}
 HINTS = (
     ("mapping values are not allowed", "check the indentation; text that holds ': ' needs quotes"),
@@ -33,11 +33,11 @@ HINTS = (
 )
 """What the parser says, and what helps."""
 QUOTE = '"'
-QUOTED = re.compile(r" *(?:- +)*[\w.-]+: +(?P<quote>[\"'])(?P<text>.*)")
+QUOTED_VALUE = re.compile(r" *(?:- +)*[\w.-]+: +(?P<quote>[\"'])(?P<text>.*)")
 """A value that begins with a quote."""
 CLOSED_QUOTE = {"'": re.compile(r"(?:[^']|'')*'"), '"': re.compile(r'(?:[^"\\]|\\.)*"')}
 """What such a value is up to its end."""
-OTHER_COMMENT = re.compile(r" *(?P<sign>//|\(\*|/\*|--(?= )|;)(?P<text>.*)")
+FOREIGN_COMMENT = re.compile(r" *(?P<sign>//|\(\*|/\*|--(?= )|;)(?P<text>.*)")
 """A line that is a comment in other languages."""
 TWO_DASHES = re.compile(r" *(?P<dashes>--+) *(?P<rest>[\w.-]+:(?: .*)?)$")
 MAX_COLUMN_DISTANCE = 3
@@ -52,7 +52,7 @@ class Fault(NamedTuple):
     cure: str | None
 
 
-def place_of(line: int, column: int, lines: Sequence[str]) -> Span:
+def span_of_mark(line: int, column: int, lines: Sequence[str]) -> Span:
     """The place of a mark of the parser, which counts from 0, and a line more where the last one has no end."""
     if line >= len(lines):
         return Span(len(lines), len(lines[-1]) + 1, len(lines), len(lines[-1]) + 2)
@@ -69,11 +69,11 @@ def syntax_fault(lines: Sequence[str], problem: str, span: Span, begin: Span | N
         or _odd_blank(lines, span.line)
         or _open_quote(lines, span.line)
         or _two_dashes(lines, span.line)
-        or _other_comment(lines, span.line)
-        or _behind_closing(lines, span)
-        or _sign_of_yaml(lines, problem, span)
+        or _foreign_comment(lines, span.line)
+        or _text_behind_bracket(lines, span)
+        or _yaml_sign_fault(lines, problem, span)
         or _bracket_fault(lines, problem, span, begin)
-        or _no_colon(lines, problem, begin)
+        or _missing_colon(lines, problem, begin)
         or _misplaced_key(lines, span.line)
         or _colon_in_text(lines, problem, span)
     )
@@ -107,11 +107,11 @@ def _odd_blank(lines: Sequence[str], line: int) -> Fault | None:
 def _open_quote(lines: Sequence[str], line: int) -> Fault | None:
     """A value in this line or above it that begins with a quote which does not end in its line."""
     for number in range(1, line + 1):
-        match, below = QUOTED.match(lines[number - 1]), "".join(lines[number : number + 1])
+        match, next_line = QUOTED_VALUE.match(lines[number - 1]), "".join(lines[number : number + 1])
         if (
             match
             and not CLOSED_QUOTE[match["quote"]].match(match["text"])
-            and (KEY_LINE.match(below) or not below.strip())
+            and (KEY_LINE.match(next_line) or not next_line.strip())
         ):
             quote, at = match["quote"], match.start("quote")
             cure = f"write {quote} at the end of the text"
@@ -121,10 +121,10 @@ def _open_quote(lines: Sequence[str], line: int) -> Fault | None:
     return None
 
 
-def _other_comment(lines: Sequence[str], line: int) -> Fault | None:
+def _foreign_comment(lines: Sequence[str], line: int) -> Fault | None:
     """The comment of another language in this line, or in the written one above it."""
     for number in _nearby_lines(lines, line):
-        match = OTHER_COMMENT.match(lines[number - 1])
+        match = FOREIGN_COMMENT.match(lines[number - 1])
         if match:
             sign, at = match["sign"], match.start("sign")
             text = match["text"].removesuffix({"(*": "*)", "/*": "*/"}.get(sign, "")).strip()
@@ -143,14 +143,14 @@ def _two_dashes(lines: Sequence[str], line: int) -> Fault | None:
     return None
 
 
-def _behind_closing(lines: Sequence[str], span: Span) -> Fault | None:
+def _text_behind_bracket(lines: Sequence[str], span: Span) -> Fault | None:
     """Text behind what a bracket has closed: a unit, a comma, the rest of a sentence."""
     line = _without_comment(lines[span.line - 1]).rstrip()
-    before, rest = line[: span.column - 1].rstrip(), line[span.column - 1 :]
-    if not rest or before[-1:] not in CLOSING.values() or rest[0] in "}],#":
-        is_comma = rest == "," and before[-1:] in CLOSING.values()
+    head, tail = line[: span.column - 1].rstrip(), line[span.column - 1 :]
+    if not tail or head[-1:] not in CLOSING_BRACKETS.values() or tail[0] in "}],#":
+        is_comma = tail == "," and head[-1:] in CLOSING_BRACKETS.values()
         return Fault("a comma stands behind the end of a value", span, "take it away") if is_comma else None
-    behind = re.match(r"[^,}\]]*", rest)
+    behind = re.match(r"[^,}\]]*", tail)
     text = behind[0].strip() if behind else ""
     if not text or ":" in text:
         return None
@@ -160,10 +160,10 @@ def _behind_closing(lines: Sequence[str], span: Span) -> Fault | None:
     if key_line and key_line["key"] in {"name", "description", "unit"}:
         cure = f'write {key_line["key"]}: "{value}"'
     place = Span(span.line, span.column, span.line, span.column + len(text))
-    return Fault(f"{text!r} stands behind the closing {before[-1]}", place, cure)
+    return Fault(f"{text!r} stands behind the closing {head[-1]}", place, cure)
 
 
-def _sign_of_yaml(lines: Sequence[str], problem: str, span: Span) -> Fault | None:
+def _yaml_sign_fault(lines: Sequence[str], problem: str, span: Span) -> Fault | None:
     """A text that begins with, or has in it, what is a sign of YAML."""
     line = _without_comment(lines[span.line - 1]).rstrip()
     key_line = KEY_LINE.match(line)
@@ -184,21 +184,21 @@ def _sign_of_yaml(lines: Sequence[str], problem: str, span: Span) -> Fault | Non
 
 def _bracket_fault(lines: Sequence[str], problem: str, span: Span, begin: Span | None) -> Fault | None:
     """What is wrong between brackets and quotes: one that is not closed, another sign for a comma, one too many."""
-    here = lines[span.line - 1][span.column - 1 : span.column]
+    char = lines[span.line - 1][span.column - 1 : span.column]
     if problem == "found unexpected ':'":
-        return _no_space(lines[span.line - 1], span.line, span.column - 1)
-    if here and here in CLOSING.values() and "',' or" not in problem:
-        return Fault(f"nothing is open that this {here} could close", span, "take it away, or open it above")
+        return _missing_space(lines[span.line - 1], span.line, span.column - 1)
+    if char and char in CLOSING_BRACKETS.values() and "',' or" not in problem:
+        return Fault(f"nothing is open that this {char} could close", span, "take it away, or open it above")
     opening = lines[begin.line - 1][begin.column - 1 : begin.column] if begin else ""
-    if begin and opening in CLOSING and "',' or" in problem:
+    if begin and opening in CLOSING_BRACKETS and "',' or" in problem:
         if (at := _other_comma(lines[span.line - 1][: span.column])) is not None:
             sign = lines[span.line - 1][at]
             return Fault(
                 f"{sign!r} stands where a comma belongs", _sign_span(span.line, at), "write a comma and a space"
             )
         place = f"the {opening} of line {begin.line}, column {begin.column} is still open"
-        cure = f"write a comma before this, or {CLOSING[opening]} where what the {opening} opens ends"
-        return Fault(f"a comma or the closing {CLOSING[opening]} is missing: {place}", span, cure)
+        cure = f"write a comma before this, or {CLOSING_BRACKETS[opening]} where what the {opening} opens ends"
+        return Fault(f"a comma or the closing {CLOSING_BRACKETS[opening]} is missing: {place}", span, cure)
     if begin and opening in QUOTES and "end of stream" in problem:
         cure = f"write {opening} at the end of the text"
         return Fault(f"the quote {opening} that opens here is not closed", begin, cure)
@@ -211,10 +211,10 @@ def _other_comma(line: str) -> int | None:
 
 
 def _is_wide(sign: str, ascii_sign: str) -> bool:
-    return sign != ascii_sign and meant_sign(sign) == ascii_sign
+    return sign != ascii_sign and ascii_equivalent(sign) == ascii_sign
 
 
-def _no_colon(lines: Sequence[str], problem: str, begin: Span | None) -> Fault | None:
+def _missing_colon(lines: Sequence[str], problem: str, begin: Span | None) -> Fault | None:
     """A line that was to be ``key: value`` without a colon, with another sign for it, or with no space behind it."""
     if begin is None or "could not find expected ':'" not in problem:
         return None
@@ -222,12 +222,12 @@ def _no_colon(lines: Sequence[str], problem: str, begin: Span | None) -> Fault |
     match = ALMOST_KEY.match(line)
     if match is None:
         return None
-    at, sign = match.start("sign"), match["sign"]
+    offset, sign = match.start("sign"), match["sign"]
     if sign == ":":
-        return _no_space(line, begin.line, at)
+        return _missing_space(line, begin.line, offset)
     cure = f"write '{match['key']}: {match['value'].removeprefix('-> ') or '…'}'"
     if sign:
-        return Fault(f"{sign!r} stands where a colon belongs", _sign_span(begin.line, at), cure)
+        return Fault(f"{sign!r} stands where a colon belongs", _sign_span(begin.line, offset), cure)
     if match["dash"]:
         dash = match.start("dash")
         return Fault("no space stands behind the dash", _sign_span(begin.line, dash), f"write '- {line[dash + 1 :]}'")
@@ -247,28 +247,28 @@ def _colon_in_text(lines: Sequence[str], problem: str, span: Span) -> Fault | No
     return Fault("a colon and a space stand in a text without quotes", span, cure)
 
 
-def _no_space(line: str, number: int, at: int) -> Fault:
+def _missing_space(line: str, number: int, offset: int) -> Fault:
     """A colon with its value directly behind it."""
-    before, after = re.search(r"[\w.-]* *$", line[:at]), re.match(r"[^,\]}\s]*", line[at + 1 :])
+    before, after = re.search(r"[\w.-]* *$", line[:offset]), re.match(r"[^,\]}\s]*", line[offset + 1 :])
     key, value = before[0].strip() if before else "", after[0] if after else ""
     if value == "=":
-        place, cure = Span(number, at + 1, number, at + 3), f"write '{key}: {line[at + 2 :].strip()}'"
+        place, cure = Span(number, offset + 1, number, offset + 3), f"write '{key}: {line[offset + 2 :].strip()}'"
         return Fault("':=' stands where a colon belongs", place, cure)
     if value.startswith(":"):
-        cure = f"write '{key}: {line[at + 2 :].strip(' :').partition(',')[0].rstrip('}')}'"
-        return Fault("two colons stand behind the key", _sign_span(number, at + 1), cure)
+        cure = f"write '{key}: {line[offset + 2 :].strip(' :').partition(',')[0].rstrip('}')}'"
+        return Fault("two colons stand behind the key", _sign_span(number, offset + 1), cure)
     if key.isdecimal() and value:
         cure = f'a duration carries a unit, as in 90 min; a text with a colon stands in quotes: "{key}:{value}"'
-        return Fault(f"'{key}:{value}' is no number", _sign_span(number, at), cure)
+        return Fault(f"'{key}:{value}' is no number", _sign_span(number, offset), cure)
     if key and not value:
         cure = f"write '{key}: …' with its value, or leave the key out"
-        return Fault(f"no value stands behind '{key}:'", _sign_span(number, at), cure)
-    return Fault("no space stands behind the colon", _sign_span(number, at), f"write '{key}: {value}'")
+        return Fault(f"no value stands behind '{key}:'", _sign_span(number, offset), cure)
+    return Fault("no space stands behind the colon", _sign_span(number, offset), f"write '{key}: {value}'")
 
 
-def _sign_span(number: int, at: int) -> Span:
+def _sign_span(number: int, offset: int) -> Span:
     """The place of one sign, whose offset is counted from 0."""
-    return Span(number, at + 1, number, at + 2)
+    return Span(number, offset + 1, number, offset + 2)
 
 
 def _without_comment(line: str) -> str:
@@ -309,15 +309,15 @@ def _misplaced_key(lines: Sequence[str], line: int) -> Fault | None:
 def _open_keys(lines: Sequence[str], line: int) -> list[tuple[int, str, int]]:
     """Keys above a line that it may stand beside or below: column, name and line, the innermost first."""
     keys: list[tuple[int, str, int]] = []
-    narrowest = None
+    min_column = None
     for number in range(line - 1, 0, -1):
         match = KEY_LINE.match(lines[number - 1])
         if match is None:
             continue
         column = len(match["dashes"]) + 1
-        if narrowest is None or column < narrowest:
+        if min_column is None or column < min_column:
             keys.append((column, match["key"], number))
-            narrowest = column if "-" not in match["dashes"] else len(match["dashes"].partition("-")[0]) + 1
-        if narrowest == 1:
+            min_column = column if "-" not in match["dashes"] else len(match["dashes"].partition("-")[0]) + 1
+        if min_column == 1:
             break
     return keys

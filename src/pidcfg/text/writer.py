@@ -7,7 +7,7 @@ import json
 import re
 from typing import TYPE_CHECKING
 
-from pidcfg.text.signs import CONTROL
+from pidcfg.text.signs import CONTROL_SIGNS
 
 if TYPE_CHECKING:
     from ruamel.yaml.nodes import ScalarNode
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from pidcfg.text.paths import Data
 
-ESCAPED_SIGNS = re.compile(rf"[{CONTROL}]|#(?=#\w*\[)")
+ESCAPED_SIGNS = re.compile(rf"[{CONTROL_SIGNS}]|#(?=#\w*\[)")
 """Control characters that JSON, and YAML in double quotes, may hold as they are; and what begins an order in a log."""
-WIDTH = 110
+MAX_LINE_WIDTH = 110
 FLOW_ENDINGS = frozenset("?:")
 """Signs that some readers take for the end of a text in flow style."""
 
@@ -30,15 +30,15 @@ class Number(str):
 
 def json_text(data: object, *, allow_nan: bool = True) -> str:
     """Data as indented JSON with a line end; raises `ValueError` for NaN and infinities where they are not allowed."""
-    return _without_controls(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=allow_nan)) + "\n"
+    return _escape_controls(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=allow_nan)) + "\n"
 
 
 def json_line(data: object) -> str:
     """Data as JSON on one line, whoever divides a text into lines."""
-    return _without_controls(json.dumps(data, ensure_ascii=False))
+    return _escape_controls(json.dumps(data, ensure_ascii=False))
 
 
-def _without_controls(text: str) -> str:
+def _escape_controls(text: str) -> str:
     """JSON or YAML whose control characters are all escapes; outside of quoted texts there is none."""
     return ESCAPED_SIGNS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
 
@@ -52,8 +52,8 @@ def yaml_text(data: Data) -> str:
     yaml.indent(mapping=2, sequence=4, offset=2)
     yaml.representer.add_representer(Number, _represent_number)
     out = io.StringIO()
-    yaml.dump(_in_flow_style(data), out)
-    return _without_controls(out.getvalue())
+    yaml.dump(_to_flow_style(data), out)
+    return _escape_controls(out.getvalue())
 
 
 def _represent_number(representer: BaseRepresenter, text: Number) -> ScalarNode:
@@ -64,20 +64,20 @@ def _represent_number(representer: BaseRepresenter, text: Number) -> ScalarNode:
     return representer.represent_scalar(VersionedResolver().resolve(ScalarNode, str(text), (True, False)), str(text))
 
 
-def _in_flow_style(value: object, *, flow: bool = False) -> object:
+def _to_flow_style(value: object, *, flow: bool = False) -> object:
     """Short mappings and lists of scalars in flow style; texts that not every reader takes there are quoted."""
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
     from ruamel.yaml.scalarstring import DoubleQuotedScalarString, SingleQuotedScalarString
 
     if isinstance(value, dict):
         short = flow or _fits_a_line(value)
-        mapping = CommentedMap((_in_flow_style(key), _in_flow_style(inner, flow=short)) for key, inner in value.items())
+        mapping = CommentedMap((_to_flow_style(key), _to_flow_style(inner, flow=short)) for key, inner in value.items())
         if short:
             mapping.fa.set_flow_style()
         return mapping
     if isinstance(value, list):
         short = flow or not any(isinstance(inner, dict | list) for inner in value)
-        sequence = CommentedSeq(_in_flow_style(inner, flow=short) for inner in value)
+        sequence = CommentedSeq(_to_flow_style(inner, flow=short) for inner in value)
         if short:
             sequence.fa.set_flow_style()
         return sequence
@@ -94,4 +94,4 @@ def _fits_a_line(value: Data) -> bool:
         return False
     if any(isinstance(inner, list) and any(isinstance(x, dict | list) for x in inner) for inner in value.values()):
         return False
-    return len(str(value)) <= WIDTH and "vendor" not in value and "name" not in value
+    return len(str(value)) <= MAX_LINE_WIDTH and "vendor" not in value and "name" not in value

@@ -13,7 +13,7 @@ from math import isfinite
 from pidcfg.encoders.decoding import listing_text
 from pidcfg.encoders.listing import ListingError
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import binary_file
+from pidcfg.text.signs import describe_binary
 from pidcfg.tuning.rules import TuningError
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -308,7 +308,7 @@ def number_of(text: str, *, comma: bool) -> float | None:
 
 def read_sheet(data: bytes, name: str) -> Sheet:
     """The table in a file's bytes; raises `TuningError`."""
-    if other := binary_file(data):
+    if other := describe_binary(data):
         raise TuningError(f"{name}: {other[0]}, no table of a record; {other[1]}")
     text, remarks = _decode_table(data, name)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), start=1) if line.strip()]

@@ -16,7 +16,7 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.document import Document, Plain
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import Files, Limits, source_data
-from pidcfg.text.signs import QUOTES, code_point, is_curly_quoted, same_word, to_ascii
+from pidcfg.text.signs import QUOTES, code_point, is_curly_quoted, match_ignoring_case, to_ascii
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import checklist_lines, is_to_check
@@ -410,7 +410,7 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     meant = guess_vendor(name) if isinstance(name, str) else None
     suggestion = f"{DID_YOU_MEAN}{meant}?" if meant else "any other controller is written as generic"
     path = ("vendor",)
-    same = same_word(name, VENDORS)
+    same = match_ignoring_case(name, VENDORS)
     edits = value_edit(doc, path, same) if same else ()
     span = doc.locate(path)
     return None, [Diagnostic("PID031", Severity.ERROR, message, doc.file, span, path, help=suggestion, edits=edits)]

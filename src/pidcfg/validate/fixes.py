@@ -10,7 +10,7 @@ from copy import deepcopy
 from typing import Any
 
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
-from pidcfg.text.document import LINE_BREAK, Document, Plain, same_places, span_of
+from pidcfg.text.document import LINE_BREAK, Document, Plain, paths_sharing_text, span_of
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, has_key, set_value, value_at
 from pidcfg.text.references import Decision
@@ -251,7 +251,7 @@ def expected_data(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
     """The data of a file after its corrections, worked out without reading the new text."""
     data = deepcopy(doc.data)
     for d in fixed:
-        for path in same_places(doc, d.path):
+        for path in paths_sharing_text(doc, d.path):
             parent = value_at(data, path[:-1])
             for edit in d.edits if path else ():
                 if edit.span == doc.locate(path):

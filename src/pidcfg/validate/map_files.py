@@ -16,7 +16,7 @@ from pidcfg.encoders.modbus_map import (
     read_symbol_map,
 )
 from pidcfg.text.diagnostics import Diagnostic, Severity
-from pidcfg.text.reader import UNNAMED, may_be_quoted, read_failure, read_other, reader_of, source_data
+from pidcfg.text.reader import DEFAULT_TEXT_NAME, may_be_quoted, read_failure, read_named_file, reader_of, source_data
 from pidcfg.vendors import format_of
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def named_map(document: Document | None, reader: Reader) -> MapFile | None:
         return None
     name = reader.resolve(document.file, map_name)
     try:
-        data = read_other(reader, name, document.limits.listing_bytes + 1)
+        data = read_named_file(reader, name, document.limits.listing_bytes + 1)
     except (OSError, ValueError) as error:
         span = document.locate(PATH)
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
@@ -77,7 +77,7 @@ def map_of_source(
     if source is None:
         return named_map(document, reader_of(files))
     data, label = source_data(source, None, files, limits.listing_bytes + 1)
-    return map_of_data(data, "map" if label == UNNAMED else label, limits)
+    return map_of_data(data, "map" if label == DEFAULT_TEXT_NAME else label, limits)
 
 
 def numbering_of(

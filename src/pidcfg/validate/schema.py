@@ -19,7 +19,7 @@ from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Path, value_at
-from pidcfg.text.signs import fold_word, key_of_term, lookalike_remark, same_word, to_ascii
+from pidcfg.text.signs import fold_word, key_of_term, lookalike_remark, match_ignoring_case, to_ascii
 from pidcfg.validate.rule import CODES_BY_KIND, WRONG_TYPE_CODE, loop_name
 
 if TYPE_CHECKING:
@@ -303,7 +303,7 @@ def _same_word(error: ErrorDetails) -> str | None:
     """The only word of a choice that differs from the value in capitals alone."""
     value = error["input"].get(UNION_KEY) if isinstance(error["input"], dict) else error["input"]
     context = error.get("ctx", {})
-    return same_word(value, _listed_choices(context.get("expected_tags") or context.get("expected", "")))
+    return match_ignoring_case(value, _listed_choices(context.get("expected_tags") or context.get("expected", "")))
 
 
 def path_of_loc(loc: Path, data: object) -> Path:

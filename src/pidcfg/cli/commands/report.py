@@ -142,7 +142,7 @@ def _read_inputs(
     def make_reader(*arguments: Any) -> InputReader:
         return replace(InputReader(*arguments), progress=show_share)
 
-    for entry in WorkerPool(jobs, InputReader, arguments).results_soon(entries, processing_time, make_reader):
+    for entry in WorkerPool(jobs, InputReader, arguments).adaptive_results(entries, processing_time, make_reader):
         done_count += 1
         show_share(0.0)
         if isinstance(entry, RunInput):

@@ -229,7 +229,7 @@ def run_all(
 
     LINE.update(f"simulating {Path(scenarios[0].file).name}" if scenarios else "simulating")
     items = [doc if doc.file == name_of(STDIN) else doc.file for doc in scenarios]
-    for result in WorkerPool(jobs, Runner, (arguments,)).results_soon(
+    for result in WorkerPool(jobs, Runner, (arguments,)).adaptive_results(
         items, lambda result: result.outcome.effort, make_runner
     ):
         note_read(result.outcome.config)

@@ -15,7 +15,7 @@ from pidcfg.sim.judgement.meters import METRICS, SWING_METRICS
 from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, summarise_verdicts
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import CONTROL, pad_left, pad_right, to_one_line, width_of
+from pidcfg.text.signs import CONTROL_SIGNS, pad_left, pad_right, to_one_line, width_of
 from pidcfg.text.writer import json_text
 from pidcfg.validate.catalog import rule_of
 
@@ -390,7 +390,7 @@ def run_errors(outcome: Outcome) -> Iterator[Diagnostic]:
 
 RUN_CASE = "the run is sound"
 """The test case of what is no expectation: findings, and errors on the way."""
-NO_XML_CHARACTERS = re.compile(f"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|[{CONTROL}]")
+NO_XML_CHARACTERS = re.compile(f"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|[{CONTROL_SIGNS}]")
 """Characters that XML 1.0 cannot hold, not even escaped, and those that it should not."""
 
 

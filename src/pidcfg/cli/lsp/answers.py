@@ -14,7 +14,7 @@ from pidcfg.output.places import Held, Reference, RenamingError, configuration_o
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Data, Path, value_at
-from pidcfg.text.reader import Overlay, data_of, read_other
+from pidcfg.text.reader import Overlay, data_of, read_named_file
 from pidcfg.text.source import comments_in, read_document
 from pidcfg.validate import rule_page, text_by_code
 from pidcfg.validate.baseline import DIRECTIVE, ignore_edit
@@ -362,7 +362,7 @@ def find_definition(analysis: Analysis, files: Files, position: types.Position) 
 def _file_location(files: Files, doc: Document, name: str) -> types.Location | None:
     place = files.reader.resolve(doc.file, name)
     try:
-        read_other(files.reader, place, 1)
+        read_named_file(files.reader, place, 1)
     except (OSError, ValueError):
         return None
     start = types.Position(0, 0)

@@ -37,7 +37,7 @@ from pidcfg.sim.judgement.meters import (
     watch_end,
     watch_swings,
 )
-from pidcfg.text.store import KERNELS, holds_entries
+from pidcfg.text.store import KERNEL_FOLDER, holds_entries
 
 if TYPE_CHECKING:
     from collections.abc import Callable, MutableSequence, Sequence
@@ -82,7 +82,7 @@ def choose_engine(
 @cache
 def _in_cache(scan: Scan, inlined: tuple[Callable[..., object], ...], calls: tuple[Callable[..., object], ...]) -> bool:
     """Whether the compiled kernels of a run lay in the cache when this process first asked."""
-    if not holds_entries(KERNELS):
+    if not holds_entries(KERNEL_FOLDER):
         return False
     from pidcfg.sim.engine import compile as compiler
 

@@ -31,7 +31,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from pidcfg.sim.controllers.kernels import single
-from pidcfg.text.store import KERNELS, Store, cache_folder
+from pidcfg.text.store import KERNEL_FOLDER, Store, cache_folder
 
 
 @contextmanager
@@ -291,7 +291,7 @@ def hash_of(value: object) -> bytes:
 
 def kernel_store() -> Store:
     """Where compiled kernels are kept; raises `OSError` where they cannot be."""
-    return Store(cache_folder(KERNELS), ENTRY_BYTES, SHELF_BYTES)
+    return Store(cache_folder(KERNEL_FOLDER), ENTRY_BYTES, SHELF_BYTES)
 
 
 def read_entry(name: str) -> bytes:

@@ -14,7 +14,7 @@ from pidcfg.schemas.base import Model
 from pidcfg.schemas.generic import D280, GenericFile, Loop, Pulse
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import closest_name, same_word
+from pidcfg.text.signs import closest_name, match_ignoring_case
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules import collect_rules
 from pidcfg.validate.shared_checks import (
@@ -436,7 +436,7 @@ def unknown_cascade_source(context: GenericContext) -> Findings:
             near = closest_name(source, context.loops_by_name)
             cure = f"; did you mean {near}?" if near else ""
             yield view.report("setpoint", "source", source=source, cure=cure).correct_to(
-                same_word(source, context.loops_by_name)
+                match_ignoring_case(source, context.loops_by_name)
             )
 
 

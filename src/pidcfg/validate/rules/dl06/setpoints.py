@@ -12,7 +12,7 @@ from pidcfg.schemas.base import v_name
 from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
-from pidcfg.text.signs import same_word
+from pidcfg.text.signs import match_ignoring_case
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.shared_checks import exceeded_alarm, find_circles, find_shared_keys, list_names, report_at_both
 
@@ -57,7 +57,7 @@ def unknown_major_loop(context: Dl06Context) -> Findings:
         if name is not None and name not in names:
             near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
             cure = f"did you mean {near[0]}?" if near else None
-            yield view.report("cascade_from", fix=cure, name=name).correct_to(same_word(name, names))
+            yield view.report("cascade_from", fix=cure, name=name).correct_to(match_ignoring_case(name, names))
 
 
 @error("DL257", POINTER, "the remote set point of {name} is its own output in {word}")
