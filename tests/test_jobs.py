@@ -193,7 +193,7 @@ FILES = [
 def parsers(request, monkeypatch):
     """New readers, of one kind; threads take turns as often as Python can."""
     monkeypatch.setattr(ruamel.yaml, "YAML", partial(ruamel.yaml.YAML, pure=request.param))
-    monkeypatch.setattr(source, "THREAD", local())
+    monkeypatch.setattr(source, "THREAD_DATA", local())
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield
