@@ -13,7 +13,7 @@ import pytest
 
 import pidcfg
 from pidcfg.encoders.regmap import BIT
-from pidcfg.output.arguments import ANNOTATION_KINDS, OPTIONAL, ArgumentError, ArgumentTypeError
+from pidcfg.output.arguments import ANNOTATION_KINDS, OPTIONAL_SUFFIX, ArgumentError, ArgumentTypeError
 from pidcfg.tuning.rules import METHODS
 from pidcfg.vendors import VENDORS
 from shell import captured
@@ -83,7 +83,7 @@ def called(call, parameter, value):
 @pytest.mark.parametrize(("call", "parameter"), PARAMETERS)
 def test_an_argument_of_another_type_is_refused_by_its_name(call, parameter):
     annotation = str(parameter.annotation)
-    is_kind, wanted = ANNOTATION_KINDS[annotation.removesuffix(OPTIONAL)]
+    is_kind, wanted = ANNOTATION_KINDS[annotation.removesuffix(OPTIONAL_SUFFIX)]
     refused = 0
     for value in VALUES:
         message = ""
@@ -99,7 +99,7 @@ def test_an_argument_of_another_type_is_refused_by_its_name(call, parameter):
             assert message.startswith(f"`{parameter.name}` is ")
             assert message.endswith(f"; give {wanted}")
         else:
-            assert is_kind(value) or (value is None and annotation.endswith(OPTIONAL))
+            assert is_kind(value) or (value is None and annotation.endswith(OPTIONAL_SUFFIX))
     assert refused > 2
 
 
@@ -107,7 +107,7 @@ def test_every_annotation_has_a_row_and_every_row_is_used():
     calls = (pidcfg.pull, pidcfg.compare, pidcfg.trend, pidcfg.serve)
     live = [parameter for call in calls for parameter in inspect.signature(call).parameters.values()]
     annotations = [*(param.values[1].annotation for param in PARAMETERS), *(parameter.annotation for parameter in live)]
-    used = {str(annotation).removesuffix(OPTIONAL) for annotation in annotations}
+    used = {str(annotation).removesuffix(OPTIONAL_SUFFIX) for annotation in annotations}
     assert used == {*ANNOTATION_KINDS}
 
 

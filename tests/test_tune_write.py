@@ -656,7 +656,7 @@ def test_the_words_of_every_vendor_run(vendor):
         "simc", "PI", gain=2, time_constant=60, dead_time=8, into=starter(vendor).encode(), into_name="c"
     )
     assert found.forecast.why == ""
-    assert found.forecast.settled
+    assert found.forecast.settles
     assert 0 <= found.judgement.answer.overshoot < 40
     assert 10 < found.judgement.answer.iae_setpoint < 60
 

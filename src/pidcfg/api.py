@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_below, refuse_unknown, vendor_named
+from pidcfg.output.arguments import ArgumentError, check_arguments, check_minimum, refuse_unknown, vendor_named
 from pidcfg.text.reader import DEFAULT, Files, Limits, data_of, read_file, reader_of, source_data
 from pidcfg.vendors import VENDORS, format_names
 
@@ -418,7 +418,7 @@ def convert(
     from pidcfg.validate.engine import check_source
 
     target = vendor_named(to, "to")
-    refuse_below(1, jobs=jobs)
+    check_minimum(1, jobs=jobs)
     checked = check_source(source, name, files, limits)
     compare = (lambda one, two, report: verify_sides(one, two, report, progress, jobs)) if verify else None
     return convert_checked(checked, target, options or {}, compare, max_loss_of(max_loss))
@@ -449,7 +449,7 @@ def diff(
     from pidcfg.output.differences import DiffOptions, compare_sides, side_of, with_verdict
     from pidcfg.validate.engine import check_source
 
-    refuse_below(1, jobs=jobs)
+    check_minimum(1, jobs=jobs)
     family = None if vendor is None else vendor_named(vendor)
     like_config = None if like is None else check_source(like, None, files, limits)
     before_side, after_side = (
@@ -499,7 +499,7 @@ def simulate(
     from pidcfg.validate.engine import document_of, is_configuration
 
     refuse_unknown("engine", engine, get_args(EngineName))
-    refuse_below(1, every=every, runs=runs)
+    check_minimum(1, every=every, runs=runs)
     if against is not None and accept is not None:
         raise ArgumentError("`against` and `accept` exclude each other", "against", "accept")
     if against is None and against_name is not None:
@@ -551,8 +551,8 @@ def certify(
     from pidcfg.study.certification.tally import MOST_WORST, StateError
     from pidcfg.validate.engine import document_of
 
-    refuse_below(1, samples=samples, jobs=jobs)
-    refuse_below(0, keep_worst=keep_worst)
+    check_minimum(1, samples=samples, jobs=jobs)
+    check_minimum(0, keep_worst=keep_worst)
     if keep_worst > MOST_WORST:
         raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MOST_WORST} are kept", "keep_worst")
     doc = document_of(source, name, files, limits)

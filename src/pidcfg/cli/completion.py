@@ -283,7 +283,7 @@ def report_file_items(ctx: click.Context, incomplete: str) -> Items:
     return [CompletionItem(f"{name}=", type="part") for name in names if name.startswith(incomplete)]
 
 
-def words_before(ctx: click.Context) -> list[str]:
+def preceding_words(ctx: click.Context) -> list[str]:
     """The words on the line before the one that is typed; of ``--option=VALUE`` the value."""
     words: list[str] = ctx.find_root().obj or []
     return [word.partition("=")[2] or word if word.startswith("--") else word for word in words]
@@ -291,7 +291,7 @@ def words_before(ctx: click.Context) -> list[str]:
 
 def format_items(ctx: click.Context, incomplete: str) -> Items:
     """The formats of the vendor of the file on the line; of all vendors when the file cannot be read."""
-    vendor = next(filter(None, map(_vendor_of, words_before(ctx))), None)
+    vendor = next(filter(None, map(_vendor_of, preceding_words(ctx))), None)
     names = vendor.load("format_names") if vendor is not None else format_names()
     return [CompletionItem(name) for name in names if name.startswith(incomplete)]
 

@@ -11,14 +11,14 @@ from click.core import ParameterSource
 
 # --- Environment variables: each option has one, ``PIDCFG_COMMAND_OPTION``, which the command line outranks -----------
 
-PREFIX = "PIDCFG"
+VARIABLE_PREFIX = "PIDCFG"
 OPTIONS_WITHOUT_VARIABLE = {"version"}
 """Options that have none: a variable of that name belongs to whoever builds or installs pidcfg."""
 
 
 def variable_of(command: str, option: str) -> str:
     """The variable of an option: `PIDCFG_VALIDATE_REPORT_OUTPUT` of ``validate --report-output``."""
-    return "_".join((PREFIX, *command.split(), option.lstrip("-"))).upper().replace("-", "_")
+    return "_".join((VARIABLE_PREFIX, *command.split(), option.lstrip("-"))).upper().replace("-", "_")
 
 
 def with_variables(command: click.Command, name: str = "") -> click.Command:

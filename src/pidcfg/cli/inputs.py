@@ -126,7 +126,7 @@ MAX_LINES = 2000
 """Lines of a ``.gitignore``, and patterns of a settings file."""
 MAX_PATTERN_WAYS = 10_000
 """In which the ``**`` of a pattern may lie over the folders of a path."""
-ANY_FOLDERS, FOLDER_ABOVE = "**", ".."
+ANY_FOLDERS, PARENT_FOLDER = "**", ".."
 STAR, SIGN = r"\[\^/\]\*", r"(?:\\.|\[\^?\]?[^\]]*\]|[^/\\\[(])"
 STARS = re.compile(rf"(?:{STAR}){{2,}}")
 BETWEEN_STARS = re.compile(rf"{STAR}((?:(?!{STAR}){SIGN})+)(?={STAR})", re.DOTALL)
@@ -202,7 +202,7 @@ def _parse_pattern(origin: str, line: str) -> Pattern | None:
 
 def pattern_fault(line: str) -> str | None:
     """What is wrong with a pattern of the command line or of a settings file, and its cure."""
-    if FOLDER_ABOVE in line.split("/"):
+    if PARENT_FOLDER in line.split("/"):
         return f"{line!r} leads out of the folder that patterns begin at; run there, or put the settings there"
     if re.search(r"\\\w", line):
         return f"{line!r} is no pattern of paths; write it with forward slashes"
@@ -377,13 +377,13 @@ def has_key(data: bytes) -> bool:
     """Whether a text has the key ``pidcfg`` at the top, or may have it."""
     text = data.decode("utf-16", "replace").encode() if data.startswith(UTF16_MARKS) else data.replace(b"\0", b"")
     text = LINE_BREAK.sub(b"\n", text.removeprefix(BYTE_ORDER_MARK).removeprefix(BYTE_ORDER_MARK))
-    first = FIRST_LINE.search(text)
-    if first is None:
+    first_line = FIRST_LINE.search(text)
+    if first_line is None:
         return False
-    if not BLOCK_START.match(first[2]):
+    if not BLOCK_START.match(first_line[2]):
         text = OPENING_BRACKET.sub(b"\n", text)
-    elif first[1]:
-        text = re.sub(rb"^" + re.escape(first[1]), b"", text, flags=re.MULTILINE)
+    elif first_line[1]:
+        text = re.sub(rb"^" + re.escape(first_line[1]), b"", text, flags=re.MULTILINE)
     return bool(PIDCFG_KEY.search(text) or ESCAPED_KEY.search(text)) or all(key.search(text) for key in SIMILAR_KEYS)
 
 

@@ -412,12 +412,12 @@ def _patch_lines(data: bytes) -> list[str]:
     return [f"{part}\n" for part in parts[:-1]] + ([parts[-1]] if parts[-1] else [])
 
 
-def replace_files(changed: Mapping[str, tuple[bytes, bytes]]) -> None:
+def replace_files(changes: Mapping[str, tuple[bytes, bytes]]) -> None:
     """Puts new contents in the place of those that were read, by name; nothing where one file is protected or changed.
 
     Ends the command with the reason.
     """
-    for name, (before, _) in changed.items():
+    for name, (before, _) in changes.items():
         try:
             content, status = read_file(name), Path(name).stat()
         except OSError as error:
@@ -430,7 +430,7 @@ def replace_files(changed: Mapping[str, tuple[bytes, bytes]]) -> None:
         if status.st_nlink > 1:
             links = "has more than one name (hard links), and the others would keep the old text"
             raise click.ClickException(f"{name} {links}; nothing was written")
-    write_files({name: data for name, (_, data) in changed.items()}, force=True, allow_inputs=True)
+    write_files({name: data for name, (_, data) in changes.items()}, force=True, allow_inputs=True)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

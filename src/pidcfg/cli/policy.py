@@ -253,11 +253,11 @@ def fix_inputs(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> lis
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
     corrections = progress((_fix_input(entry, rules, ctx) for entry in inputs), "correcting", len(inputs))
     pairs = list(zip(inputs, corrections, strict=True))
-    changed = [(entry, fixed) for entry, fixed in pairs if fixed.data != entry.data]
-    corrected = [fixed for _, fixed in changed if fixed.fixed]
+    changes = [(entry, fixed) for entry, fixed in pairs if fixed.data != entry.data]
+    corrected = [fixed for _, fixed in changes if fixed.fixed]
     total = f"{count_text(sum(len(f.fixed) for f in corrected), 'finding')} in {count_text(len(corrected), 'file')}"
     if shows_diff:
-        print_patch("".join(patch_text(_patch_name(entry), entry.data, fixed.data) for entry, fixed in changed))
+        print_patch("".join(patch_text(_patch_name(entry), entry.data, fixed.data) for entry, fixed in changes))
         if not quiet:
             write_note(f"{total} would be corrected")
         is_unread = any(is_unusable(d) for _, fixed in pairs for d in fixed.remaining)
@@ -265,9 +265,9 @@ def fix_inputs(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> lis
     if piped_inputs:
         write_user_file(pairs[0][1].data)
     else:
-        replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
+        replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changes})
     if not quiet:
-        for entry, fixed in changed:
+        for entry, fixed in changes:
             write_remark(f"{entry.name}: {_tally_text(fixed)}")
         write_note(f"{total} corrected")
     return [replace(entry, data=fixed.data) for entry, fixed in pairs]

@@ -258,7 +258,7 @@ def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[i
 # wins.
 
 SETTINGS_FILE, PYPROJECT = "pidcfg.toml", "pyproject.toml"
-TABLE = "tool.pidcfg"
+TABLE_NAME = "tool.pidcfg"
 REPOSITORY = ".git"
 TABLE_PATTERN = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[?[\"' \t]*tool[\"' \t]*[\]=]", re.MULTILINE)
 """What a shared file must hold before it is read as TOML."""
@@ -468,7 +468,7 @@ def _load_settings(path: Path, name: str, data: bytes) -> Settings:
     table: Any = _parse_toml(name, data)
     table_name = ""
     if path.name == PYPROJECT:
-        table_name = TABLE
+        table_name = TABLE_NAME
         tool = table.get("tool")
         table = tool.get("pidcfg", {}) if isinstance(tool, dict) else {}
     root = Path(os.path.abspath(path)).parent

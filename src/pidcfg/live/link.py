@@ -49,7 +49,7 @@ with suppress(ImportError):  # Windows has no such thing
 
 HEADER_BYTES = 8
 """Bytes from which on a frame of Modbus TCP tells whose answer it is: transaction, protocol, length, unit, function."""
-PROTOCOL, LENGTH, UNIT = slice(2, 4), slice(4, 6), 6
+PROTOCOL_BYTES, LENGTH_BYTES, UNIT_BYTE = slice(2, 4), slice(4, 6), 6
 
 
 def unexpected_answer(sent: bytes, received: bytes, *, is_serial: bool) -> str:
@@ -57,13 +57,13 @@ def unexpected_answer(sent: bytes, received: bytes, *, is_serial: bool) -> str:
     count = len(received)
     if not received or is_serial:
         return f"{count} bytes that make none" if received else ""
-    if any(received[PROTOCOL]):
+    if any(received[PROTOCOL_BYTES]):
         return "bytes that are no Modbus"
     if count < HEADER_BYTES:
         return f"{count} bytes of one"
-    if received[:2] != sent[:2] or received[UNIT] != sent[UNIT]:
-        return f"one of unit {received[UNIT]}" if received[:2] == sent[:2] else "one to another request"
-    length = int.from_bytes(received[LENGTH]) + LENGTH.stop
+    if received[:2] != sent[:2] or received[UNIT_BYTE] != sent[UNIT_BYTE]:
+        return f"one of unit {received[UNIT_BYTE]}" if received[:2] == sent[:2] else "one to another request"
+    length = int.from_bytes(received[LENGTH_BYTES]) + LENGTH_BYTES.stop
     return f"{count} of {length} bytes of one" if count < length else "bytes that make none"
 
 
@@ -240,8 +240,8 @@ EXCEPTIONS = {
 }
 BUSY_EXCEPTIONS = frozenset((5, 6))
 NO_SUCH_REGISTER = 2
-NO_SERVER = "look whether a Modbus server is there"
-OTHER_DEVICE = "look at the name of the device, and who else has it open"
+NO_SERVER_CURE = "look whether a Modbus server is there"
+DEVICE_CURE = "look at the name of the device, and who else has it open"
 
 
 @frozen
@@ -330,13 +330,13 @@ class Link:
                 raise _NoAnswer("the connection was closed", "PLCs take few connections: close other programs")
             response = answer.result()
         except ModbusException:
-            unexpected = unexpected_answer(self._request_bytes, self._received, is_serial=bool(self.address.device))
-            reason = f"no answer within {self.policy.timeout:g} s{unexpected and f', but {unexpected}'}"
+            other_answer = unexpected_answer(self._request_bytes, self._received, is_serial=bool(self.address.device))
+            reason = f"no answer within {self.policy.timeout:g} s{other_answer and f', but {other_answer}'}"
             suspects = ("the cable", "the unit number", "the baud rate", "the parity")[
                 : None if self.address.device else 2
             ]
             cure = f"look at {', '.join(suspects[:-1])} and {suspects[-1]}; here it is unit {unit}"
-            raise _NoAnswer(reason, cure if self.address.device or not unexpected else NO_SERVER) from None
+            raise _NoAnswer(reason, cure if self.address.device or not other_answer else NO_SERVER_CURE) from None
         finally:
             for task in (answer, closed):
                 task.cancel()
@@ -357,12 +357,12 @@ class Link:
                 raise NoRegistersError(f"{self.address}: {request}: {reason}: {cause}")
             raise PlcError(f"{self.address}: {request}: {reason}; look at the set-up of Modbus in the PLC")
         if response.function_code != FUNCTIONS[request.table][0]:
-            raise _NoAnswer(f"the answer is one to function {response.function_code}", NO_SERVER)
+            raise _NoAnswer(f"the answer is one to function {response.function_code}", NO_SERVER_CURE)
         is_bits = request.table in {"coil", "discrete"}
         content = [int(value) for value in (response.bits if is_bits else response.registers)]
         expected_count = -(-request.count // 8) * 8 if is_bits else request.count
         if len(content) != expected_count:
-            raise _NoAnswer(f"the answer holds {len(content)} of {expected_count} registers", NO_SERVER)
+            raise _NoAnswer(f"the answer holds {len(content)} of {expected_count} registers", NO_SERVER_CURE)
         return content[: request.count]
 
     async def _connect(self) -> None:
@@ -399,7 +399,7 @@ class Link:
         """Why there is no connection, in words."""
         if self.address.device:
             reason = await asyncio.to_thread(serial_reason, self.address.device)
-            return _NoAnswer(reason, OTHER_DEVICE)
+            return _NoAnswer(reason, DEVICE_CURE)
         try:
             connected = asyncio.open_connection(self.address.host, self.address.port)
             _, writer = await asyncio.wait_for(connected, self.policy.timeout)
@@ -442,7 +442,7 @@ def _client_of(
 ) -> AsyncModbusTcpClient | AsyncModbusSerialClient:
     from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
-    common: Data = {
+    common_options: Data = {
         "timeout": policy.timeout,
         "retries": 0,
         "reconnect_delay": 0,
@@ -450,9 +450,9 @@ def _client_of(
         "trace_packet": note_packet,
     }
     if not address.device:
-        return AsyncModbusTcpClient(address.host, port=address.port, **common)
+        return AsyncModbusTcpClient(address.host, port=address.port, **common_options)
     line: Data = {"baudrate": address.baud, "parity": PARITIES[address.parity], "stopbits": address.stop_bits}
-    return AsyncModbusSerialClient(address.device, **line, **common)
+    return AsyncModbusSerialClient(address.device, **line, **common_options)
 
 
 # --- Asynchronous work from synchronous calls, also where a loop runs already, as in a notebook -----------------------

@@ -61,10 +61,10 @@ if TYPE_CHECKING:
 
 RegisterPlace = tuple[str, int]
 """A table and the number of a register in it."""
-WORD = 0xFFFF
+WORD_MASK = 0xFFFF
 
 
-class Part(NamedTuple):
+class ValuePart(NamedTuple):
     """What a register has of a value: the bits of ``mask`` behind ``shift``, at its own bit ``bit``."""
 
     number: int
@@ -94,16 +94,16 @@ class VirtualPlc:
         self.unlisted_writes = 0
         self._progress: Iterator[int] = self.run.steps_to_end()
         self._step = self.run.zero
-        self._map: dict[RegisterPlace, list[Part]] = {}
+        self._map: dict[RegisterPlace, list[ValuePart]] = {}
         for number, loop in self.registers.places().items():
             with suppress(LookupError):  # no client reads what the map does not have
                 place = numbering.place(number)
                 for half in range(place.width):
-                    shift, mask = (place.shift(half), WORD) if place.bit is None else (0, 1)
-                    part = Part(number, shift, mask, place.bit or 0, loop)
+                    shift, mask = (place.shift(half), WORD_MASK) if place.bit is None else (0, 1)
+                    part = ValuePart(number, shift, mask, place.bit or 0, loop)
                     parts = self._map.setdefault((place.table, place.register + half), [])
                     if all(
-                        other.mask != WORD and other.bit != part.bit for other in parts
+                        other.mask != WORD_MASK and other.bit != part.bit for other in parts
                     ):  # one device, several names
                         parts.append(part)
         self._contents: dict[int, Mapping[int, int]] = {}
@@ -136,13 +136,13 @@ class VirtualPlc:
             content |= (self._raw_value(part) >> part.shift & part.mask) << part.bit
         return content
 
-    def _raw_value(self, part: Part) -> int:
+    def _raw_value(self, part: ValuePart) -> int:
         """What a value holds now."""
         if part.loop not in self._contents:
             self._contents[part.loop] = self.registers.contents(part.loop, self.run.net.signal_values)
         return self._contents[part.loop][part.number]
 
-    def _find_parts(self, table: str, register: int) -> list[Part]:
+    def _find_parts(self, table: str, register: int) -> list[ValuePart]:
         parts = self._map.get((table, register))
         if parts is None:
             raise RegisterError(NO_REGISTER, f"{table} {register} is no register of this PLC")
@@ -154,7 +154,7 @@ class VirtualPlc:
         for k, content in enumerate(contents):
             for part in self._find_parts(table, first + k):
                 raw, written = raws.get(part.number, (self._raw_value(part), int(content) >> part.bit & part.mask))
-                if part.mask == WORD or written != raw:  # of the switches in a register those that change
+                if part.mask == WORD_MASK or written != raw:  # of the switches in a register those that change
                     raw = raw & ~(part.mask << part.shift) | (int(content) >> part.bit & part.mask) << part.shift
                     raws[part.number] = (raw, part.loop)
         for number, (raw, loop) in raws.items():
@@ -418,7 +418,7 @@ def serve_document(
     further scenarios, by the units that they answer as.
     """
     first = _prepare_plc(doc, reader, map_file)
-    other_plcs = {unit: _prepare_plc(served, reader, None) for unit, served in (others or {}).items()}
+    other_plcs = {unit: _prepare_plc(plc_doc, reader, None) for unit, plc_doc in (others or {}).items()}
     if any(plc is None for _, plc in (first, *other_plcs.values())):
         return ServeResult(
             _outcome_without_run(first[0]),
@@ -433,7 +433,7 @@ def serve_document(
 
     plcs = {unit: plc for unit, (_, plc) in units.items() if plc is not None}
     run_async(serve_plcs(plcs, options.listen, options.speed, options.seconds, options.on_ready, tell))
-    outcomes = [_finish_outcome(*served, notes) for served in units.values()]
+    outcomes = [_finish_outcome(*plc_doc, notes) for plc_doc in units.values()]
     return ServeResult(outcomes[0], tuple(notes), dict(zip(other_plcs, outcomes[1:], strict=True)))
 
 

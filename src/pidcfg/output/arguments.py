@@ -82,7 +82,7 @@ def vendor_options(vendor: Vendor, column: str, options: Mapping[str, object]) -
     return values
 
 
-def refuse_below(minimum: int, **values: int | None) -> None:
+def check_minimum(minimum: int, **values: int | None) -> None:
     """Raises `ArgumentError` for an argument below a whole number; None is none at all."""
     for name, value in values.items():
         if value is not None and value < minimum:
@@ -94,7 +94,7 @@ def refuse_below(minimum: int, **values: int | None) -> None:
 # What the public calls take, by the annotations of their parameters: another type is refused before anything runs.
 # `ANNOTATION_KINDS` has a row for every annotation; ``| None`` at its end is no part of it.
 
-OPTIONAL = " | None"
+OPTIONAL_SUFFIX = " | None"
 PAIR_LENGTH = 2
 Kind = Callable[[object], bool]
 """Whether a value is of a kind."""
@@ -254,9 +254,9 @@ def refuse_types(call: Callable[..., object], args: tuple[object, ...], kwargs: 
     for name, value in call_signature.bind(*args, **kwargs).arguments.items():
         parameter = call_signature.parameters[name]
         annotation = str(parameter.annotation)
-        if value is None and annotation.endswith(OPTIONAL):
+        if value is None and annotation.endswith(OPTIONAL_SUFFIX):
             continue
-        is_kind, expected = ANNOTATION_KINDS[annotation.removesuffix(OPTIONAL)]
+        is_kind, expected = ANNOTATION_KINDS[annotation.removesuffix(OPTIONAL_SUFFIX)]
         for argument in value if parameter.kind is parameter.VAR_POSITIONAL else (value,):
             if not is_kind(argument):
                 raise ArgumentTypeError(f"`{name}` is {short(argument)}; give {expected}", name)

@@ -61,14 +61,14 @@ def _line_data(line: Change | None) -> Data:
 
 
 def _difference_data(difference: SignalDifference) -> Data:
-    worst = None if difference.worst is None else round(100 * difference.worst, 6)
+    percent = None if difference.worst is None else round(100 * difference.worst, 6)
     return {
         "stage": difference.stage,
         "signal": difference.signal,
         "at": round(difference.at, 6),
         "from": _round_value(difference.before),
         "to": _round_value(difference.after),
-        "percent": worst,
+        "percent": percent,
     }
 
 
@@ -240,16 +240,16 @@ def convert_checked(
     ``options`` are the target's own: where things go that the source does not say. ``max_loss``: how far values may be
     rounded without being lost. Loops that the target's own rules refuse are dropped, unless it is all of them.
     """
-    empty = ConvertResult(checked.document, checked.findings, target.key)
+    base = ConvertResult(checked.document, checked.findings, target.key)
     if checked.vendor is None or errors_in(checked.findings):
-        return empty
+        return base
     placements = vendor_options(target, "convert_options", options)
     excluded: dict[int, str] = {}
     while True:
         try:
             outcome = convert(checked.config, checked.vendor, target, placements, max_loss=max_loss, excluded=excluded)
         except ConvertError as error:
-            return replace(empty, findings=(*checked.findings, *missing_findings(error.missing, checked.document)))
+            return replace(base, findings=(*checked.findings, *missing_findings(error.missing, checked.document)))
         text = text_of(outcome, checked.document)
         result = check_document(read_document(text.encode(), f"<{target.key}>", checked.document.limits))
         refused = refused_loops(outcome, result)
@@ -257,7 +257,7 @@ def convert_checked(
             break
         excluded |= refused
     conversion = replace(
-        empty,
+        base,
         findings=(*checked.findings, *missing_findings(outcome.missing, checked.document)),
         source=checked.vendor.key,
         data=outcome.data,

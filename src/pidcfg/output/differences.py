@@ -367,15 +367,15 @@ def _with_states(
     rows: Sequence[Compared], subjects: tuple[Subject, Subject], names: tuple[str, str]
 ) -> Iterator[Compared]:
     """The comparison, with what the listings say of loops that do not run as they are set up."""
-    one, two = ([loop.name for loop in subject.config.loops] for subject in subjects)
+    before, after = ([loop.name for loop in subject.config.loops] for subject in subjects)
     partners = {row.was: row.loop for row in rows if row.was}
     if subjects[0].vendor is not subjects[1].vendor:
-        partners = {one[i]: two[j] for i, j in match_loops(one, two) if i is not None and j is not None}
+        partners = {before[i]: after[j] for i, j in match_loops(before, after) if i is not None and j is not None}
     states: dict[str, list[State]] = {}
     both_listings = all(subject.reading for subject in subjects)
     for i, (subject, other) in enumerate((subjects, reversed(subjects))):
         for owner, state in states_of(subject, other):
-            for name in [owner] if owner else (one, two)[i]:
+            for name in [owner] if owner else (before, after)[i]:
                 row = name if i else partners.get(name, name)
                 states.setdefault(row, []).append(replace(state, side=names[i] if both_listings else ""))
     unchanged = [Compared(name, "same") for name in states if name not in {row.loop for row in rows}]
@@ -397,10 +397,10 @@ def _compare_word_by_word(
     return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD_NOTE,))
 
 
-def _compare_within_vendor(one: Subject, two: Subject, *, live: bool) -> list[Compared]:
+def _compare_within_vendor(first: Subject, second: Subject, *, live: bool) -> list[Compared]:
     """The comparison within a vendor."""
-    before, after = (terms_of(subject) for subject in (one, two))
-    fields = [fields_of(subject.vendor, subject.config, subject.encoding) for subject in (one, two)]
+    before, after = (terms_of(subject) for subject in (first, second))
+    fields = [fields_of(subject.vendor, subject.config, subject.encoding) for subject in (first, second)]
 
     def neutral_names(loop: str, key: str) -> list[str]:
         return [name for side in fields for name in neutral_fields(side, loop, key)]

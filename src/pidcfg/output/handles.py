@@ -276,18 +276,18 @@ def change_document(document: Document, values: Mapping[Any, object]) -> ChangeR
     """A file with other texts at some paths; raises `ArgumentError` for a place that cannot have one."""
     if document.data is None:
         raise ArgumentError(f"`source`: {document.file} cannot be read: {document.problems[0].message}", "source")
-    texts, keys_before = {}, {}
+    texts, predecessors = {}, {}
     for name, value in values.items():
         if not isinstance(name, str) or not name:
             raise ArgumentError(f"`values`: {name!r} is no path; write it like loops.0.name", "values")
         path = parse_path(name)
         texts[path] = value if isinstance(value, str) else _number_text(name, value)
         if not has_key(document.data, path):
-            keys_before[path] = _last_key_beside(document, path, name)
+            predecessors[path] = _last_sibling_key(document, path, name)
     if not texts:
         return ChangeResult(document, document.text, document.problems)
     try:
-        data = with_values(document.text.encode(), document, texts, keys_before)
+        data = with_values(document.text.encode(), document, texts, predecessors)
     except (PlacingError, KeyError) as error:
         raise ArgumentError(f"`values`: {error} ({document.file}); change it by hand", "values") from None
     new = read_document(data, document.file, document.limits)
@@ -301,7 +301,7 @@ def _number_text(name: str, value: object) -> str:
     return decimal_text(Decimal(str(value)))
 
 
-def _last_key_beside(document: Document, path: Path, name: str) -> Path:
+def _last_sibling_key(document: Document, path: Path, name: str) -> Path:
     """The key of the file that a missing one goes behind: the last one beside it."""
     mapping = value_at(document.data, path[:-1])
     if not isinstance(mapping, dict) or not mapping:

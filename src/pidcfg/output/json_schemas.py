@@ -61,32 +61,32 @@ def with_templates(schema: Schema) -> Schema:
     """The schema of a configuration file whose loops may use templates."""
     loops = schema["properties"]["loops"]
     loop_items = loops["items"]
-    part = _part(deepcopy(loop_items))
+    template_schema = _relax(deepcopy(loop_items))
     loop_definitions = {ref.removeprefix(REFERENCE_PREFIX) for ref in _references(loop_items)}
-    definitions = {f"{name}{PART_ENDING}": _part(deepcopy(definition)) for name, definition in schema["$defs"].items()}
+    definitions = {f"{name}{PART_ENDING}": _relax(deepcopy(definition)) for name, definition in schema["$defs"].items()}
     for name in loop_definitions:
         definitions[f"{name}{PART_ENDING}"]["properties"]["use"] = {"type": "string", "description": USE_TEXT}
     schema["$defs"] |= definitions
     loops["items"] = {
         "if": {"required": ["use"]},
-        "then": {"allOf": [{"required": ["name"]}, part]},
+        "then": {"allOf": [{"required": ["name"]}, template_schema]},
         "else": loop_items,
     }
-    templates = {"type": "object", "description": TEMPLATES_TEXT, "additionalProperties": part}
+    templates = {"type": "object", "description": TEMPLATES_TEXT, "additionalProperties": template_schema}
     schema["properties"] = {"templates": templates, **schema["properties"]}
     return schema
 
 
-def _part(value: Any) -> Any:
+def _relax(value: Any) -> Any:
     """A schema in which nothing is required, all the way down; it has no title, or an editor would show both."""
     if isinstance(value, list):
-        return [_part(item) for item in value]
+        return [_relax(item) for item in value]
     if not isinstance(value, dict):
         return value
     if "discriminator" in value and "oneOf" in value:
-        return {"anyOf": [_part(kind) for kind in value["oneOf"]]}
+        return {"anyOf": [_relax(kind) for kind in value["oneOf"]]}
     return {
-        key: f"{item}{PART_ENDING}" if key == "$ref" else _part(item)
+        key: f"{item}{PART_ENDING}" if key == "$ref" else _relax(item)
         for key, item in value.items()
         if not (key == "required" and isinstance(item, list)) and not (key == "title" and isinstance(item, str))
     }
@@ -486,13 +486,13 @@ def compared_loop() -> Schema:
     """A loop on both sides, or on one."""
     from pidcfg.conversion.differences import Status
 
-    place = object_of("Where its registers begin.", from_=text("Before."), to=text("After."))
+    place_schema = object_of("Where its registers begin.", from_=text("Before."), to=text("After."))
     return object_of(
         "A loop.",
         loop=text("Its name; empty: what belongs to no loop."),
         status=text("What became of it; one that is renamed or moved may have differences.", *get_args(Status)),
         was=or_null(text("Its name before, where it is another one.")),
-        moved=or_null(place),
+        moved=or_null(place_schema),
         differences=list_of("The gravest first.", key_difference()),
         operated=list_of("What the operator sets; no difference.", key_difference()),
         left_out=list_of("Keys of words that differ and that the PLC or the process writes.", text("A key.")),
@@ -738,13 +738,13 @@ def batch_standing() -> Schema:
 
 def uncertainty_row() -> Schema:
     """What varies."""
-    share = "Share of samples that pass where it lies in its {} fifth; null: none lies there."
+    share_text = "Share of samples that pass where it lies in its {} fifth; null: none lies there."
     return object_of(
         "One uncertain number.",
         name=text("Plant or loop, and key."),
         spread=text("How it is spread."),
-        lowest_fifth=or_null(number(share.format("lowest"))),
-        highest_fifth=or_null(number(share.format("highest"))),
+        lowest_fifth=or_null(number(share_text.format("lowest"))),
+        highest_fifth=or_null(number(share_text.format("highest"))),
     )
 
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 # --- Which word a key of a file becomes -------------------------------------------------------------------------------
 
 
-class Held(NamedTuple):
+class Holder(NamedTuple):
     """What holds the value of a key: a register or some bits of one, or a parameter with a name."""
 
     path: Path
@@ -53,7 +53,7 @@ class Held(NamedTuple):
     """The manual's place."""
 
 
-def held_words(checked: Checked) -> Iterator[Held]:
+def held_words(checked: Checked) -> Iterator[Holder]:
     """What holds the values of a configuration, key by key; nothing where it cannot be encoded."""
     encoding: Any = checked.encoding
     if encoding is None:
@@ -76,7 +76,7 @@ def held_words(checked: Checked) -> Iterator[Held]:
             row = _parameters_of(checked.vendor).get(entry.field)
             title_and_basis = (row.title, str(row.basis or "")) if row is not None else ("", "")
             path = (*item_path, *parse_path(entry.field))
-            yield Held(path, entry.device or entry.address, content, None, entry.loop or "", *title_and_basis)
+            yield Holder(path, entry.device or entry.address, content, None, entry.loop or "", *title_and_basis)
 
 
 @cache
@@ -86,7 +86,7 @@ def _parameters_of(vendor: Vendor | None) -> dict[str, Parameter]:
     return {row.name: row for table in tables for row in getattr(table, "rows", ())}
 
 
-def _register_of(space: Space, block: Block, point: Point) -> Held:
+def _register_of(space: Space, block: Block, point: Point) -> Holder:
     """The register of a key, or the bits of it that say the key's choice."""
     number, raw = block.start + point.offset, block.encoded.words[point.offset]
     name, shown = space.name(number), space.content_text(number, raw)
@@ -95,7 +95,7 @@ def _register_of(space: Space, block: Block, point: Point) -> Held:
         name += f".{first}" if first == last else f".{','.join(map(str, point.bits))}"
         shown = str(sum((raw >> bit & 1) << i for i, bit in enumerate(point.bits)))
     path = (*block.place, *parse_path(point.path or ""))
-    return Held(path, name, shown, raw, block.loop or "", point.title, str(getattr(point, "basis", "")))
+    return Holder(path, name, shown, raw, block.loop or "", point.title, str(getattr(point, "basis", "")))
 
 
 def wires_of(doc: Document) -> list[str]:

@@ -192,14 +192,14 @@ def model_of(method: Method, facts: KnownProcess) -> Model:
 
 def refuse_missing(method: Method, numbers: Mapping[str, float], model: Model) -> None:
     """Raises `ArgumentError` with all numbers that the rule still needs."""
-    needed = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
+    required = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
     if model == "integrating":
-        needed = [key for key in needed if key != "time_constant"]
+        required = [key for key in required if key != "time_constant"]
     if model == "second-order" and not method.of_ultimate:
-        needed.append("second_time_constant")
+        required.append("second_time_constant")
     if "delay" in method.needs and "sample_time" not in numbers:
-        needed.append("dead_time")
-    missing = [key for key in needed if key not in numbers]
+        required.append("dead_time")
+    missing = [key for key in required if key not in numbers]
     if missing:
         *earlier, last = (f"`{key}`" for key in missing)
         raise ArgumentError(f"{method.name} needs {', '.join(earlier)}{' and ' if earlier else ''}{last}", *missing)

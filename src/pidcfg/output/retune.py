@@ -119,9 +119,9 @@ def retune_loop(
         raise ArgumentError(f"`vendor` is {target.vendor.key}, and {file.name} is for {vendor.key}", "vendor")
     config: Any = checked_file.config
     name, tuning = config.loops[index].name, encoder_of(vendor).tuning_of(config, config.loops[index])
-    where = f"{file.name}: {name}"
-    _refuse_loop(where, gains, tuning, heating=heating)
-    tuning = _with_ranges(where, tuning, target)
+    label = f"{file.name}: {name}"
+    _refuse_loop(label, gains, tuning, heating=heating)
+    tuning = _with_ranges(label, tuning, target)
     fits = fit_loop(gains, vendor.model, tuning)
     problems = [f"{value.key}: {value.problem}" for value in fits if value.problem is not None]
     if problems:
@@ -129,9 +129,9 @@ def retune_loop(
         if refit is not None:
             unit, held = ("minutes" if refit.unit == "min" else "seconds", decimal_text(refit.stored or refit.wanted))
             problems.append(f"with `reset_unit: {unit}` it is {held} {refit.unit}")
-        raise TuningError(f"{where}: {'; '.join(problems)}; nothing was written")
-    values = _file_numbers(where, doc, index, gains, tuning, fits)
-    data = _write_values(where, doc, file.data, index, values)
+        raise TuningError(f"{label}: {'; '.join(problems)}; nothing was written")
+    values = _file_numbers(label, doc, index, gains, tuning, fits)
+    data = _write_values(label, doc, file.data, index, values)
     new_doc = read_document(data, file.name, limits)
     findings = _findings_after(doc, new_doc, name, file.reader)
     action = None if heating is None else tuning.words.heating if heating else tuning.words.cooling
@@ -172,22 +172,22 @@ def _loop_of(checked: Checked, file: GainsFile) -> tuple[Vendor, int]:
     return vendor, names.index(file.loop)
 
 
-def _refuse_loop(where: str, gains: Gains, tuning: LoopTuning, *, heating: bool | None) -> None:
+def _refuse_loop(label: str, gains: Gains, tuning: LoopTuning, *, heating: bool | None) -> None:
     """Raises `TuningError` for a loop that would not act as the rule means."""
     obstacle = tuning.obstacle or (tuning.no_derivative if gains.derivative_time else "")
     if obstacle:
-        raise TuningError(f"{where}: {obstacle}, which the gains are not for; nothing was written")
+        raise TuningError(f"{label}: {obstacle}, which the gains are not for; nothing was written")
     if heating is None or tuning.raises_pv is None or heating is tuning.raises_pv:
         return
     action = tuning.words.heating if heating else tuning.words.cooling
     sign = "positive: the PV rises" if heating else "negative: the PV falls"
     raise TuningError(
-        f"{where}: the process's gain is {sign} with the output, which needs action {action}, and the loop has the "
+        f"{label}: the process's gain is {sign} with the output, which needs action {action}, and the loop has the "
         "other one; correct the action, or the sign of the gain; nothing was written"
     )
 
 
-def _with_ranges(where: str, tuning: LoopTuning, target: Target) -> LoopTuning:
+def _with_ranges(label: str, tuning: LoopTuning, target: Target) -> LoopTuning:
     """With the spans that are given, where the file does not say them."""
     sides = ("pv_range", target.pv_range, tuning.pv_span), ("output_range", target.output_range, tuning.output_span)
     for name, given_range, file_span in sides:
@@ -195,17 +195,17 @@ def _with_ranges(where: str, tuning: LoopTuning, target: Target) -> LoopTuning:
         if span is None or tuning.words.gain_unit == "engineering":
             continue
         if file_span is not None and not isclose(file_span, span, rel_tol=SPAN_TOLERANCE):
-            widths = f"{decimal_text(span)} wide, and that of {where} {decimal_text(file_span)}"
+            widths = f"{decimal_text(span)} wide, and that of {label} {decimal_text(file_span)}"
             raise ArgumentError(f"`{name}` is {widths}: leave it out", name)
         tuning = replace(tuning, pv_span=span) if name == "pv_range" else replace(tuning, output_span=span)
     if tuning.words.gain_unit == "span" and tuning.pv_span is None:
-        message = f"{where} has no pv.range, and its gain is a share of it: add it to the loop, or give `pv_range`"
+        message = f"{label} has no pv.range, and its gain is a share of it: add it to the loop, or give `pv_range`"
         raise ArgumentError(message, "pv_range")
     return tuning
 
 
 def _file_numbers(
-    where: str, doc: Document, index: int, gains: Gains, tuning: LoopTuning, fits: list[FittedNumber]
+    label: str, doc: Document, index: int, gains: Gains, tuning: LoopTuning, fits: list[FittedNumber]
 ) -> tuple[FileNumber, ...]:
     """How the file says the three numbers, before and after; what it says already stays as it is written."""
     numbers = []
@@ -214,7 +214,7 @@ def _file_numbers(
     for name, value, current, text in zip(tuning.words.names, fits, tuning.current_values, off_texts, strict=True):
         old = value_at(doc.data, _loop_path(index, value.key))
         if current is None:
-            raise TuningError(f"{where}: {value.key} is the expression {old}: change it there; nothing was written")
+            raise TuningError(f"{label}: {value.key} is the expression {old}: change it there; nothing was written")
         stored = value.stored or Decimal(0)
         round_to_stored = partial(tuning.words.stored_value, name)
         new = old if current == stored else text or format_like(old, stored, value.unit, round_to_stored)
@@ -244,7 +244,7 @@ def _loop_path(index: int, key: str) -> Path:
     return ("loops", index, *parse_path(key))
 
 
-def _write_values(where: str, doc: Document, data: bytes, index: int, values: tuple[FileNumber, ...]) -> bytes:
+def _write_values(label: str, doc: Document, data: bytes, index: int, values: tuple[FileNumber, ...]) -> bytes:
     """The bytes of the file with the values that change."""
     paths = [_loop_path(index, value.key) for value in values]
     texts = {path: value.new for path, value in zip(paths, values, strict=True) if value.is_changed and value.new}
@@ -256,7 +256,7 @@ def _write_values(where: str, doc: Document, data: bytes, index: int, values: tu
     except PlacingError as error:
         numbers = ", ".join(f"{value.key}: {value.new}" for value in values if value.is_changed)
         raise TuningError(
-            f"{where}: {error} (line {error.line}); write {numbers} by hand, there or in the loop itself"
+            f"{label}: {error} (line {error.line}); write {numbers} by hand, there or in the loop itself"
         ) from None
 
 
@@ -349,7 +349,7 @@ class Forecast:
     """The set point before and after."""
     largest_step: float = 0.0
     """A step of the set point up to which the output stays within its limits."""
-    settled: bool = True
+    settles: bool = True
     final_error: float = 0.0
     """How far from its set point the PV is in the end, on average."""
     hunts: bool = False
@@ -367,7 +367,7 @@ class Forecast:
             "why": None,
             "setpoint": list(self.step),
             "largest_step": self.largest_step,
-            "settles": self.settled,
+            "settles": self.settles,
             "hunts": self.hunts,
             "error_at_the_end": self.final_error,
             "pv_range": list(self.pv_range),
@@ -376,7 +376,7 @@ class Forecast:
 
     def warnings(self) -> Iterator[str]:
         """What an engineer has to know."""
-        if not self.why and not self.settled:
+        if not self.why and not self.settles:
             yield "with these words the PV does not settle"
 
 
@@ -392,12 +392,12 @@ class RecordScale(NamedTuple):
     """Of output and PV, as the headers say."""
 
     def refuse_other_units(
-        self, where: str, pv_range: tuple[float, float], output_span: float, units: Mapping[str, str]
+        self, label: str, pv_range: tuple[float, float], output_span: float, units: Mapping[str, str]
     ) -> None:
         """Raises `TuningError` for numbers that are surely in other units: their gain would be wrong by as much."""
         if difference := self._unit_contradiction(units) or self._range_contradiction(pv_range, output_span):
             raise TuningError(
-                f"{where}: {self.file} is in other units: {difference}; bring the record to the units of the loop "
+                f"{label}: {self.file} is in other units: {difference}; bring the record to the units of the loop "
                 "(counts or shares of 1 may have been recorded); nothing was written"
             )
 
@@ -441,9 +441,9 @@ def forecast_words(
     controller, image = checked.vendor.module("controller"), checked.encoding.image
     trial = Trial(controller.load(image), retuned.loop, conditions, plant, gains)
     if scale is not None:
-        where = f"{retuned.file}: {retuned.loop}"
+        label = f"{retuned.file}: {retuned.loop}"
         units = units_of(checked.config.loops[trial.index])
-        scale.refuse_other_units(where, (trial.pv_low, trial.pv_high), (trial.high - trial.low) * trial.unit, units)
+        scale.refuse_other_units(label, (trial.pv_low, trial.pv_high), (trial.high - trial.low) * trial.unit, units)
     forecast = _run_trial(trial, controller, image)
     for _ in range(MAX_ATTEMPTS):
         if forecast.why or not trial.shorten_step(forecast):
@@ -567,8 +567,8 @@ class Trial:
         meter, signals = run.machine.meters[self.index], run.net.signal_values
         first, second = (int(n * self.part_length() * TICKS) // run.step for n in (1, 2))
         run.chunk = max(1, (second - first) // CHUNKS_PER_STEP)
-        errors, overshoot_percent, output_before, settled, late_iae = [0.0], None, 0.0, True, [(0, 0.0), (0, 0.0)]
-        up = down = 0.0
+        errors, overshoot_percent, output_before, settles, late_iae = [0.0], None, 0.0, True, [(0, 0.0), (0, 0.0)]
+        rise = fall = 0.0
         for k in run.steps_to_end():
             if k == first:
                 if self.plc.mode(meter.status) not in IN_CONTROL:
@@ -580,14 +580,14 @@ class Trial:
             elif k == second:
                 errors.append(meter.iae)
                 overshoot_percent = overshoot(meter, Band(self.index, SETTLING_BAND_SHARE))
-                settled = settling_time(meter, run.machine.bands[self.index], k - 1, run.dt) is not None
-                up, down = meter.out_high - output_before, output_before - meter.out_low
+                settles = settling_time(meter, run.machine.bands[self.index], k - 1, run.dt) is not None
+                rise, fall = meter.out_high - output_before, output_before - meter.out_low
             elif second < k <= (3 * second - first) / 2:
                 late_iae[1] = (k, meter.iae)
         step = abs(meter.sp_after - meter.sp_before)
         if overshoot_percent is None or not step:
             return Forecast("the set point does not move: see its limits")
-        headroom = min((self.high - output_before) / max(up, 1e-12), (output_before - self.low) / max(down, 1e-12))
+        headroom = min((self.high - output_before) / max(rise, 1e-12), (output_before - self.low) / max(fall, 1e-12))
         setpoint_iae, load_iae = (
             None if isinf(self.gains.integral_time) else (b - a) * run.dt / unit
             for a, b, unit in zip(errors, (*errors[1:], meter.iae), (step, self.load_step * self.unit), strict=True)
@@ -598,7 +598,7 @@ class Trial:
             answer=Answer(overshoot_percent, setpoint_iae, load_iae),
             step=(meter.sp_before, meter.sp_after),
             largest_step=step * headroom,
-            settled=settled,
+            settles=settles,
             final_error=final_error,
             hunts=final_error * (second - first) > HUNTING_SHARE * (errors[1] - errors[0]),
             pv_range=(self.pv_low, self.pv_high),

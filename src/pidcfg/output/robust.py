@@ -81,7 +81,7 @@ class Confirmation:
     held_count: int
     bound: float
     limit: float
-    largest: float | None
+    max_iae: float | None
 
     @property
     def passed(self) -> bool:
@@ -96,7 +96,7 @@ class Confirmation:
             "held": self.held_count,
             "at_least_percent": self.bound,
             "iae_limit": self.limit,
-            "iae_max": self.largest,
+            "iae_max": self.max_iae,
             "passed": self.passed,
         }
 
@@ -118,9 +118,9 @@ def confirm_gains(
     if certification is None:
         return None
     (expectation,) = certification.expectations
-    largest = certification.metrics["LOOP"]["iae"]["max"]
+    max_iae = certification.metrics["LOOP"]["iae"]["max"]
     held_count = min(expectation.held, certification.all_passed)
-    return Confirmation(plc, samples, held_count, expectation.bound, iae_limit, largest)
+    return Confirmation(plc, samples, held_count, expectation.bound, iae_limit, max_iae)
 
 
 def _loop_text(tuning: RobustTuning, pv: float, output: float) -> str:

@@ -122,7 +122,7 @@ class SimulateResult:
         return deepcopy(runs_data([self.outcome]))
 
 
-def difference_of_accepted(before: bytes, after: str) -> str:
+def accepted_difference(before: bytes, after: str) -> str:
     """What another accepted run has in the place of the one in a file, in words."""
     from pidcfg.schemas.scenario import AcceptedError, run_of_data
     from pidcfg.study.accepted import differences_text

@@ -363,13 +363,13 @@ def read_configuration(data: bytes, name: str, vendor_key: str | None, limits: L
     columns = reader.read_columns(header)
     loops = [reader.read_loop(row, columns, i) for i, row in enumerate(rows)]
     reader.refuse_equal_names(loops)
-    remarks_of_scales = reader.check_scales(loops, columns)
+    scale_remarks = reader.check_scales(loops, columns)
     content = reader.read_head(head)
     remarks = [sheet.remark] * bool(sheet.remark)
     remarks += (
         [f"only the first sheet is read; also there: {', '.join(sheet.other_sheets)}"] if sheet.other_sheets else []
     )
-    remarks += remarks_of_scales
+    remarks += scale_remarks
     if "plc" not in content and _needs_plc(vendor):
         content["plc"] = _starter_plc(vendor)
         remarks.append(f"plc is as in the starter file of {vendor.key}; look at it")

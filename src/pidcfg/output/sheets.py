@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------------------------------------------------
 # What a column of a sheet is: a key of the vendor's loops as the file format writes it, or a common word for one.
 
-BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
+TRAILING_BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
 TIME_UNIT = re.compile("(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?", re.IGNORECASE)
 UNIT_IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 WORD_SEPARATORS = re.compile(r"[\s_\-/]+")
@@ -82,7 +82,7 @@ def _header_cure(header: str, vendor: Vendor) -> str:
 
 def _header_text(header: str) -> str:
     """A header without brackets."""
-    return BRACKETS.sub("", header.strip()).strip()
+    return TRAILING_BRACKETS.sub("", header.strip()).strip()
 
 
 def _key_of_header(header: str, vendor: Vendor) -> str | None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
-UNREADABLE, UNKNOWN_MEANING = "PID041", "PID042"
+UNREADABLE_CODE, UNKNOWN_MEANING_CODE = "PID041", "PID042"
 """A listing that cannot be read; a configuration that does not say what its values mean."""
 EPILOG = options.examples_text(
     "pidcfg diff main.yaml branch.yaml",
@@ -163,12 +163,12 @@ def refuse_result(result: DiffResult, fmt: str) -> NoReturn:
 
     findings, name = result.findings, result.refused
     codes = {d.code for d in findings}
-    if fmt == "json" or not codes & {UNREADABLE, UNKNOWN_MEANING}:
+    if fmt == "json" or not codes & {UNREADABLE_CODE, UNKNOWN_MEANING_CODE}:
         show_errors(findings, result.document, fmt)
-    if UNREADABLE in codes:
+    if UNREADABLE_CODE in codes:
         d = findings[0]
         raise click.ClickException(f"{name}:{d.span.line}: {'; '.join(filter(None, (d.message, d.help)))}")
-    if UNKNOWN_MEANING not in codes:
+    if UNKNOWN_MEANING_CODE not in codes:
         raise click.ClickException(f"{name} cannot be compared")
     for d in findings:
         write_remark(f"{name}: {d.message}")

@@ -221,26 +221,26 @@ def compare(
             )
 
     try:
-        first = compare_again()
+        first_round = compare_again()
     except UnusableMapError as error:
         raise click.ClickException(str(error)) from None
     threshold = Severity.WARNING if strict else Severity.ERROR
-    printed = Findings(first.findings(fmt), documents, threshold, command="compare")
-    full = Findings(first.findings(), documents, threshold, command="compare")
-    if first.results or fmt not in FORMATS_FOR_PEOPLE:
+    printed = Findings(first_round.findings(fmt), documents, threshold, command="compare")
+    full = Findings(first_round.findings(), documents, threshold, command="compare")
+    if first_round.results or fmt not in FORMATS_FOR_PEOPLE:
         report_options.deliver_reports(fmt, (), lambda name: render_findings(name, printed))
     report_options.write_reports(reports, lambda name: render_findings(name, full))
-    for line in () if quiet else first.notes:
+    for line in () if quiet else first_round.notes:
         write_remark(f"note: {line}")
     if fmt in FORMATS_FOR_PEOPLE:
-        for fault in first.faults:
+        for fault in first_round.faults:
             write_remark(f"Error: {fault}")
-        if first.results and not quiet:
-            write_note(first.summary)
-    code = first.exit_code
+        if first_round.results and not quiet:
+            write_note(first_round.summary)
+    code = first_round.exit_code
     if watch is not None and code != Exit.UNUSABLE:
-        code = _watch_plc(compare_again, first, watch)
-    if strict and code == Exit.OK and first.unread_count:
+        code = _watch_plc(compare_again, first_round, watch)
+    if strict and code == Exit.OK and first_round.unread_count:
         code = Exit.FINDINGS
     click.get_current_context().exit(code)
 
@@ -331,7 +331,7 @@ def _count_text(count: int, noun: str) -> str:
 
 def _watch_plc(compare_again: Callable[[], ComparisonRound], first: ComparisonRound, seconds: float) -> Exit:
     """Goes on comparing; prints what comes and goes with its time. The exit code is that of the last comparison."""
-    rows_before, code, faults = {_row_text(d) for d in first.findings("text")}, first.exit_code, first.faults
+    rows_before, code, faults = ({_row_text(d) for d in first.findings("text")}, first.exit_code, first.faults)
     write_note(f"comparing every {seconds:g} s; Ctrl-C ends")
     try:
         while True:

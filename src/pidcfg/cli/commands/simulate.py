@@ -283,14 +283,14 @@ def accepted_file(name: str | None, outcomes: Sequence[Outcome], *, force: bool)
     if name is None:
         return {}
     from pidcfg.cli.outputs import read_existing
-    from pidcfg.output.runs import difference_of_accepted
+    from pidcfg.output.runs import accepted_difference
 
     text, before = outcomes[0].accepted, None if force else read_existing(name)
     if text is None:
         write_remark(f"{name} is not written: the run has failed")
         return {}
     if before not in {None, text.encode()}:
-        difference = difference_of_accepted(before or b"", text)
+        difference = accepted_difference(before or b"", text)
         raise click.ClickException(f"{name} exists and {difference}; use --force to overwrite it")
     return {name: text}
 

@@ -63,17 +63,17 @@ def verdict_brief(loops: Sequence[VerifiedLoop]) -> str:
             f"    differs: {difference_text(failure.difference)}{_key_hint(failure.key)}" for failure in loop.failures
         ]
         lines += [] if loop.passed else [chart_text(replace(loop.chart, title=""), sys.stderr)]
-    named = {loop.loop: [_line_of(row)[0] for row in loop.named] for loop in loops}
-    switched = {loop.loop: [row.field for row in _rule_changes(loop.switched)] for loop in loops}
-    left_out = {loop.loop: [row.field for row in _left_out_changes(loop.switched)] for loop in loops}
-    untried = {loop.loop: [row.stage for row in loop.untried] for loop in loops}
-    hidden = {loop.loop: list(loop.hidden) for loop in loops}
+    named_fields = {loop.loop: [_line_of(row)[0] for row in loop.named] for loop in loops}
+    rule_fields = {loop.loop: [row.field for row in _rule_changes(loop.switched)] for loop in loops}
+    left_out_fields = {loop.loop: [row.field for row in _left_out_changes(loop.switched)] for loop in loops}
+    untried_stages = {loop.loop: [row.stage for row in loop.untried] for loop in loops}
+    hidden_fields = {loop.loop: list(loop.hidden) for loop in loops}
     for title, fields in (
-        ("differs as the report says", named),
-        ("run by the target's rules", switched),
-        ("left out", left_out),
-        ("not tried", untried),
-        ("not shown by any stage", hidden),
+        ("differs as the report says", named_fields),
+        ("run by the target's rules", rule_fields),
+        ("left out", left_out_fields),
+        ("not tried", untried_stages),
+        ("not shown by any stage", hidden_fields),
     ):
         if shared := _fields_with_loops(fields):
             lines.append(fill(f"  {title}: {'; '.join(shared)}", NARROW_WIDTH, subsequent_indent="    "))

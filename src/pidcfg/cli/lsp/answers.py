@@ -10,7 +10,7 @@ from pidcfg.cli.lsp import RUN_COMMAND, WORDS_COMMAND
 from pidcfg.cli.lsp.completion import describe_key, schema_of
 from pidcfg.cli.lsp.files import Analysis, Buffer, Files, difference_range, uri_of
 from pidcfg.output.findings import check_any, correct_file
-from pidcfg.output.places import Held, Reference, RenamingError, configuration_of, loops_of, references, rename_edits
+from pidcfg.output.places import Holder, Reference, RenamingError, configuration_of, loops_of, references, rename_edits
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.document import Document, Node, span_of
 from pidcfg.text.paths import Data, Path, value_at
@@ -87,7 +87,7 @@ def hover_text(analysis: Analysis, position: types.Position) -> types.Hover | No
     return types.Hover(_markdown(text), analysis.buffer.range(entry.span)) if text else None
 
 
-def _words_below(analysis: Analysis, path: Path) -> list[Held]:
+def _words_below(analysis: Analysis, path: Path) -> list[Holder]:
     """What holds a value; of a key with several parts all of them; of a template's in each loop that has it."""
     if path[0] == "templates":
         paths = [("loops", i, *path[2:]) for i in range(len((analysis.document.data or {}).get("loops") or ()))]
@@ -95,7 +95,7 @@ def _words_below(analysis: Analysis, path: Path) -> list[Held]:
     return [held for key, held in analysis.words.items() if key[: len(path)] == path and len(key) - len(path) < 2]
 
 
-def _word_text(held: Held) -> str:
+def _word_text(held: Holder) -> str:
     """A word with its content, hexadecimal and decimal, and its place in the manual."""
     loop = f" of {held.loop}" if held.loop else ""
     number = f" (hexadecimal {held.raw:04X}, decimal {held.raw})" if held.raw is not None else ""
@@ -129,7 +129,7 @@ def _markdown(text: str) -> types.MarkupContent:
 def inlay_hints(analysis: Analysis, shown_range: types.Range) -> list[types.InlayHint]:
     """``⟶ V2010 0250`` behind each value that a register holds; nothing where the parameter is the key itself."""
     doc = analysis.document
-    words_by_span: dict[Span, list[Held]] = {}
+    words_by_span: dict[Span, list[Holder]] = {}
     for path, held in analysis.words.items():
         node = _scalar_node(doc, path)
         if node is not None and (held.raw is not None or not held.address.endswith(str(path[-1]))):

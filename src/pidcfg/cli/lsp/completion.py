@@ -206,7 +206,7 @@ def _path_of(frames: Iterable[_Frame]) -> Path:
 # --- What the JSON Schema says of a path ------------------------------------------------------------------------------
 
 Schema = dict[str, Any]
-REFERENCE = "#/$defs/"
+REFERENCE_PREFIX = "#/$defs/"
 
 
 @cache
@@ -227,7 +227,7 @@ def _plain_schemas(root: Schema, part: Schema, data: Any) -> Iterator[Schema]:
     """The plain schemas that one stands for; of several kinds the one that the data choose, if they do."""
     if "$ref" in part:
         other_keys = {key: value for key, value in part.items() if key != "$ref"}
-        target = root["$defs"][part["$ref"].removeprefix(REFERENCE)]
+        target = root["$defs"][part["$ref"].removeprefix(REFERENCE_PREFIX)]
         yield from _plain_schemas(root, {**target, **other_keys}, data)
         return
     kinds = [*part.get("anyOf", ()), *part.get("oneOf", ()), *part.get("allOf", ())]

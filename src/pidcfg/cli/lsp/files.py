@@ -21,7 +21,7 @@ from pidcfg.text.source import read_document
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.output.places import Held
+    from pidcfg.output.places import Holder
     from pidcfg.text.diagnostics import Diagnostic, Span
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path as KeyPath
@@ -149,7 +149,7 @@ class Analysis:
     """Why settings or a baseline do not count."""
 
     @cached_property
-    def words(self) -> dict[KeyPath, Held]:
+    def words(self) -> dict[KeyPath, Holder]:
         """What holds the value of each key."""
         from pidcfg.output.places import held_words
 

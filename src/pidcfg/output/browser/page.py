@@ -47,7 +47,7 @@ FORMAT = 1
 MANIFEST = "manifest.json"
 PYTHON = "python.gz"
 """Python, its library and the wheels, packed by `pack_files`."""
-STARTERS = "pidcfg/cli/starters/"
+STARTER_FOLDER = "pidcfg/cli/starters/"
 """What `convert` reads of a part that is left out."""
 SOURCES_READ = ("pidcfg/schemas/",)
 """Modules whose sources are read by pidcfg itself: what stands beside a key is its explanation."""
@@ -116,7 +116,7 @@ def package_files(runtime: Runtime, package: Path, excluded: tuple[str, ...]) ->
     files = {}
     for path in sorted(package.rglob("*")):
         name = path.relative_to(package.parent).as_posix()
-        is_excluded = name.startswith(excluded) and not name.startswith(STARTERS)
+        is_excluded = name.startswith(excluded) and not name.startswith(STARTER_FOLDER)
         if not path.is_file() or "__pycache__" in path.parts or is_excluded:
             continue
         data = path.read_bytes()

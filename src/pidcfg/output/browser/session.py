@@ -74,8 +74,8 @@ class Session:
             raise UnusableError(f"{self.config} is a memory listing; decode it first, a page turns a configuration")
         if self.config not in self.files:
             refuse_errors(pidcfg.simulate(self.scenario, files=self.files))
-        self.filed = pidcfg.load(self.files[self.config], name=self.config).document
-        current_run = self._simulate(self.scenario, self.filed.text, progress)
+        self.filed_doc = pidcfg.load(self.files[self.config], name=self.config).document
+        current_run = self._simulate(self.scenario, self.filed_doc.text, progress)
         refuse_errors(current_run)
         self.before = current_run
         if other_config is not None:
@@ -86,8 +86,10 @@ class Session:
         self.gains = pidcfg.gains(self.scenario, files=self.files)
         self.numbers = {number.path: number for loop in self.gains.loops for number in loop.numbers}
         self.lock_reasons = {loop.loop: self._lock_reason(loop.numbers) for loop in self.gains.loops}
-        self.words = pidcfg.encode(self.filed if other_config is None else self.files[other_config], allow_errors=True)
-        self.current: tuple[SimulateResult, Document, Document] = (current_run, self.filed, self.scenario)
+        self.words = pidcfg.encode(
+            self.filed_doc if other_config is None else self.files[other_config], allow_errors=True
+        )
+        self.current: tuple[SimulateResult, Document, Document] = (current_run, self.filed_doc, self.scenario)
 
     # --- what can be turned ------------------------------------------------------------------------------------------
 
@@ -125,7 +127,7 @@ class Session:
             return "Expressions of the program give its gains."
         try:
             pidcfg.change(
-                self.filed,
+                self.filed_doc,
                 {
                     number.path: number.written(number.hold(number.value * 2 or 1))
                     for number in numbers
@@ -216,25 +218,25 @@ class Session:
 
     def snap_values(self, values: Mapping[str, float]) -> dict[str, float]:
         """The values as they can be: what registers hold, plants within ± 30 %."""
-        snapped = {}
+        snapped_values = {}
         for name, value in values.items():
             kind, _, path = name.partition(":")
             if kind == "number":
-                snapped[name] = float(self.numbers[path].hold(value))
+                snapped_values[name] = float(self.numbers[path].hold(value))
             else:
-                snapped[name] = (
+                snapped_values[name] = (
                     min(max(value, PLANT_PERCENT[0]), PLANT_PERCENT[-1]) if kind == "plant" else float(f"{value:.6g}")
                 )
-        return snapped
+        return snapped_values
 
     def move(self, values: Mapping[str, float], progress: Progress | None = None) -> Data:
         """Runs the scenario with these values of knobs; those that are not named are as filed.
 
         Whatever ``progress`` raises ends the run; the last one stays what it was.
         """
-        snapped = self.snap_values(values)
+        snapped_values = self.snap_values(values)
         numbers, events = {}, {}
-        for name, value in snapped.items():
+        for name, value in snapped_values.items():
             kind, _, path = name.partition(":")
             if kind == "number":
                 number = self.numbers[path]
@@ -244,11 +246,11 @@ class Session:
                 events[path] = f"{value:g}"
             elif value != PLANT_PERCENT[len(PLANT_PERCENT) // 2]:
                 events |= self._scale_plant(path, value / 100)
-        config = pidcfg.change(self.filed, numbers).document
+        config = pidcfg.change(self.filed_doc, numbers).document
         scenario = pidcfg.change(self.scenario, events).document
         result = self._simulate(scenario, config.text, progress)
         self.current = (result, config, scenario)
-        return {"values": snapped, **self.state_data()}
+        return {"values": snapped_values, **self.state_data()}
 
     def state_data(self) -> Data:
         """What a move answers, of the values as they are."""
@@ -344,17 +346,17 @@ def changed_words(before: EncodeResult, after: EncodeResult) -> list[Data]:
     """The words that differ, in the order of the memory; nothing where the PLCs differ."""
     if before.image is None or after.image is None or before.vendor != after.vendor:
         return []
-    old = {cell.address: cell for cell in before.image.cells}
+    cells_before = {cell.address: cell for cell in before.image.cells}
     return [
         {
             "address": cell.address,
             "loop": cell.loop,
             "field": cell.field,
-            "before": None if (was := old.get(cell.address)) is None else word_text(was),
+            "before": None if (was := cells_before.get(cell.address)) is None else word_text(was),
             "after": word_text(cell),
         }
         for cell in after.image.cells
-        if cell.address not in old or old[cell.address].raw != cell.raw
+        if cell.address not in cells_before or cells_before[cell.address].raw != cell.raw
     ]
 
 

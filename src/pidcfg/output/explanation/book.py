@@ -58,7 +58,7 @@ class Line(NamedTuple):
 def block_claims(
     blocks: Mapping[str, tuple[str, RegisterMap]],
     space: Space,
-    unnamed: str,
+    name_format: str,
     scaling_of: Callable[[Mapping[str, object], Mapping[str, int], Mapping[int, int]], Scaling],
     listing: Listing,
     options: Mapping[str, Any],
@@ -70,7 +70,7 @@ def block_claims(
     count = len(listing.settings) or max((len(options.get(key) or ()) for key in blocks), default=0)
     for i in range(count):
         settings = listing.settings[i] if listing.settings else {}
-        loop = str(settings.get("loop", unnamed.format(i + 1)))
+        loop = str(settings.get("loop", name_format.format(i + 1)))
         starts = {}
         for key in blocks:
             addresses = list(options.get(key) or ())

@@ -393,15 +393,15 @@ def _decision_pages(question: Question, decisions: Callable[[], Sequence[Decisio
     decision = next((d for d in decisions() if d.number == int(match.group(1))), None) if match else None
     if decision is None:
         return []
-    number, title, text, why = decision.number, decision.title, decision.text, decision.why
+    number, title, text, grounds = decision.number, decision.title, decision.text, decision.why
     return [
         Page(
             "decision",
             f"D{number:02d}",
             title,
             reference="docs/decisions.md",
-            markdown=f"# D{number:02d} {title}\n\n{text}\n\n**Grounds.** {why}\n",
-            extra={"number": number, "title": title, "text": text, "why": why},
+            markdown=f"# D{number:02d} {title}\n\n{text}\n\n**Grounds.** {grounds}\n",
+            extra={"number": number, "title": title, "text": text, "why": grounds},
         )
     ]
 

@@ -121,13 +121,13 @@ class Placement(NamedTuple):
     """What stands before its name in a listing."""
 
 
-def is_before_root(word: Word, scales: Mapping[str, Scale]) -> bool:
+def is_on_raw_signal(word: Word, scales: Mapping[str, Scale]) -> bool:
     """Whether a word is compared with the PV of which the loop takes the root."""
     root = scales.get("sp")
     return word.scale == "pv" and root is not None and root.root
 
 
-def share_before_root(word: Word, raw: int, scales: Mapping[str, Scale]) -> tuple[Decimal, Decimal | None]:
+def raw_signal_share(word: Word, raw: int, scales: Mapping[str, Scale]) -> tuple[Decimal, Decimal | None]:
     """What a word before the root is: percent of the signal, and the PV at which the signal has it.
 
     There is no such PV for a difference, nor without a range.
@@ -167,8 +167,8 @@ def special_code(codec: Any, raw: int) -> str:
 
 def _quantity_text(word: Word, value: Any, raw: int, scaling: Scaling) -> str:
     scale = scaling.scales[str(word.scale)]
-    if is_before_root(word, scaling.scales):
-        return _before_root_text(word, raw, scaling)
+    if is_on_raw_signal(word, scaling.scales):
+        return _raw_signal_text(word, raw, scaling)
     bcd = getattr(word.codec, "bcd", None)
     if bcd is not None and (code := special_code(bcd, raw)):
         return f"0 {unit_of(word, scaling.units)}: {code}"
@@ -178,9 +178,9 @@ def _quantity_text(word: Word, value: Any, raw: int, scaling: Scaling) -> str:
     return f"{decimal_text(value.value)} {unit_of(word, scaling.units)}"
 
 
-def _before_root_text(word: Word, raw: int, scaling: Scaling) -> str:
+def _raw_signal_text(word: Word, raw: int, scaling: Scaling) -> str:
     """Percent of the signal, and for a position on it the value that the signal means: its root."""
-    share, value = share_before_root(word, raw, scaling.scales)
+    share, value = raw_signal_share(word, raw, scaling.scales)
     pv_text = "" if value is None else f" ({float(value):.4g} {unit_of(word, scaling.units)})"
     return f"{float(share):.4g} % of the signal before the root{pv_text}"
 

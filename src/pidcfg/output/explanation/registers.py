@@ -19,8 +19,8 @@ from pidcfg.output.explanation.page import (
     Question,
     Scaling,
     bits_text,
-    is_before_root,
     is_number,
+    is_on_raw_signal,
     key_limits,
     key_text,
     limits_text,
@@ -317,7 +317,7 @@ def word_at(table: RegisterMap, offset: int) -> Word:
 # Finds what a question is about with a vendor whose memory has addresses: by address, offset, number, name or key.
 
 HIGHEST_BIT = 15
-BEFORE_ROOT_UNIT = "the signal before the root"
+RAW_SIGNAL_UNIT = "the signal before the root"
 """The unit of what is compared with the PV of which the loop takes the root."""
 SEPARATORS = str.maketrans("", "", " -_")
 MIN_HEXADECIMAL = 10
@@ -374,8 +374,8 @@ class RegisterBook(Registers):
         return replace(
             self.page(record, value, points, code),
             name=name if bit is None else f"{name}.{bit}",
-            unit=BEFORE_ROOT_UNIT
-            if is_before_root(record.word, scaling.scales)
+            unit=RAW_SIGNAL_UNIT
+            if is_on_raw_signal(record.word, scaling.scales)
             else unit_of(record.word, scaling.units),
             loop=placement.loop if placement.raw is not None else None,
             place=f"{record.table.offset_text(record.word.offset)} of {placement.loop}" if placement.loop else "",
@@ -387,7 +387,7 @@ class RegisterBook(Registers):
         """What would make the answer better, and what the file and the given content have to do with each other."""
         if placement.scaling is None and content is not None and placement.word.scale:
             yield "with --in FILE the value is shown in engineering units"
-        if self.root_basis is not None and is_before_root(
+        if self.root_basis is not None and is_on_raw_signal(
             placement.word, (placement.scaling or UNKNOWN_SCALING).scales
         ):
             root_text = "this word and its number in the file are about the PV before"

@@ -123,16 +123,16 @@ def symptoms_in(text: str, *, all_words: bool = False) -> list[Symptom]:
     """The symptoms that a text names, by the name of most words; ``all_words``: by one that leaves no word over."""
     question_words = words_of(text)
     telling_words = [word for word in question_words if word not in FILLERS]
-    best: list[Symptom] = []
+    matches: list[Symptom] = []
     most_words = 0
     for words, row in _phrases():
         if len(words) < most_words or not has_words(question_words, words):
             continue
         if all_words and not all(any(_matches_inflection(word, one) for word in words) for one in telling_words):
             continue
-        best = [row] if len(words) > most_words else [*best, *([] if row in best else [row])]
+        matches = [row] if len(words) > most_words else [*matches, *([] if row in matches else [row])]
         most_words = len(words)
-    return best
+    return matches
 
 
 def symptom_pages(rows: Iterable[Symptom], vendors: Sequence[str]) -> list[Page]:
@@ -373,13 +373,13 @@ def nearest_name(name: str, names: Iterable[str]) -> str | None:
     if not all(map(str.isalpha, name_words)):
         return None
     best, nearest = (0.0, 0), None
-    for other in names:
-        words = words_of(other)
+    for candidate in names:
+        words = words_of(candidate)
         if not name_words or len(words) < len(name_words) or (len(name_words) == 1 < len(words)):
             continue
         rank = min(max((_likeness(word, one) for one in words), default=0.0) for word in name_words), -len(words)
         if rank[0] >= MIN_LIKENESS and rank > best:
-            best, nearest = rank, other
+            best, nearest = rank, candidate
     return nearest
 
 

@@ -10,7 +10,7 @@ from typing import Literal
 
 from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.regmap import Word
-from pidcfg.output.explanation.page import is_before_root, share_before_root
+from pidcfg.output.explanation.page import is_on_raw_signal, raw_signal_share
 from pidcfg.pictures import Chart
 from pidcfg.pictures.page import render_figures
 from pidcfg.schemas.base import Duration, Quantity
@@ -472,9 +472,9 @@ class SignalShare:
 
 def signal_share_of(word: Word, block: Block, raw: int) -> SignalShare | None:
     """A content before the root; None where the word is about something else."""
-    if not is_before_root(word, block.scales):
+    if not is_on_raw_signal(word, block.scales):
         return None
-    percent, value = share_before_root(word, raw, block.scales)
+    percent, value = raw_signal_share(word, raw, block.scales)
     return SignalShare(round(percent, 2), value, word.unit.partition("/")[2])
 
 
