@@ -59,7 +59,7 @@ def test_every_position_of_a_slider_is_what_the_register_holds(name):
 @pytest.mark.parametrize("name", ONE_A_VENDOR)
 def test_a_move_has_the_words_of_encode_and_the_end_of_simulate(name):
     one = session(name)
-    before = {cell.address: cell.raw for cell in pidcfg.encode(one.filed).image.cells}
+    before = {cell.address: cell.raw for cell in pidcfg.encode(one.filed_doc).image.cells}
     knob = next(iter(knobs(one, "number").values()))
     said = one.move({knob["id"]: knob["positions"][-3]})
     assert said["ran"]
