@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from good_plants import PLANTS, WRITERS
@@ -57,7 +57,9 @@ def parts_of(text: str) -> Parts | None:
     return found if named and 1 < len(loops) <= MOST and checked(found.text).config is not None else None
 
 
+@lru_cache(512)
 def checked(text: str):
+    """What is found in a text; every example begins with that of a file as it is."""
     return check_document(read_document(text.encode(), "plant.yaml"))
 
 
