@@ -412,8 +412,10 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
 
     report = simulate(scenario, next_plc, side.controller, settings)
     count = int(stage.end / bench.sample + 1e-9) + 1
-    rows = [min(round(k * bench.sample / recording.dt), len(recording.columns[signals[0]]) - 1) for k in range(count)]
-    pv, setpoint, output = ([recording.columns[signal][row] for row in rows] for signal in signals)
+    columns, dt = [recording.columns[signal] for signal in signals], recording.dt
+    last = len(columns[0]) - 1
+    rows = [min(round(k * bench.sample / dt), last) for k in range(count)]
+    pv, setpoint, output = ([column[row] for row in rows] for column in columns)
     if plc.roots and plc.roots[i] is not None:
         pv, setpoint = (
             [_square_root(value, low, width, plc.roots[i] or 0.0) for value in column] for column in (pv, setpoint)

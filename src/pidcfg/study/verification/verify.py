@@ -110,9 +110,9 @@ class Reference:
         return self.side.loop(self.i)
 
     @property
-    def possible_stages(self) -> tuple[Stage, ...]:
-        """The stages in which the loop goes to every mode that is asked of it."""
-        return tuple(stage for stage in self.stages if not self.refused_mode(stage))
+    def possible_stages(self) -> Iterator[Stage]:
+        """The stages in which the loop goes to every mode that is asked of it, each when it has run."""
+        return (stage for stage in self.stages if not self.refused_mode(stage))
 
     def refused_mode(self, stage: Stage) -> str:
         """The mode that a stage asks for and the loop does not go to; empty: none."""
@@ -239,7 +239,7 @@ class Battery:
         return replace(self.reference, side=self.side, i=self.j, trials=trials)
 
     def find_differences(self) -> Iterator[SignalDifference]:
-        """Where both sides differ."""
+        """Where both sides differ, stage by stage: who wants the first one alone waits for no other stage."""
         for stage in self.reference.possible_stages:
             yield from self._lasting_differences(stage)
 
