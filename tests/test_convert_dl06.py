@@ -320,6 +320,12 @@ def test_the_strongest_filter_is_a_tenth():
     assert clamped(loop) == {"pv.filter"}
 
 
+def test_a_filter_of_a_tenth_comes_back_as_it_was():
+    loop = {"pv": {"range": [0, 200], "filter": neutral({"pv": {"range": [0, 200], "filter": 0.1}}).pv.filter}}
+    assert one(loop).pv.filter == Decimal("0.1")
+    assert clamped(loop) == set()
+
+
 def test_filter_and_rate_of_change_count_in_the_samples_that_the_word_holds():
     loop = {"sample_time": 0.01, "pv": {"range": [0, 200], "filter": 0.1}, "alarms": {"rate_of_change": 20}}
     made = one(loop)
@@ -606,6 +612,12 @@ def test_a_freeze_that_limits_inside_the_range_do_not_begin_is_told(freezes, lim
     loop = {"anti_windup": freezes, "output": {"range": [0, 50], "limits": limits}}
     (note,) = (field.note for field in target(loop)[1] if field.neutral == "anti_windup")
     assert ("ends of the data range" in note) is told
+
+
+def test_choices_of_the_auto_tune_are_made_anew():
+    note = "choose it when the target's auto-tune is started"
+    assert lost({"autotune": {"method": "open", "type": "PI"}}) == {"autotune.method": note, "autotune.type": note}
+    assert lost({"autotune": {"method": "closed", "type": "PID"}}) == {}
 
 
 def test_what_a_dl06_loop_cannot_do_is_dropped():

@@ -39,7 +39,7 @@ from pidcfg.conversion.builder import (
 from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
 from pidcfg.conversion.operation import Smoothing, _smoothing_lines
-from pidcfg.conversion.pipeline import convert, neutral_loops, read_back
+from pidcfg.conversion.pipeline import _derivative_line, convert, neutral_loops, read_back
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.generic import CONVERT_OPTIONS
@@ -394,6 +394,19 @@ def test_a_band_of_no_count_is_lost_wholly(vendor, field):
 def test_loops_are_linked_where_their_units_do_not_differ(unit, linked):
     text = api.convert(CASCADE.replace("UNIT", unit), "dl06", name="a.yaml").text
     assert ("cascade_from: M" in text) is linked
+
+
+@pytest.mark.parametrize(("on", "then_on"), [*product(("pv", "error"), repeat=2)])
+@pytest.mark.parametrize(("time", "later"), [(1, 1), (0, 1), (1, 0)])
+def test_a_derivative_of_something_else_is_told_where_both_have_one(on, then_on, time, later):
+    before, after = (
+        neutral(tuning={"gain": 1, "derivative_time": seconds, "derivative_on": acts_on}).loops[0]
+        for seconds, acts_on in ((time, on), (later, then_on))
+    )
+    told = [change.note for change in _derivative_line([], before, after)]
+    assert told == (
+        [f"the derivative acts on the {then_on}, not on the {on}"] if on != then_on and time and later else []
+    )
 
 
 def test_a_loss_may_be_limited_to_none():
