@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import combinations, permutations
 from pathlib import Path
 from types import SimpleNamespace as Facts
@@ -118,6 +119,27 @@ def test_a_key_is_told_in_the_words_of_the_file_and_of_the_plc(vendor, old, new,
     result = pidcfg.diff(FILES[vendor], edited(FILES[vendor], (old, new)))
     assert rows(result, loop)[0] == row
     assert [name for name, entry in loops(result).items() if entry.status == "changed"] == [loop]
+
+
+@pytest.mark.parametrize(
+    ("vendor", "form", "units"),
+    [
+        ("dpide", ("PID_EQ: true", "PID_EQ: true"), ["s", "s"]),
+        ("dpide", ("PID_EQ: true", "PID_EQ: false"), ["ms/degC/s", "ms per degC/s"]),
+        ("nextopid", ("MinMV: 0\n    MaxMV", "Indep: false\n    MinMV: 0\n    MaxMV"), ["s", "s"]),
+        (
+            "nextopid",
+            ("Tfd: 3.0", "Tfd: 3.0\n    Indep: true\n    pv: {unit: degC}\n    output: {unit: '%'}"),
+            ["%/degC/s", "% per degC/s"],
+        ),
+    ],
+)
+def test_two_of_the_terms_are_times_or_gains_by_the_form(vendor, form, units):
+    before = edited(FILES[vendor], form)
+    changed = re.sub(r"(Ti_Ki|Td_Kd): (\d)", r"\1: 1\2", before)
+    (loop,) = [loop for loop in pidcfg.diff(before, changed).loops if loop.differences]
+    told = {difference.key: difference.unit for difference in loop.differences}
+    assert [told["Ti_Ki"], told["Td_Kd"]] == units
 
 
 def test_text_says_key_unit_and_register():
