@@ -517,6 +517,17 @@ def test_a_rough_period_says_how_to_get_more_steps():
     assert made(few, sample_time=Decimal("0.01")).data["blocks"][0]["Period"] == 1980
 
 
+@pytest.mark.parametrize(
+    ("seconds", "cycles", "clamped"),
+    [(0.04, 1, True), (0.1, 1, False), (1, 10, False), (6553.5, 65535, False), (6553.6, 65535, True)],
+)
+def test_a_period_is_a_cycle_at_least_and_65535_at_most(seconds, cycles, clamped):
+    loop = {"sample_time": 0.1, "output": {"range": [0, 100], "pulse": {"period": seconds}}}
+    found = from_neutral(generic(loop), {})
+    (put,) = [put for put in found.fields[0] if put.neutral == "output.pulse.period"]
+    assert (found.data["blocks"][0]["Period"], put.clamped) == (cycles, clamped)
+
+
 def test_other_blocks_and_signals_are_dropped_with_their_expressions():
     loops = ({}, {"BIAS": "D.OutVar"}, {"SP": "Two"})
     found = to_neutral(nextopid(*loops, blocks=BLOCKS[1:2]))

@@ -34,7 +34,9 @@ from pidcfg.conversion.builder import (
     TargetBuilder,
     _is_within,
     apply_table,
+    flatten,
     outputs_in_inner_units,
+    without_unused_terms,
 )
 from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
@@ -407,6 +409,17 @@ def test_a_derivative_of_something_else_is_told_where_both_have_one(on, then_on,
     assert told == (
         [f"the derivative acts on the {then_on}, not on the {on}"] if on != then_on and time and later else []
     )
+
+
+@pytest.mark.parametrize(
+    ("proportional", "derivative", "terms"),
+    [(False, 2, (1, 5, 8, "pv")), (True, 2, (4, 20, 2, "pv")), (False, 0, (1, 5, 0, None))],
+)
+def test_without_a_proportional_action_the_times_are_those_of_a_gain_of_1(proportional, derivative, terms):
+    tuning = {"gain": 4, "proportional": proportional, "integral_time": 20, "derivative_on": "pv"}
+    values = without_unused_terms(flatten(neutral(tuning=tuning | {"derivative_time": derivative}).loops[0]))
+    keys = ("gain", "integral_time", "derivative_time", "derivative_on")
+    assert tuple(values.get(f"tuning.{key}") for key in keys) == terms
 
 
 def test_a_loss_may_be_limited_to_none():
