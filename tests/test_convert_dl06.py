@@ -225,6 +225,7 @@ def test_a_reset_never_becomes_the_code_that_switches_it_off():
     loop = {"tuning": {"gain": 1, "integral_time": 59994}}  # 999.9 min
     assert one(loop).tuning.reset.duration.value == Decimal("999.8")
     assert clamped(loop) == {"tuning.reset"}
+    assert clamped({"tuning": {"gain": 1, "integral_time": 59988}}) == set()  # 999.8 min
 
 
 def test_a_rounded_reset_is_reported():

@@ -34,6 +34,8 @@ from pidcfg.conversion.builder import (
     TargetBuilder,
     _is_within,
     apply_table,
+    filter_share,
+    filter_time,
     flatten,
     outputs_in_inner_units,
     without_unused_terms,
@@ -420,6 +422,14 @@ def test_without_a_proportional_action_the_times_are_those_of_a_gain_of_1(propor
     values = without_unused_terms(flatten(neutral(tuning=tuning | {"derivative_time": derivative}).loops[0]))
     keys = ("gain", "integral_time", "derivative_time", "derivative_on")
     assert tuple(values.get(f"tuning.{key}") for key in keys) == terms
+
+
+def test_a_filter_is_a_share_of_a_sample_or_a_time_and_none_takes_all_of_it():
+    half = filter_time(Decimal("0.5"), Decimal(2))
+    assert float(half) == pytest.approx(2 / 0.6931471805599453)
+    assert filter_share(half, Decimal(2)) == Decimal("0.5")
+    assert [filter_share(Decimal(time), Decimal(2)) for time in (0, -1)] == [1, 1]
+    assert [filter_time(Decimal(share), Decimal(2)) for share in (1, 2)] == [0, 0]
 
 
 def test_a_loss_may_be_limited_to_none():

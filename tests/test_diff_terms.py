@@ -16,13 +16,13 @@ from pidcfg.cli.formats.conversion import differences_text as as_text
 from pidcfg.cli.main import main
 from pidcfg.conversion import text_of
 from pidcfg.conversion.comparison import moved_loops
-from pidcfg.conversion.terms import Item, Owner, kind_by, move_content, with_faults
+from pidcfg.conversion.terms import Item, Owner, content_of, kind_by, move_content, with_faults
 from pidcfg.conversion.vendor_terms import _cell_content, raw_terms
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.listing import Listing
 from pidcfg.encoders.parameters import Entry, ParameterTable
 from pidcfg.encoders.regmap import Writer
-from pidcfg.schemas.iec import REAL
+from pidcfg.schemas.iec import REAL, Wire
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.references import CLICK
 from pidcfg.text.writer import yaml_text
@@ -140,6 +140,12 @@ def test_two_of_the_terms_are_times_or_gains_by_the_form(vendor, form, units):
     (loop,) = [loop for loop in pidcfg.diff(before, changed).loops if loop.differences]
     told = {difference.key: difference.unit for difference in loop.differences}
     assert [told["Ti_Ki"], told["Td_Kd"]] == units
+
+
+def test_a_wire_is_what_it_means_and_one_without_meaning_is_its_text():
+    assert content_of(Wire("A.MV+1")) == content_of(Wire("(A.MV + 1)")) != content_of(Wire("A.MV + 2"))
+    assert content_of(Wire("A.MV +")) == content_of(Wire("A.MV +")) != content_of(Wire("A.MV -"))
+    assert content_of(1.5) == 1.5
 
 
 def test_text_says_key_unit_and_register():
