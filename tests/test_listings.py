@@ -16,6 +16,7 @@ import golden
 from command import run
 from pidcfg import api
 from pidcfg.cli.commands.decode import command
+from pidcfg.encoders.contract import formats_of
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.dl06.files import read_bytes, write_records
 from pidcfg.encoders.listing import ListingError, read_text
@@ -598,3 +599,31 @@ def test_the_error_of_a_root_is_counts_of_the_root(tmp_path):
     assert lines_of(tmp_path, text, "ezlogix", *options)["R112"].endswith("-16 counts of the root of the PV")
     plain = text.replace("S103 1", "S103 0")
     assert lines_of(tmp_path, plain, "ezlogix", *options)["R112"].endswith("-16 counts of the PV")
+
+
+PLAIN = {"is_complete", "may_be_partial"}
+TRAITS = {
+    "text": PLAIN,
+    "csv": PLAIN,
+    "json": {*PLAIN, "carries_checklist"},
+    "modbus": PLAIN,
+    "ihex": PLAIN,
+    "nickname-csv": {"merge"},
+    "cdv": {"may_be_partial"},
+    "data-dump": {"merge", "needs_into"},
+    "tags": {"merge"},
+    "modbus-map": set(),
+    "st": {"is_complete", "carries_checklist"},
+    "plcopen": {"is_complete", "carries_checklist", "read_program"},
+    "operands": {"is_complete"},
+    "symbols": {"merge"},
+}
+"""What a format does: holds all, may hold a part, goes into a file of the user's, or names what to check."""
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_every_format_does_what_it_is_for(vendor):
+    for name, kind in formats_of(VENDORS[vendor]).FORMATS.items():
+        does = {trait for trait in set().union(*TRAITS.values()) if getattr(kind, trait)}
+        assert (kind.name, does) == (name, TRAITS[name])
+        assert kind.encoding == {"cdv": "utf-16-le", "symbols": "gbk"}.get(name, "utf-8")

@@ -171,6 +171,9 @@ def test_signals_that_the_program_writes_are_not_assigned_from_outside():
 def test_a_constant_condition_of_a_move_is_a_warning():
     found = dict(findings(moves("move: 5, to: Level, when: Man OR NOT Man")))
     assert found["NX686"] == "when is always TRUE: Man OR NOT Man"
+    behind_one_that_means_nothing = moves("move: 1, to: A.MV", "move: 5, to: Level, when: Man OR NOT Man")
+    (found,) = [d for d in check_text(HEAD + behind_one_that_means_nothing).findings if d.code == "NX686"]
+    assert found.where == "moves[1].when"
 
 
 # --- Structured Text -------------------------------------------------------------------------------------------------
