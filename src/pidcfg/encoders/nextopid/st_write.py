@@ -301,14 +301,6 @@ class Unit:
         block = self.layout.instances[owner]
         return block.kind.table.rows[number - block.base].type
 
-    def full_name(self, number: int) -> str:
-        """The name of a value in a configuration: ``SEL.MV``."""
-        owner = self.layout.owner_of(number)
-        if owner is None:
-            return list(self.layout.signals)[number]
-        block = self.layout.instances[owner]
-        return f"{block.name}.{block.kind.table.rows[number - block.base].name}"
-
     # --- cycles ------------------------------------------------------------------------------------------------------
 
     def previous_values(self, i: int) -> list[str]:
@@ -317,14 +309,17 @@ class Unit:
         for number in sorted(self._numbers_read_by_block.get(i, ())):
             owner = self.layout.owner_of(number)
             if owner is not None and self._position[owner] >= self._position[i] and self._is_changed(owner, number):
-                names.append(self.full_name(number))
+                names.append(f"{self.layout.instances[owner].name}.{self._parameter_name(owner, number)}")
         return names
 
     def _is_changed(self, owner: int, number: int) -> bool:
         """Whether the call of a block changes one of its values: an output, or a wired input."""
+        return not self.layout.is_input(number) or (owner, self._parameter_name(owner, number)) in self.wires
+
+    def _parameter_name(self, owner: int, number: int) -> str:
+        """The name of one of a block's values: ``MV``."""
         block = self.layout.instances[owner]
-        name = block.kind.table.rows[number - block.base].name
-        return not self.layout.is_input(number) or (owner, name) in self.wires
+        return block.kind.table.rows[number - block.base].name
 
     @cached_property
     def _position(self) -> dict[int, int]:
