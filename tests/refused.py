@@ -12,6 +12,7 @@ import pidcfg
 import test_click_files as click
 import test_dpide_files as operands
 import test_dpide_st as dpide
+import test_dpide_symbols as symbols
 import test_ezlogix_tags as tags
 import test_listings as listings
 import test_live_maps as maps
@@ -20,6 +21,7 @@ import test_nextopid_plcopen as plcopen
 import test_nextopid_st as nextopid
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.decoding import read_listing
+from pidcfg.encoders.dpide.st_scope import read_symbols
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.modbus_map import UnusableMapError
 from pidcfg.text.reader import DEFAULT
@@ -164,6 +166,40 @@ def _listed(vendor: str, kind: str, text: str) -> object:
     return read_listing(text.encode(), VENDORS[vendor], DEFAULT, kind)
 
 
+def _long() -> Iterator[str]:
+    """Texts that are quoted up to a length, by what they are."""
+    name, digits, table = "x" * 90, "9" * 90, symbols.table(symbols.configuration())
+    cases: dict[str, tuple[Callable[[str], object], str]] = {
+        "a column twice": (partial(_listed, "dl06", "csv"), f"address,hex,{name},{name}\n"),
+        "an address": (partial(listings.read_spelling, "dl06"), f"address,hex\n{name},0\n"),
+        "another value": (partial(listings.read_spelling, "dl06"), f"V2000 7E08 {digits}\n"),
+        "a word": (partial(listings.read_spelling, "dl06"), f"address,value\nV2000,{digits}\n"),
+        "a type of an operand": (operands.FORMATS["operands"].read, f"operand,value,type\nA.SV,80,{name}\n"),
+        "an operand": (operands.FORMATS["operands"].read, f"operand,value\n{name},80\n"),
+        "an operand without a name": (dpide.again, f"DPIDE(PV := D0, {name});"),
+        "an operand with another sign": (dpide.again, dpide.by_name(SV=name).replace("SV :=", "SV =>")),
+        "a device": (dpide.again, f"VAR a AT %{name} : REAL; END_VAR {dpide.by_name()}"),
+        "a declared type": (dpide.again, f"VAR a : {name}; END_VAR {dpide.by_name(SV='a')}"),
+        "an expression": (dpide.again, dpide.by_name(SV=f"{name} + 1.0")),
+        "several signs": (dpide.again, dpide.by_name(SV=f"--{digits}.0")),
+        "a whole number for a REAL": (dpide.again, dpide.by_name(SV=f"K{digits}")),
+        "a number with a point behind K": (dpide.again, dpide.by_name(CYCLE=f"K{digits}.5")),
+        "an address of a nickname": (click.NICKNAMES.read, f'{click.HEAD}\n{name},BIT,"a",0,No,""\n'),
+        "a type of a nickname": (click.NICKNAMES.read, f'{click.HEAD}\nC1,{name},"a",0,No,""\n'),
+        "an initial value": (click.NICKNAMES.read, f'{click.HEAD}\nDS1,INT,"a",{digits},No,""\n'),
+        "whether it is kept": (click.NICKNAMES.read, f'{click.HEAD}\nDS1,INT,"a",0,{name},""\n'),
+        "a row of a DataView": (click.DATAVIEW.read, f"-1,0,0\r\n{name}\r\n"),
+        "a row of a dump": (click.DUMP.read, f"<DS=START>\nAddress,1\n{name},0\n</DS=END>\n"),
+        "a value of a dump": (click.DUMP.read, f"<DS=START>\nAddress,1\nDS1,{digits}\n</DS=END>\n"),
+        "a value of a tag": (tags.TAGS.read, f"{tags.HEAD}\nA,R1,word,{digits},,,\n"),
+        "a tag twice": (tags.TAGS.read, f"{tags.HEAD}\n{name},R1,word,1,,,\n{name},R2,word,1,,,\n"),
+        "an initial value of a symbol": (read_symbols, table.replace(",REAL,80.0,", f",REAL,{name},", 1)),
+        "a symbol twice": (read_symbols, table + f"VAR,{name},D0,REAL,,\r\nVAR,{name},D2,REAL,,\r\n"),
+    }
+    for case, (read, text) in cases.items():
+        yield told(read, text, case)
+
+
 BOOKS: dict[str, Callable[[], Iterable[str]]] = {
     "nextopid": _nextopid,
     "dpide": _dpide,
@@ -171,6 +207,7 @@ BOOKS: dict[str, Callable[[], Iterable[str]]] = {
     "others": _others,
     "maps": _maps,
     "words": _words,
+    "long": _long,
 }
 
 
