@@ -200,6 +200,37 @@ def _long() -> Iterator[str]:
         yield told(read, text, case)
 
 
+OPTION_TEXTS = (
+    "",
+    "x",
+    "0",
+    "8",
+    "9",
+    "10000",
+    "-1",
+    "1.5",
+    "1 s",
+    "0 s",
+    "R1,S65000",
+    "IR1,R5",
+    "O1,none",
+    "V2000",
+    "V8",
+)
+"""What is given for each option, beside its example."""
+
+
+def _options() -> Iterator[str]:
+    """What an option reads; None: nothing that makes sense."""
+    for key, vendor in VENDORS.items():
+        options = {option.key: option for option in (*vendor.load("decode_options"), *vendor.load("convert_options"))}
+        for option in options.values():
+            for text in dict.fromkeys((option.example, *OPTION_TEXTS)):
+                read = option.read(text)
+                if text == option.example or read not in (None, text, [text]):
+                    yield f"{key} {option.key} {text!r} {read!r}\n"
+
+
 BOOKS: dict[str, Callable[[], Iterable[str]]] = {
     "nextopid": _nextopid,
     "dpide": _dpide,
@@ -208,6 +239,7 @@ BOOKS: dict[str, Callable[[], Iterable[str]]] = {
     "maps": _maps,
     "words": _words,
     "long": _long,
+    "options": _options,
 }
 
 

@@ -75,6 +75,9 @@ LOOP = """<variable name="TIC_1"><type><derived name="PIDA_REAL"/></type><initia
 </structValue></initialValue></variable>"""
 
 
+ARRAY_OF_LOOPS = '<array><dimension lower="1" upper="3"/><baseType><derived name="PIDA_REAL"/></baseType></array>'
+
+
 @pytest.mark.parametrize("name", NETWORKS)
 def test_golden(name):
     assert written(network(name)).encode() == (DATA / f"{name}.xml").read_bytes()
@@ -166,6 +169,7 @@ BOMB = '<!DOCTYPE project [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]>\n' + d
         (document("", LOOP.replace("Kp", "Kq")), 4, "PIDA_REAL has no input parameter Kq; did you mean Kp?"),
         (document("", LOOP.replace("MAXMV", "KP")), 4, "KP stands here again"),
         (document("", '<variable name="TIC_1"/>'), 3, "the variable has no type"),
+        (document("", f'<variable name="L"><type>{ARRAY_OF_LOOPS}</type></variable>'), 3, "instances of PIDA_REAL are"),
         (document("", LOOP.replace("derived name", "derived nome")), 3, ""),
         ('<?xml version="1.0" encoding="klingon"?>' + document(text_body("TIC_1(;"), LOOP), 6, "unexpected ';'"),
     ],
