@@ -245,11 +245,59 @@ def test_integers_outside_their_word_are_refused(codec, value):
     assert error.value.fault == "range"
 
 
+SIGNED = Implied(1, low_count=-0x8000, high_count=0x7FFF)
+OUTSIDE = "is outside the word's range"
+LARGEST = "3.4028234663852886E+38"
+
+
+@pytest.mark.parametrize(
+    ("codec", "value", "fault", "message", "ends"),
+    [
+        (Bcd(2), "100", "range", OUTSIDE, ("0", "99.99")),
+        (Bcd(2), "-0.001", "range", OUTSIDE, ("0", "99.99")),
+        (Bcd(1, off=(5,)), "0.52", "off", "rounds to 0.5, which switches it off", ("0", "999.9")),
+        (Implied(1, off=(5,)), "0.52", "off", "rounds to 0.5, which switches it off", ("0", "6553.5")),
+        (SIGNED, "3276.8", "range", OUTSIDE, ("-3276.8", "3276.7")),
+        (SIGNED, "-3276.81", "range", OUTSIDE, ("-3276.8", "3276.7")),
+        (Binary(4095), 4096, "range", OUTSIDE, ("0", "4095")),
+        (Binary(4095), -1, "range", OUTSIDE, ("0", "4095")),
+        (SignMagnitude(4095), -4096, "range", OUTSIDE, ("-4095", "4095")),
+        (Single(), "3.5E38", "range", "is outside the range of single precision", (f"-{LARGEST}", LARGEST)),
+        (Single(), "1E-50", "off", "rounds to 0 in single precision", None),
+    ],
+)
+def test_what_a_word_does_not_hold_is_told_with_what_it_holds(codec, value, fault, message, ends):
+    with pytest.raises(EncodeError) as error:
+        codec.encode(Decimal(value) if isinstance(value, str) else value)
+    assert (error.value.fault, str(error.value)) == (fault, message)
+    assert (error.value.low, error.value.high) == (tuple(map(Decimal, ends)) if ends else (None, None))
+
+
+@pytest.mark.parametrize(
+    ("codec", "word", "message"),
+    [
+        (Bcd(0), 0x0A00, "0x0A00 has a digit above 9; it is 2560 (typed in decimal? 2560 would be 2560)"),
+        (Bcd(1), 0x00FA, "0x00FA has a digit above 9; it is 250 (typed in decimal? 25.0 would be 0250)"),
+        (Bcd(0), 0xFFFF, "0xFFFF has a digit above 9"),
+        (Binary(4095), 4096, "0x1000 is above 0x0FFF"),
+        (SignMagnitude(4095), 0x9000, "0x9000 has bits set above 0x0FFF and the sign"),
+        (SignMagnitude(4095), 0x8000, "0x8000 is minus zero"),
+        (FLAG, 2, "2 is not the state of a switch"),
+        (Single(), 0x7F800000, "0x7F800000 is not a finite number"),
+    ],
+)
+def test_a_word_that_is_no_value_says_why(codec, word, message):
+    with pytest.raises(DecodeError) as error:
+        codec.decode(word)
+    assert str(error.value) == message
+
+
 def test_a_time_that_rounds_onto_zero_is_refused():
     for value in ("0.04", "0.05"):
         with pytest.raises(EncodeError, match="switches it off"):
             Implied(1, off=(0,)).encode(Decimal(value))
     assert Implied(1, off=(0,)).encode(Decimal("0.051")) == 1
+    assert Implied(1, off=(5,)).encode(Decimal("0.5")) == Bcd(1, off=(5,)).encode(Decimal("0.5")) == 5  # as it is
 
 
 def test_a_switch_has_two_states():
