@@ -623,6 +623,27 @@ def test_an_input_of_a_function_is_not_what_it_was_before_if():
 
 
 @pytest.mark.parametrize(
+    ("statements", "says"),
+    [
+        ("{call}\nS_MV1 := 6.0;", "S.MV1 is assigned behind the call of S; assign it before"),
+        ("S_MV1 := 6.0;\nS_MV1 := 7.0; {call}", "S.MV1 is assigned again"),
+        ("S_MV1 := 6.0;\n{call}", ""),
+    ],
+)
+def test_an_input_of_a_function_is_assigned_once_before_its_call(statements, says):
+    variables = "S_MV1 : REAL := 5.0; (* S.MV1 *) S_MV : REAL; (* S.MV *)\n"
+    call = "ControlSelectMin(MV1 := S_MV1, MV2 := A.MV, MV => S_MV);"
+    described = '(* loop: {"block": "S", "type": "ControlSelectMin"} *)'
+    text = described + changed_body("A();\n" + statements.format(call=call), variables)
+    if not says:
+        assert read_st(text).words["S.MV1"] == 6
+        return
+    with pytest.raises(ListingError, match=f"^{re.escape(says)}$") as error:
+        read_st(text)
+    assert (error.value.line, error.value.column) == (6, 1)
+
+
+@pytest.mark.parametrize(
     ("statement", "value", "when"),
     [("Z S= W;", True, "W"), ("Z R= W;", False, "W"), ("IF X > 1.0 THEN Z s= NOT W; END_IF", True, "X > 1 AND NOT W")],
 )
