@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+import explained
 import pidcfg
 from pidcfg.cli.commands.explain import command
 from pidcfg.cli.main import cli
@@ -134,6 +135,11 @@ def test_every_address_and_parameter_is_explained(vendor):
             found = pages(f"{key}.{row.name}", vendor=vendor)
             assert found, row.name
             assert all(page.title for page in found), row.name
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_every_name_is_explained_as_somebody_has_read_it(vendor):
+    assert explained.pages(vendor) == (explained.FOLDER / f"{vendor}.txt").read_text("utf-8")
 
 
 def test_all_tables_of_all_vendors_are_in_their_books():

@@ -266,6 +266,10 @@ def hand(body: str):
             ],
         ),
         (
+            "A(SP := SP1, BIAS := MV1); IF Man THEN SP1 := 1; END_IF IF Fault THEN MV1 := 2; SP1 := 3; END_IF",
+            [(1.0, "SP1", "Man", "end"), (2.0, "MV1", "Fault", "end"), (3.0, "SP1", "Fault", "end")],
+        ),
+        (
             "CASE Mode OF 9..1: A.SP := 1; 2: A.SP := 2; END_CASE A();",
             [(1.0, "A.SP", "Mode >= 9 AND Mode <= 1", "start"), (2.0, "A.SP", "Mode = 2", "start")],
         ),
