@@ -321,6 +321,11 @@ def test_what_does_not_concern_the_blocks_is_named_by_line():
         ("A();\nMV1 := A.MV;\nMV1 := SP1;\nB();\nA.SP := MV1;", 9, "MV1 is assigned between two calls"),
         ("IF Man THEN\nMan := FALSE; A.SP := 5;\nEND_IF A(Manual := Man);", 8, "Man is assigned inside the statement"),
         ("IF Man THEN A.SP := FOO(3); END_IF A();", 7, "FOO is a function that cannot be wired"),
+        (
+            "A(SP := SP1, BIAS := MV1);\nIF Man THEN SP1 := FOO(3); END_IF\nIF Man THEN MV1 := BAR(3); END_IF",
+            8,
+            "FOO is a function that cannot be wired",
+        ),
         ("IF SP1 THEN A.SP := 3; END_IF A();", 7, "SP1 is a REAL; a BOOL is wanted"),
         ("IF Man THEN A.SP := Man; END_IF A();", 7, "Man is a BOOL; numbers are wanted"),
         ("IF Man A.SP := 3; END_IF A();", 7, "unexpected ';'"),
