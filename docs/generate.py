@@ -33,7 +33,7 @@ from pidcfg.text.reader import Limits
 from pidcfg.text.references import Ref
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_text
-from pidcfg.validate import TABLE, table_of
+from pidcfg.validate import TABLE_FILE, table_of
 from pidcfg.validate.catalog import find_rules, text_of
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -80,7 +80,7 @@ def pages_of_rules() -> dict[str, str]:
     found |= {name: NOTE + text for name, text in coverage_pages().items()}
     found["decisions.md"] = NOTE + decisions()
     found["../src/pidcfg/cli/completions/codes.txt"] = codes()
-    found[f"../src/pidcfg/validate/{TABLE.name}"] = table_of(list(map(text_of, find_rules().values())))
+    found[f"../src/pidcfg/validate/{TABLE_FILE.name}"] = table_of(list(map(text_of, find_rules().values())))
     return found
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidcfg.text.source import read_document
-from pidcfg.validate.catalog import CODE
+from pidcfg.validate.catalog import CODE_PATTERN
 from pidcfg.validate.engine import check_document
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def said_of(case: Path) -> tuple[Diagnostic, ...]:
 
 def lines(case: Path) -> list[str]:
     """The findings of one file that carry its code, each in a line."""
-    code = CODE.match(case.stem)[0]
+    code = CODE_PATTERN.match(case.stem)[0]
     found = [d for d in said_of(case) if d.code == code]
     return [
         f"{d.file}:{d.span.line}:{d.span.column} {d.severity.label}: {d.message}"

@@ -284,7 +284,7 @@ def test_the_folder_itself_is_for_its_user_alone(tmp_path, monkeypatch, mode):
 def test_who_may_own_and_write_to_a_part_of_the_way(last, mode, owner, safe):
     facts = SimpleNamespace(st_mode=mode, st_uid=owner)
     with nullcontext() if safe else pytest.raises(store.UnsafeFolderError, match="/x"):
-        store._refuse_others(Path("/x"), facts, 7, last=last)
+        store._require_private(Path("/x"), facts, 7, is_last=last)
 
 
 @posix

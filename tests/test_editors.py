@@ -26,7 +26,7 @@ from pidcfg.schemas.base import Parser
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.text.source import read_document
-from pidcfg.validate.catalog import CODE, find_rules
+from pidcfg.validate.catalog import CODE_PATTERN, find_rules
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
 
@@ -120,7 +120,7 @@ def begin_of_rules(text):
 
 def code(text):
     """A code in what is printed."""
-    if not CODE.fullmatch(text):
+    if not CODE_PATTERN.fullmatch(text):
         raise ValueError("no such rule")
 
 

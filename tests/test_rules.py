@@ -15,9 +15,9 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.reader import Limits
 from pidcfg.text.references import Decision, Manual
 from pidcfg.text.source import read_document
-from pidcfg.validate import TABLE, list_texts, table_of, text_by_code, texts
+from pidcfg.validate import TABLE_FILE, list_texts, table_of, text_by_code, texts
 from pidcfg.validate.catalog import (
-    CODE,
+    CODE_PATTERN,
     COMMON_GROUP,
     FILE_GROUP,
     GROUPS,
@@ -39,7 +39,7 @@ from shell import pidcfg as command
 CASES = sorted(FOLDER.glob("**/*.yaml"))
 COMMITTED = GOLDEN.read_text("utf-8").splitlines()
 """What the rules said about the case files when their messages were read."""
-MARK = re.compile(rf"\b(expect|ok): ({CODE.pattern}(?:, {CODE.pattern})*)")
+MARK = re.compile(rf"\b(expect|ok): ({CODE_PATTERN.pattern}(?:, {CODE_PATTERN.pattern})*)")
 NOT_TEXT = {
     "PID002": "loops: [ä]".encode("latin-1"),
     "PID003": b"pidcfg: 1\0",
@@ -68,7 +68,7 @@ def marks(text, kind):
         if "#" in line
         for found, codes in MARK.findall(line.partition("#")[2])
         if found == kind
-        for code in CODE.findall(codes)
+        for code in CODE_PATTERN.findall(codes)
     ]
 
 
@@ -79,7 +79,7 @@ def cases_of(code):
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
 def test_findings_are_on_the_marked_lines_and_nowhere_else(case):
     text = case.read_text("utf-8")
-    own = CODE.match(case.stem).group()
+    own = CODE_PATTERN.match(case.stem).group()
     found = [(d.span.line, d.code) for d in said_of(case) if d.severity > Severity.INFO or d.code == own]
 
     assert sorted(found) == sorted(marks(text, "expect"))
@@ -324,7 +324,7 @@ def test_every_rule_is_found_by_its_code():
     table = find_rules()
 
     assert list(table) == sorted(table, key=number_of)
-    assert all(CODE.fullmatch(code) and rule_of(code) is rule for code, rule in table.items())
+    assert all(CODE_PATTERN.fullmatch(code) and rule_of(code) is rule for code, rule in table.items())
     assert len(table) == len(collect_rules()) + sum(
         len(find_rules(beginning)) for group, beginning in GROUPS.items() if group != COMMON_GROUP
     )
@@ -407,7 +407,7 @@ def test_every_rule_of_a_vendor_is_in_its_list(vendor):
 def test_the_table_of_texts_is_that_of_the_rules():
     told = {code: text_of(rule) for code, rule in find_rules().items()}
     assert texts() == told, "python tasks.py generate pages"
-    assert TABLE.read_text("utf-8") == table_of(list(told.values()))
+    assert TABLE_FILE.read_text("utf-8") == table_of(list(told.values()))
     assert [text_by_code(code) for code in told] == [*told.values()]
     assert text_by_code("DL2") is text_by_code("") is text_by_code('DL242", "') is None
 

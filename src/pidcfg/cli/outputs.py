@@ -19,7 +19,7 @@ from pidcfg.cli.console import echo, write_user_file
 from pidcfg.cli.inputs import equal_file_fault, was_read
 from pidcfg.cli.interrupts import defer_signals
 from pidcfg.cli.terminal import encodable
-from pidcfg.text.reader import STREAM, open_file, read_file
+from pidcfg.text.reader import STREAM_NAME, open_file, read_file
 from pidcfg.text.signs import UNPRINTABLE
 
 # --- Temporary files beside their targets, named after them and locked while they are written -------------------------
@@ -212,7 +212,7 @@ def output_path(name: str) -> Path:
     """Where a file is written, through a link; refused when a device, a pipe or a folder is there."""
     if not name:
         raise click.ClickException("the output has no name")
-    if STREAM.fullmatch(name):
+    if STREAM_NAME.fullmatch(name):
         raise click.ClickException(f"{name} is a stream and no file; {_device_advice(name)}")
     try:
         target = Path(name).resolve()

@@ -138,17 +138,17 @@ def _count_pattern(group: str, word: str) -> str:
 @cache
 def paint_patterns() -> tuple[re.Pattern[str], ...]:
     """What stands out in a line, by named groups; most commands colour nothing, and need no pattern."""
-    from pidcfg.validate.catalog import CODE
+    from pidcfg.validate.catalog import CODE_PATTERN
 
     return tuple(
         re.compile(pattern)
         for pattern in (
             # a finding: its place, its line of the file with a caret, and what belongs to it
-            rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY_PATTERN} (?P<code>{CODE.pattern})",
+            rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY_PATTERN} (?P<code>{CODE_PATTERN.pattern})",
             r"^(?P<gutter> *\d+ \|)",
             r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
             r"^      (?P<label>= (?:PLC|see|cure|also):)",
-            rf"^(?P<code>{CODE.pattern})  {SEVERITY_PATTERN} +(?P<dim>\S+)",
+            rf"^(?P<code>{CODE_PATTERN.pattern})  {SEVERITY_PATTERN} +(?P<dim>\S+)",
             # the line that counts them
             rf"^\d+ files? checked: {_count_pattern('bad', 'error')}, {_count_pattern('doubtful', 'warning')}",
             # a simulation

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 PAIR_ENDS = (" low", " high")
 """Behind the key of a pair: its two ends, each a column of a sheet."""
-DIRECTION = ("action", "Direct", "PID_DIR", "output_raises_pv")
+DIRECTION_KEYS = ("action", "Direct", "PID_DIR", "output_raises_pv")
 BAND_WORDS = {
     "proportional_band",
     "prop_band",
@@ -49,7 +49,7 @@ TERM_KEYS: dict[str, tuple[str, ...]] = {
         "tuning.derivative_gain",
         "Td_Kd",
     ),
-    "action direction richtung wirkrichtung wirksinn wirkungssinn regelsinn": DIRECTION,
+    "action direction richtung wirkrichtung wirksinn wirkungssinn regelsinn": DIRECTION_KEYS,
     "setpoint set_point sp sollwert": ("setpoint.value", "SP", "SV"),
     "sp_low setpoint_low sollwert_min": ("setpoint.limits low", "setpoint.lower_limit"),
     "sp_high setpoint_high sollwert_max": ("setpoint.limits high", "setpoint.upper_limit"),

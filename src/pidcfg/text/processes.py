@@ -123,7 +123,7 @@ def _ignore_interrupts() -> Iterator[None]:
 
 
 def _start_worker(
-    stop: Connection, make_worker: Callable[..., Callable[[Any], object]], arguments: tuple[object, ...]
+    parent_end: Connection, make_worker: Callable[..., Callable[[Any], object]], arguments: tuple[object, ...]
 ) -> None:
     """A new process makes its worker; it ends with its parent, which alone hears Ctrl-C."""
     import threading
@@ -131,17 +131,17 @@ def _start_worker(
 
     warnings.simplefilter("ignore")  # what there is to say, the parent says
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, args=(stop,), daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(parent_end,), daemon=True).start()
     _Process.worker = make_worker(*arguments)
 
 
-def _end_with_parent(stop: Connection) -> None:
+def _end_with_parent(parent_end: Connection) -> None:
     """Ends this process with the other end of a pipe, which its parent closes, or which is closed with it."""
     from multiprocessing import parent_process
     from multiprocessing.connection import wait
 
     parent = parent_process()
-    wait([stop] if parent is None else [stop, parent.sentinel])
+    wait([parent_end] if parent is None else [parent_end, parent.sentinel])
     os._exit(1)
 
 

@@ -47,7 +47,7 @@ DEFAULT = Limits()
 
 SUFFIXES = frozenset({".yaml", ".yml"})
 """How the names of configurations and scenarios end; a file of another name is a memory listing."""
-STREAM = re.compile(r"/dev/(?:std(?:in|out|err)|fd/.*)|/proc/[^/]+/fd/.*")
+STREAM_NAME = re.compile(r"/dev/(?:std(?:in|out|err)|fd/.*)|/proc/[^/]+/fd/.*")
 """Names of what a process has open."""
 PROC_FOLDER = "/proc/"
 """Where the kernel shows its own state as if in files: some are waited for, and some take what they show away."""
@@ -85,7 +85,7 @@ class Disk:
 
 def is_stream(name: str) -> bool:
     """Whether a name is one of what the process has open, ``/dev/fd/63`` of a shell's ``<(…)``, or of nothing."""
-    return STREAM.fullmatch(name) is not None or name == os.devnull
+    return STREAM_NAME.fullmatch(name) is not None or name == os.devnull
 
 
 def open_file(name: str | Path) -> IO[bytes]:
@@ -203,7 +203,7 @@ def source_data(source: Path | str | bytes, name: str | None, files: Files, max_
     return data_of(source), name or DEFAULT_TEXT_NAME
 
 
-def may_be_quoted(reader: Reader, file: str, named: str) -> bool:
+def may_be_quoted(reader: Reader, file: str, named_file: str) -> bool:
     """Whether messages may say what stands in a file that ``file`` names: it lies in the folder of that one, or below.
 
     A configuration of a stranger could name any file, and its lines would stand in the log of whoever checks it. Links
@@ -211,7 +211,7 @@ def may_be_quoted(reader: Reader, file: str, named: str) -> bool:
     """
     if isinstance(reader, Texts):
         return True
-    return Path(os.path.realpath(named)).is_relative_to(os.path.realpath(Path(file).parent))
+    return Path(os.path.realpath(named_file)).is_relative_to(os.path.realpath(Path(file).parent))
 
 
 def similar_file(name: str, reader: Reader) -> str | None:

@@ -64,7 +64,7 @@ def cache_folder(name: str) -> Path:
         if not part.exists():
             part.mkdir(mode=0o700, exist_ok=True)
         if hasattr(os, "geteuid"):
-            _refuse_others(part, part.lstat(), os.geteuid(), last=part == folder)
+            _require_private(part, part.lstat(), os.geteuid(), is_last=part == folder)
     return folder
 
 
@@ -76,23 +76,23 @@ def holds_entries(name: str) -> bool:
         return False
 
 
-def refuse_others(part: Path) -> None:
+def require_private(part: Path) -> None:
     """Raises `UnsafeFolderError` unless a folder or file of the cache is the user's alone, and no link."""
     if hasattr(os, "geteuid"):
         facts = part.lstat()
         if stat.S_ISLNK(facts.st_mode):
             raise UnsafeFolderError(errno.EPERM, f"{part} is a link")
-        _refuse_others(part, facts, os.geteuid(), last=True)
+        _require_private(part, facts, os.geteuid(), is_last=True)
 
 
-def _refuse_others(part: Path, facts: os.stat_result, user: int, *, last: bool) -> None:
+def _require_private(part: Path, facts: os.stat_result, user: int, *, is_last: bool) -> None:
     """Raises where another user than ``user`` and root could exchange what lies in a part of the way.
 
-    In a folder such as /tmp all may write, but exchange only what is their own: that will do, except for the ``last``.
+    In a folder such as /tmp all may write, but exchange only what is their own: that will do, but for the ``is_last``.
     """
-    if facts.st_uid not in ({user} if last else {user, ROOT_USER}):
+    if facts.st_uid not in ({user} if is_last else {user, ROOT_USER}):
         raise UnsafeFolderError(errno.EPERM, f"{part} belongs to another user")
-    if facts.st_mode & OTHERS_WRITE and (last or not facts.st_mode & stat.S_ISVTX):
+    if facts.st_mode & OTHERS_WRITE and (is_last or not facts.st_mode & stat.S_ISVTX):
         raise UnsafeFolderError(errno.EPERM, f"others may write to {part}")
 
 
@@ -122,7 +122,7 @@ class Store:
         path = self._entry_path(key)
         try:
             for part in (path.parent, path):
-                refuse_others(part)
+                require_private(part)
             text, _, checksum = read_file(path, self._max_bytes(key)).rpartition(b"\n")
         except OSError:
             return None
@@ -137,7 +137,7 @@ class Store:
             return
         path = self._entry_path(key)
         path.parent.mkdir(mode=0o700, exist_ok=True)
-        refuse_others(path.parent)
+        require_private(path.parent)
         _make_room(path.parent, self.shelf_bytes)
         _write_file(path, text + b"\n" + hashlib.sha256(text).hexdigest().encode())
 

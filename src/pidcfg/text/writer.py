@@ -70,15 +70,17 @@ def _to_flow_style(value: object, *, flow: bool = False) -> object:
     from ruamel.yaml.scalarstring import DoubleQuotedScalarString, SingleQuotedScalarString
 
     if isinstance(value, dict):
-        short = flow or _fits_a_line(value)
-        mapping = CommentedMap((_to_flow_style(key), _to_flow_style(inner, flow=short)) for key, inner in value.items())
-        if short:
+        is_short = flow or _fits_a_line(value)
+        mapping = CommentedMap(
+            (_to_flow_style(key), _to_flow_style(inner, flow=is_short)) for key, inner in value.items()
+        )
+        if is_short:
             mapping.fa.set_flow_style()
         return mapping
     if isinstance(value, list):
-        short = flow or not any(isinstance(inner, dict | list) for inner in value)
-        sequence = CommentedSeq(_to_flow_style(inner, flow=short) for inner in value)
-        if short:
+        is_short = flow or not any(isinstance(inner, dict | list) for inner in value)
+        sequence = CommentedSeq(_to_flow_style(inner, flow=is_short) for inner in value)
+        if is_short:
             sequence.fa.set_flow_style()
         return sequence
     if isinstance(value, str) and ESCAPED_SIGNS.search(value):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pidcfg.text.frozen import frozen
 
-TABLE = Path(__file__).with_name("rules.json")
+TABLE_FILE = Path(__file__).with_name("rules.json")
 PREFIX = "PID"
 """The prefix of codes that belong to no vendor."""
 
@@ -39,14 +39,14 @@ class RuleText:
 def text_by_code(code: str) -> RuleText | None:
     """The texts of one rule, without reading those of the others; None: no rule has the code."""
     begin = f"{{{json.dumps('code')}: {json.dumps(code)}, "
-    line = next((line for line in TABLE.read_text("utf-8").splitlines() if line.startswith(begin)), None)
+    line = next((line for line in TABLE_FILE.read_text("utf-8").splitlines() if line.startswith(begin)), None)
     return None if line is None else RuleText(**json.loads(line.removesuffix(",")))
 
 
 @cache
 def texts() -> dict[str, RuleText]:
     """The texts of all rules by code, in order."""
-    return {row["code"]: RuleText(**row) for row in json.loads(TABLE.read_text("utf-8"))}
+    return {row["code"]: RuleText(**row) for row in json.loads(TABLE_FILE.read_text("utf-8"))}
 
 
 def table_of(rows: list[RuleText]) -> str:
@@ -65,7 +65,7 @@ def list_texts(prefix: str) -> dict[str, RuleText]:
     return {code: rule for code, rule in texts().items() if has_prefix(code, prefix)}
 
 
-def as_data(rule: RuleText) -> dict[str, object]:
+def rule_data(rule: RuleText) -> dict[str, object]:
     """A rule as the JSON output spells it."""
     return {
         "code": rule.code,

@@ -79,20 +79,20 @@ def compare(
 
     An entry is stale when its file was checked by every rule, and the finding was not there.
     """
-    remaining = Counter(entries)
-    new: list[Diagnostic] = []
-    known: list[Diagnostic] = []
+    counts = Counter(entries)
+    new_findings: list[Diagnostic] = []
+    known_findings: list[Diagnostic] = []
     for d in findings:
         key = entry_of(d, file_of)
-        if may_be_in_baseline(d) and remaining[key] > 0:
-            remaining[key] -= 1
+        if may_be_in_baseline(d) and counts[key] > 0:
+            counts[key] -= 1
             if is_selected(d):
-                known.append(d)
+                known_findings.append(d)
         elif is_selected(d):
-            new.append(d)
+            new_findings.append(d)
     files = usable_files(findings, checked_files, file_of)
-    stale = [e for e in entries if e.file in files and _take_one(remaining, e)]
-    return BaselineComparison(new, known, stale)
+    stale = [e for e in entries if e.file in files and _take_one(counts, e)]
+    return BaselineComparison(new_findings, known_findings, stale)
 
 
 def usable_files(findings: Sequence[Diagnostic], checked_files: set[str], file_of: Callable[[str], str]) -> set[str]:
@@ -340,7 +340,7 @@ def _comment_remarks(
 
     ``may_suggest``: the code that was probably meant is looked for.
     """
-    unused = []
+    unused_codes = []
     for code in (c for c in ignore.codes if c not in used_codes):
         rule = find_rules(code).get(code)
         if rule is None:
@@ -350,12 +350,12 @@ def _comment_remarks(
                 "PID047", f"{code} ({rule.name}) cannot be ignored", doc, ignore.span, "correct the error"
             )
         elif is_checked:
-            unused.append(code)
-    if unused:
+            unused_codes.append(code)
+    if unused_codes:
         where = "the next line" if ignore.comment.is_alone else "this line"
-        message = f"{', '.join(unused)}: no such finding on {where}"
+        message = f"{', '.join(unused_codes)}: no such finding on {where}"
         yield _comment_problem(
-            "PID043", message, doc, ignore.span, "delete it", _removal_edit(ignore, set(unused), doc)
+            "PID043", message, doc, ignore.span, "delete it", _removal_edit(ignore, set(unused_codes), doc)
         )
     if not ignore.reason:
         yield _comment_problem(

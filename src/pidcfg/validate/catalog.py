@@ -17,9 +17,9 @@ from pidcfg.vendors import VENDORS
 #
 # Only the modules are imported that have the rules in question: one finding needs the rules of one vendor.
 
-CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
+CODE_PATTERN = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
 """A code as it is written in full."""
-SEPARATORS = re.compile("[^A-Z0-9]")
+CODE_SEPARATORS = re.compile("[^A-Z0-9]")
 """What people write within a code: blanks, hyphens, dots."""
 RULES_HINT = "'pidcfg rule' lists all"
 FILE_GROUP, COMMON_GROUP = "reading", "common"
@@ -55,7 +55,7 @@ def find_rules(prefix: str = "") -> dict[str, Rule]:
 @lru_cache(maxsize=256)
 def suggest_code(text: str) -> str:
     """What to do about a code that no rule has: write the one that was probably meant."""
-    near = _nearest_code(SEPARATORS.sub("", text.upper()), text.lower())
+    near = _nearest_code(CODE_SEPARATORS.sub("", text.upper()), text.lower())
     return f"did you mean {near}?" if near else RULES_HINT
 
 

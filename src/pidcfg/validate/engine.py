@@ -226,13 +226,13 @@ class ReadableLoops:
 
     def find(self, find_faults: Judge) -> list[Diagnostic]:
         """What both readings find at the sound loops, and the remark that something waits."""
-        with_copies, without_unreadable = find_faults(self._with_copies()), find_faults(self._without_unreadable())
-        if with_copies is None or without_unreadable is None:
+        filled_faults, reduced_faults = find_faults(self._fill_with_copies()), find_faults(self._drop_unreadable())
+        if filled_faults is None or reduced_faults is None:
             return []
         fault_keys = {
-            (d.code, self.readable[i], d.path[2:]) for d in without_unreadable if (i := loop_index(d.path)) is not None
+            (d.code, self.readable[i], d.path[2:]) for d in reduced_faults if (i := loop_index(d.path)) is not None
         }
-        confirmed = [d for d in with_copies if (d.code, loop_index(d.path), d.path[2:]) in fault_keys]
+        confirmed = [d for d in filled_faults if (d.code, loop_index(d.path), d.path[2:]) in fault_keys]
         return [*(d for d in confirmed if not self._unreadable_names.intersection(d.with_loops)), self._make_remark()]
 
     @property
@@ -240,14 +240,14 @@ class ReadableLoops:
         """The names of the loops that cannot be read, as far as they can."""
         return {loop_name(self.doc, (LOOPS, i)) for i in self.unreadable}
 
-    def _with_copies(self) -> dict[str, Any]:
+    def _fill_with_copies(self) -> dict[str, Any]:
         loops = list(self._all_loops)
         for i in self.unreadable:
             name = loop_name(self.doc, (LOOPS, i))
             loops[i] = {**loops[self.readable[0]], **({"name": name} if name else {})}
         return {**(self.doc.data or {}), LOOPS: loops}
 
-    def _without_unreadable(self) -> dict[str, object]:
+    def _drop_unreadable(self) -> dict[str, object]:
         return {**(self.doc.data or {}), LOOPS: [self._all_loops[i] for i in self.readable]}
 
     @property

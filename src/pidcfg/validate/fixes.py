@@ -216,19 +216,26 @@ def _has_overlap(ranges: Sequence[tuple[_Position, _Position]], begin: _Position
 
 
 def is_proven(
-    doc: Document, before: Sequence[Diagnostic], fixed: Sequence[Diagnostic], new: Document, after: Sequence[Diagnostic]
+    doc: Document,
+    old_findings: Sequence[Diagnostic],
+    fixed: Sequence[Diagnostic],
+    new_doc: Document,
+    new_findings: Sequence[Diagnostic],
 ) -> bool:
     """Whether a new text says what the old one said but for the corrections, and has no finding that is new.
 
     Where the error of a rule has gone, rules may warn of what the value now means, as of a cascade that is one again.
     """
-    if new.data is None or not same_data(new.data, expected_data(doc, fixed)):
+    if new_doc.data is None or not same_data(new_doc.data, expected_data(doc, fixed)):
         return False
-    keys_before, keys_after = Counter(_finding_key(d) for d in before), Counter(_finding_key(d) for d in after)
+    keys_before, keys_after = (
+        Counter(_finding_key(d) for d in old_findings),
+        Counter(_finding_key(d) for d in new_findings),
+    )
     keys_fixed = Counter(_finding_key(d) for d in fixed)
     if any(keys_after[key] > keys_before[key] - keys_fixed[key] for key in keys_fixed):
         return False
-    stage_reached = min((_code_stage(d.code) for d in before if not is_ignorable(d)), default=LAST_STAGE)
+    stage_reached = min((_code_stage(d.code) for d in old_findings if not is_ignorable(d)), default=LAST_STAGE)
     may_warn = any(_code_stage(d.code) == LAST_STAGE and d.severity is Severity.ERROR for d in fixed)
     return all(
         number <= keys_before[key]
@@ -261,17 +268,17 @@ def expected_data(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
     return data
 
 
-def same_but_quotes(quoted: object, plain: object) -> bool:
+def same_but_quotes(quoted: object, masked: object) -> bool:
     """Whether data are equal but for quoted words that have a placeholder as long as them and their quotes."""
-    if type(plain) is Plain and set(plain) == {PLACEHOLDER} and type(quoted) is str:
-        return len(plain) == len(quoted) + 2
-    if isinstance(quoted, dict) and isinstance(plain, dict):
-        return quoted.keys() == plain.keys() and all(
-            same_but_quotes(value, plain[key]) for key, value in quoted.items()
+    if type(masked) is Plain and set(masked) == {PLACEHOLDER} and type(quoted) is str:
+        return len(masked) == len(quoted) + 2
+    if isinstance(quoted, dict) and isinstance(masked, dict):
+        return quoted.keys() == masked.keys() and all(
+            same_but_quotes(value, masked[key]) for key, value in quoted.items()
         )
-    if isinstance(quoted, list) and isinstance(plain, list):
-        return len(quoted) == len(plain) and all(map(same_but_quotes, quoted, plain))
-    return same_data(quoted, plain)
+    if isinstance(quoted, list) and isinstance(masked, list):
+        return len(quoted) == len(masked) and all(map(same_but_quotes, quoted, masked))
+    return same_data(quoted, masked)
 
 
 def same_data(one: Any, other: Any) -> bool:
@@ -312,7 +319,7 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], predeces
     """
     expected = _copy_unshared(doc.data)
     edits: list[Edit] = []
-    added: dict[Path, str] = {}
+    added_texts: dict[Path, str] = {}
     for path, text in values.items():
         if has_key(doc.data, path):
             place = _KeyPlace.of(doc, path)
@@ -322,9 +329,9 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], predeces
         else:
             neighbour = predecessors[path]
             sibling = _KeyPlace.of(doc, neighbour).sibling_text(doc, str(path[-1]), text)
-            added[neighbour] = added.get(neighbour, "") + sibling
+            added_texts[neighbour] = added_texts.get(neighbour, "") + sibling
             set_value(expected, path, Plain(text))
-    edits += [Edit(_KeyPlace.of(doc, key).end_span(doc), text) for key, text in added.items()]
+    edits += [Edit(_KeyPlace.of(doc, key).end_span(doc), text) for key, text in added_texts.items()]
     byte_order_mark = BOM if data.startswith(BOM) else b""
     new_data = byte_order_mark + apply_edits(doc.text, edits).encode()
     new = read_document(new_data, doc.file)

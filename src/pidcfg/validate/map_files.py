@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from pidcfg.text.reader import Files, Limits, Reader
     from pidcfg.vendors import Vendor
 
-CODE = "PID067"
+MAP_CODE = "PID067"
 """A map that cannot be used."""
-PATH = ("plc", "map")
+MAP_PATH = ("plc", "map")
 
 
 class MapFile(NamedTuple):
@@ -64,7 +64,7 @@ def named_map(document: Document | None, reader: Reader) -> MapFile | None:
     try:
         data = read_named_file(reader, name, document.limits.listing_bytes + 1)
     except (OSError, ValueError) as error:
-        span = document.locate(PATH)
+        span = document.locate(MAP_PATH)
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
         raise UnusableMapError(f"{read_failure(name, error)}: {cure}", document.file, span.line, span.column) from None
     return map_of_data(data, name, document.limits)._replace(may_be_quoted=may_be_quoted(reader, document.file, name))
@@ -147,5 +147,5 @@ def check_map(document: Document, vendor: Vendor, image: AnyImage, reader: Reade
             numbering_of(vendor, map_file, image, document.file)
     except UnusableMapError as error:
         message = error.message if error.name == document.file else str(error)
-        return [Diagnostic(CODE, Severity.ERROR, message, document.file, document.locate(PATH), PATH)]
+        return [Diagnostic(MAP_CODE, Severity.ERROR, message, document.file, document.locate(MAP_PATH), MAP_PATH)]
     return []

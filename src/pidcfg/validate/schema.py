@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 # --- The one key that a misspelt key can stand for; no valid key of any vendor is ever replaced by another ------------
 
-WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+KEY_WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 """The words of a key: ``ControlON_OFF`` has three."""
 MIN_WORD_LETTERS = 5
 """A word has so many before and after its slip: in shorter ones (``MaxMV``, ``MinMV``) one letter is a meaning."""
@@ -135,7 +135,7 @@ def is_typo(key: str, name: str) -> bool:
 
 def _in_word(name: str, first: int, last: int, letters: int) -> bool:
     """Whether places of a name lie in one word of so many letters."""
-    words = (match.span() for match in WORDS.finditer(name))
+    words = (match.span() for match in KEY_WORDS.finditer(name))
     return any(begin <= first and last < end and end - begin >= letters for begin, end in words)
 
 
@@ -285,7 +285,7 @@ def _make_diagnostic(error: ErrorDetails, model: type[BaseModel], doc: Document)
     if "item" in error.get("ctx", {}):
         path = (*path, error["ctx"]["item"])
     span = doc.locate(path, key=kind in {"missing", "extra_forbidden"} or KEY_MARK in error["loc"])
-    certain_text = error.get("ctx", {}).get("only") or (_same_word(error) if kind in CHOICE_KINDS else None)
+    certain_text = error.get("ctx", {}).get("only") or (_matching_choice(error) if kind in CHOICE_KINDS else None)
     edits = value_edit(doc, path, certain_text) if certain_text and doc.data else ()
     return Diagnostic(
         code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure, edits=edits
@@ -299,7 +299,7 @@ def _misspelt_finding(path: Path, doc: Document) -> Diagnostic:
     return Diagnostic("PID020", Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure)
 
 
-def _same_word(error: ErrorDetails) -> str | None:
+def _matching_choice(error: ErrorDetails) -> str | None:
     """The only word of a choice that differs from the value in capitals alone."""
     value = error["input"].get(UNION_KEY) if isinstance(error["input"], dict) else error["input"]
     context = error.get("ctx", {})
@@ -554,16 +554,16 @@ def key_edits(
     """The edits of keys that may be renamed: nothing has the new key yet, and its value is right for it."""
     uses = Counter((path[:-1], key) for path, key in new_keys.items())
     new_keys = {path: key for path, key in new_keys.items() if uses[path[:-1], key] == 1}
-    accepted: dict[Path, str] = {}
+    accepted_keys: dict[Path, str] = {}
     pending_groups, tries = [new_keys] if new_keys else [], 0
     while pending_groups and tries < MAX_TRIES:
         group, tries = pending_groups.pop(), tries + 1
         if _has_fewer_faults(model, doc.data, group, faults):
-            accepted |= group
+            accepted_keys |= group
         elif len(group) > 1:
             half = len(group) // 2
             pending_groups += [dict(islice(group.items(), half, None)), dict(islice(group.items(), half))]
-    return {path: edits for path, key in accepted.items() if (edits := key_edit(doc, path, key))}
+    return {path: edits for path, key in accepted_keys.items() if (edits := key_edit(doc, path, key))}
 
 
 def _has_fewer_faults(

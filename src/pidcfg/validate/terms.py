@@ -11,7 +11,7 @@ from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.schemas.base import SIDES, is_scaled, unit_text, units_of
 from pidcfg.schemas.document import models_in
 from pidcfg.schemas.numbers import NUMBER, NUMBER_WITH_UNIT, range_cure
-from pidcfg.schemas.terms import BAND_WORDS, DIRECTION, PAIR_ENDS, TERM_KEYS, leaf_keys
+from pidcfg.schemas.terms import BAND_WORDS, DIRECTION_KEYS, PAIR_ENDS, TERM_KEYS, leaf_keys
 from pidcfg.text.document import Plain
 from pidcfg.text.paths import value_at
 from pidcfg.text.signs import fold_word
@@ -117,7 +117,7 @@ def _keys_for_word(key: str, word: str) -> tuple[str, ...]:
     """All keys for what a word stands for."""
     if word in KEYS_BY_WORD:
         return KEYS_BY_WORD[word]
-    rows = (keys for keys in (DIRECTION, ANTI_WINDUP_KEYS, *TERM_KEYS.values()) if key in map(_last_step, keys))
+    rows = (keys for keys in (DIRECTION_KEYS, ANTI_WINDUP_KEYS, *TERM_KEYS.values()) if key in map(_last_step, keys))
     return next(rows, ()) if key not in AMBIGUOUS_STEPS else ()
 
 
@@ -156,7 +156,7 @@ def _band_note(family: str) -> str:
 
 def _number_note(keys: Sequence[str], owners: Sequence[str], family: str) -> str:
     """What to know of the number of a key of other families."""
-    if keys == DIRECTION:
+    if keys == DIRECTION_KEYS:
         others: dict[str, list[str]] = {}
         for owner in owners:
             others.setdefault(_heating_text(owner), []).append(owner)

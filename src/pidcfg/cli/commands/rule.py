@@ -38,20 +38,20 @@ def command(code: str | None, fmt: str) -> None:
 
 def _show_rule(rule: RuleText, fmt: str) -> None:
     """A rule's page."""
-    from pidcfg.validate import as_data, rule_page
+    from pidcfg.validate import rule_data, rule_page
 
     if fmt == "json":
-        echo_json(json_text({"version": 1, **as_data(rule)}))
+        echo_json(json_text({"version": 1, **rule_data(rule)}))
     else:
         show_markdown(rule_page(rule))
 
 
 def _show_list(rules: list[RuleText], fmt: str) -> None:
     """A line a rule."""
-    from pidcfg.validate import as_data
+    from pidcfg.validate import rule_data
 
     if fmt == "json":
-        rows = [as_data(rule) for rule in rules]
+        rows = [rule_data(rule) for rule in rules]
         echo_json(json_text({"version": 1, "rules": rows}))
     else:
         show_text("".join(f"{r.code}  {r.kind:<9}  {r.name:<34}  {r.title}\n" for r in rules))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.output.findings import errors_in, findings_data, short_repr
 from pidcfg.text.frozen import frozen
-from pidcfg.validate import RuleText, as_data, text_by_code
+from pidcfg.validate import RuleText, rule_data, text_by_code
 from pidcfg.validate import rule_page as rule_text
 
 if TYPE_CHECKING:
@@ -298,7 +298,9 @@ class ExplainResult:
 
 def rule_page(rule: RuleText) -> Page:
     """The page of a rule."""
-    return Page("rule", rule.code, rule.title, reference=rule.reference, markdown=rule_text(rule), extra=as_data(rule))
+    return Page(
+        "rule", rule.code, rule.title, reference=rule.reference, markdown=rule_text(rule), extra=rule_data(rule)
+    )
 
 
 def rule_pages(things: Sequence[str]) -> tuple[Page, ...]:

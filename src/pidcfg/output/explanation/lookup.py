@@ -30,7 +30,7 @@ from pidcfg.output.explanation.wording import (
 )
 from pidcfg.text.references import Decision
 from pidcfg.validate import texts
-from pidcfg.validate.catalog import CODE, suggest_code
+from pidcfg.validate.catalog import CODE_PATTERN, suggest_code
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -409,7 +409,7 @@ def _decision_pages(question: Question, decisions: Callable[[], Sequence[Decisio
 def _rule_pages(question: Question) -> list[Page]:
     """A rule, which has no content either."""
     code = question.name.upper()
-    if question.value is not None or not CODE.fullmatch(code):
+    if question.value is not None or not CODE_PATTERN.fullmatch(code):
         return []
     rule = texts().get(code)
     if rule is None:
@@ -474,13 +474,13 @@ def _answer_things(things: Sequence[str], ask: Callable[[str], list[Page]]) -> l
     text = " ".join(things)
     if len(things) > 1 and usual_spelling(text) != text:
         return ask(text)
-    if len(things) > 1 and things[-1].isdecimal() and not CODE.fullmatch(things[-2].upper()):
+    if len(things) > 1 and things[-1].isdecimal() and not CODE_PATTERN.fullmatch(things[-2].upper()):
         with suppress(QuestionError):
             return ask(text)
     try:
         return [page for thing in things for page in ask(thing)]
     except QuestionError as error:
-        if len(things) == 1 or any(CODE.fullmatch(thing.upper()) or names_in_text(thing) for thing in things):
+        if len(things) == 1 or any(CODE_PATTERN.fullmatch(thing.upper()) or names_in_text(thing) for thing in things):
             raise
         try:
             return ask(text)

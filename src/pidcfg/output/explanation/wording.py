@@ -20,7 +20,7 @@ from pidcfg.output.explanation.registers import Registers
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.validate import PREFIX, texts
-from pidcfg.validate.catalog import CODE
+from pidcfg.validate.catalog import CODE_PATTERN
 from pidcfg.vendors import VENDORS
 
 # --- What people see at a panel, by its usual names, and what to look at: the rows of symptoms.toml -------------------
@@ -184,7 +184,7 @@ LOCATION_PREFIX = re.compile(
 )
 """What stands before a message in a terminal."""
 LOOP_SUFFIX = re.compile(r"\s*\[[^\][]+\]$")
-WRITTEN_CODE = re.compile(rf"\b{CODE.pattern}\b")
+WRITTEN_CODE = re.compile(rf"\b{CODE_PATTERN.pattern}\b")
 WRITTEN_ADDRESS = re.compile(r"\b([A-Z]{1,2})[0-9]+\b")
 SPACES = re.compile(r"\s+")
 

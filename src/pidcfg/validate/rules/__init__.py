@@ -287,7 +287,7 @@ def rounded_value(context: AnyContext) -> Findings:
         far = abs(rounded.stored - rounded.value) > tolerance * abs(rounded.value)
         if rounded.value and path not in stored_outside and (far or path in moved_inside):
             percent = abs(rounded.stored / rounded.value - 1) * 100
-            shown = f"{percent:.1f}" if percent >= MIN_SHOWN_PERCENT else f"less than {MIN_SHOWN_PERCENT}"
+            percent_text = f"{percent:.1f}" if percent >= MIN_SHOWN_PERCENT else f"less than {MIN_SHOWN_PERCENT}"
             unit = unit_of(context, path, rounded)
             yield make_finding(
                 *path,
@@ -295,7 +295,7 @@ def rounded_value(context: AnyContext) -> Findings:
                 value=_short_text(rounded.value),
                 unit=unit,
                 stored=decimal_text(rounded.stored),
-                percent=shown,
+                percent=percent_text,
             )
 
 

@@ -285,14 +285,14 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
     ):
         times = tuning.derivative_gain / sample
         if times > TYPICAL_LIMITS[1]:
-            moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
+            move_text = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
             yield view.report(
                 "tuning",
                 "derivative_gain",
                 gain=decimal_text(tuning.derivative_gain),
                 times=f"{float(times):.4g}",
                 sample=decimal_text(sample),
-                moves=moves,
+                moves=move_text,
             )
 
 

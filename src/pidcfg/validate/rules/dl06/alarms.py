@@ -110,9 +110,9 @@ class LoopView(SwitchedView[Loop]):
         """The steps of the ramp/soak profile that are written."""
         profile = self.loop.ramp_soak
         steps = () if profile is None or profile.steps is None else profile.steps
-        return tuple(self._pair(j, step, self.steps[j]) for j, step in enumerate(steps))
+        return tuple(self._make_pair(j, step, self.steps[j]) for j, step in enumerate(steps))
 
-    def _pair(self, j: int, step: RampSoakStep, block: Block) -> RampSoakPair:
+    def _make_pair(self, j: int, step: RampSoakStep, block: Block) -> RampSoakPair:
         misfits = {misfit.word.name for misfit in block.encoded.misfits}
         target, slope, soak, _ = block.encoded.words
         codec = self.scales["sp"].format.codec
@@ -152,7 +152,7 @@ class LoopView(SwitchedView[Loop]):
         """The address of one of the loop's registers: ``V2013``."""
         return v_name(loop_start(self.config.plc, self.index) + WORDS[name].offset)
 
-    def status(self, bit: int, meaning: str) -> str:
+    def status_text(self, bit: int, meaning: str) -> str:
         """An effect that the loop's status word +06 shows."""
         return f"bit {bit} of {self.address_of('mode_and_alarm_status')} ({meaning})"
 
@@ -274,7 +274,7 @@ DEVIATION_POINTS = ("yellow", "red")
 
 def manual_mode_effect(view: LoopView) -> str:
     """What the PLC does about alarm points in the wrong order."""
-    return view.status(10, "alarm programming error") + ": the loop stays in Manual"
+    return view.status_text(10, "alarm programming error") + ": the loop stays in Manual"
 
 
 def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:

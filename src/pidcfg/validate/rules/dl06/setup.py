@@ -52,8 +52,8 @@ D11 = Decision(
     "output.",
 )
 
-TABLE = ("plc", "loop_table")
-COUNT = ("plc", "number_of_loops")
+TABLE_PATH = ("plc", "loop_table")
+COUNT_PATH = ("plc", "number_of_loops")
 
 
 def address_range_text(ends: tuple[int, int]) -> str:
@@ -83,7 +83,7 @@ def loop_table_outside_lower_memory(context: Dl06Context) -> Findings:
     if context.setup.flags & OUTSIDE_LOWER:
         start, upper = v_name(context.setup.start), v_name(CPU.upper[0])
         yield make_finding(
-            *TABLE, plc_effect="V7642 bit 0", start=start, allowed=address_range_text(CPU.lower), upper=upper
+            *TABLE_PATH, plc_effect="V7642 bit 0", start=start, allowed=address_range_text(CPU.lower), upper=upper
         )
 
 
@@ -98,7 +98,7 @@ def loop_table_outside_upper_memory(context: Dl06Context) -> Findings:
     """
     if context.setup.flags & OUTSIDE_UPPER:
         start = v_name(context.setup.start)
-        yield make_finding(*TABLE, plc_effect="V7642 bit 1", start=start, allowed=address_range_text(CPU.upper))
+        yield make_finding(*TABLE_PATH, plc_effect="V7642 bit 1", start=start, allowed=address_range_text(CPU.upper))
 
 
 @error("DL203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
@@ -111,7 +111,7 @@ def more_loops_than_the_cpu_has(context: Dl06Context) -> Findings:
     """
     if context.setup.flags & TOO_MANY:
         written = context.config.plc.number_of_loops is not None
-        place = COUNT if written else ("loops",)
+        place = COUNT_PATH if written else ("loops",)
         yield make_finding(
             *place, key=not written, plc_effect="V7642 bit 2", count=context.count, cpu=CPU.title, limit=CPU.loops
         )
@@ -131,11 +131,13 @@ def loop_table_crosses_the_boundary(context: Dl06Context) -> Findings:
     if context.setup.flags & STRADDLES:
         count, begin = context.count, v_name(context.table[0])
         words = address_range_text(context.counted_table) if count <= CPU.loops else f"words from {begin}"
-        yield make_finding(*TABLE, plc_effect="V7642 bit 3", loops=loops_text(count), words=words, limit=limit)
+        yield make_finding(*TABLE_PATH, plc_effect="V7642 bit 3", loops=loops_text(count), words=words, limit=limit)
     elif CPU.lower[0] <= context.table[0] <= CPU.lower[1] and context.table[1] > CPU.lower_end:
         effect = "not shown in V7642, which counts the loops of V7641"
         loops = f"the {len(context.loops)} listed loops"
-        yield make_finding(*TABLE, plc_effect=effect, loops=loops, words=address_range_text(context.table), limit=limit)
+        yield make_finding(
+            *TABLE_PATH, plc_effect=effect, loops=loops, words=address_range_text(context.table), limit=limit
+        )
 
 
 @error("DL205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
@@ -151,7 +153,7 @@ def loop_table_beyond_memory(context: Dl06Context) -> Findings:
     if CPU.upper[0] <= start <= CPU.upper[1] and last > CPU.upper_end:
         loops, words = loops_text(context.setup.count), address_range_text((start, last))
         yield make_finding(
-            *TABLE, plc_effect="not shown in V7642", loops=loops, words=words, limit=v_name(CPU.upper_end)
+            *TABLE_PATH, plc_effect="not shown in V7642", loops=loops, words=words, limit=v_name(CPU.upper_end)
         )
 
 
@@ -168,7 +170,7 @@ def loop_table_in_non_volatile_memory(context: Dl06Context) -> Findings:
     low, high = CPU.non_volatile
     if not context.setup.flags and start <= high and last >= low:
         yield make_finding(
-            *TABLE,
+            *TABLE_PATH,
             loops=loops_text(context.setup.count),
             words=address_range_text((start, last)),
             limit=address_range_text(CPU.non_volatile),
@@ -188,7 +190,7 @@ def listed_loop_never_calculated(context: Dl06Context) -> Findings:
     listed = len(context.config.loops)
     if 0 < context.count < listed:
         names = ", ".join(loop.name for loop in context.config.loops[context.count :])
-        yield make_finding(*COUNT, count=context.count, listed=loops_text(listed), names=names)
+        yield make_finding(*COUNT_PATH, count=context.count, listed=loops_text(listed), names=names)
 
 
 @error(
@@ -208,7 +210,7 @@ def counted_loop_not_listed(context: Dl06Context) -> Findings:
     if listed < context.count <= CPU.loops:
         words = address_range_text((loop_start(context.config.plc, listed), context.counted_table[1]))
         verb = "is" if listed == 1 else "are"
-        yield make_finding(*COUNT, count=context.count, listed=f"{loops_text(listed)} {verb}", words=words)
+        yield make_finding(*COUNT_PATH, count=context.count, listed=f"{loops_text(listed)} {verb}", words=words)
 
 
 @warning("DL209", POINTER, "V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)")
@@ -221,7 +223,7 @@ def loop_task_off(context: Dl06Context) -> Findings:
     """
     listed = len(context.config.loops)
     if context.count == 0 and listed:
-        yield make_finding(*COUNT, listed=loops_text(listed))
+        yield make_finding(*COUNT_PATH, listed=loops_text(listed))
 
 
 @error(
@@ -271,7 +273,7 @@ BEYOND_V7377_TEXT = (
     "up to V7577 by the flags of V7642, but the data area of the PV transfer ends at V7377: bit 0 of +35 may come on"
 )
 
-BITS = {TABLE_OUTSIDE_LOWER: 0, TABLE_OUTSIDE_UPPER: 1, TABLE_IN_SYSTEM: 4}
+ERROR_BITS = {TABLE_OUTSIDE_LOWER: 0, TABLE_OUTSIDE_UPPER: 1, TABLE_IN_SYSTEM: 4}
 
 
 def ramp_soak_tables(context: Dl06Context) -> Iterator[tuple[LoopView, int, int]]:
@@ -284,7 +286,9 @@ def ramp_soak_tables(context: Dl06Context) -> Iterator[tuple[LoopView, int, int]
 
 def error_bit(view: LoopView, flags: int) -> str:
     """How findings name a bit of +35."""
-    return f"bit {BITS[flags]} of {view.address_of('ramp_soak_errors')} when the profile is started: it does not run"
+    return (
+        f"bit {ERROR_BITS[flags]} of {view.address_of('ramp_soak_errors')} when the profile is started: it does not run"
+    )
 
 
 @error("DL274", ERRORS, "the ramp/soak table occupies {words}, outside user memory ({user})")

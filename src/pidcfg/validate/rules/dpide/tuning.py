@@ -410,7 +410,7 @@ def dead_band_kick(view: LoopView) -> Findings:
 
 # --- Direction and form: choices that decide everything, and that nothing else tells ----------------------------------
 
-CHOICES = {
+DEFAULT_TEXTS = {
     "PID_DIR": ("FALSE: E = PV - SV, MV rises while PV is above SV, as for cooling", "heating needs TRUE"),
     "PID_EQ": ("FALSE: Ti_Ki is a gain in 1/s", "an integral time needs TRUE"),
 }
@@ -426,6 +426,6 @@ def choice_not_given(view: LoopView) -> Findings:
 
     Fix: write PID_DIR and PID_EQ, also where they are false.
     """
-    for operand, (meaning, other) in CHOICES.items():
+    for operand, (meaning, other) in DEFAULT_TEXTS.items():
         if not view.gives(operand):
             yield view.report(operand, operand=operand, meaning=meaning, other=other)

@@ -34,7 +34,7 @@ from pidcfg.validate.shared_checks import (
 )
 
 OFFSETS = {word.name: word.offset for word in R_BLOCK.words}
-SETPOINT = OFFSETS["setpoint"]
+SETPOINT_OFFSET = OFFSETS["setpoint"]
 ROOT_PATHS = (("setpoint", "value"), ("setpoint", "limits", 0), ("setpoint", "limits", 1))
 """Places whose counts mean nothing where the root of counts that do not begin at 0 is taken."""
 
@@ -163,7 +163,7 @@ class EzlogixContext(Context[EzlogixFile, Encoding]):
     def inner_loop(self, view: LoopView) -> LoopView | None:
         """The loop whose set point register is this loop's CV tag."""
         owner = self.block_owner(view.loop.output.tag)
-        return owner[0] if owner is not None and owner[1] == SETPOINT and owner[0] is not view else None
+        return owner[0] if owner is not None and owner[1] == SETPOINT_OFFSET and owner[0] is not view else None
 
     @cached_property
     def remote_setpoint_loops(self) -> frozenset[int]:

@@ -407,9 +407,12 @@ def wrong_direction_of_control(context: NextopidContext) -> Findings:
     Fix: change Direct; or correct the sign of Gs, if the process is the one that is written wrong.
     """
     paths = {view.number: FeedbackPath(context, view) for view in context.pids}
-    wrong = {number: path for number, path in paths.items() if _drives_pv_away(path)}
-    for number, path in wrong.items():
-        if any(other in wrong and number not in wrong[other].other_controllers for other in path.other_controllers):
+    wrong_paths = {number: path for number, path in paths.items() if _drives_pv_away(path)}
+    for number, path in wrong_paths.items():
+        if any(
+            other in wrong_paths and number not in wrong_paths[other].other_controllers
+            for other in path.other_controllers
+        ):
             continue  # the loop inside is wrong; what that makes of this one is its echo
         view, direct = path.loop, path.loop.is_on("Direct")
         process = next((block for block in path.processes if (block.number_of("Gs") or 0) < 0), path.processes[0])

@@ -250,7 +250,7 @@ def windup_not_connected(context: NextopidContext) -> Findings:
             key = f"Windup_{side}_IN"
             fault = connection_fault(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in links})
             if fault is not None:
-                crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in links}
+                is_crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in links}
                 yield master.report(
                     key,
                     None,
@@ -259,7 +259,7 @@ def windup_not_connected(context: NextopidContext) -> Findings:
                     role=context.connections.role(master),
                     slave=links[0].slave.name,
                     side=side,
-                    found=f"{fault.text}: crossed" if crossed else fault.text,
+                    found=f"{fault.text}: crossed" if is_crossed else fault.text,
                 )
 
 
@@ -473,7 +473,7 @@ def override_not_connected(context: NextopidContext) -> Findings:
             connection.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in inputs}
         )
         if fault is not None:
-            crossed = connection.loop.source("OVERR") == f"{connection.selector.name}.OVERR{3 - connection.number}"
+            is_crossed = connection.loop.source("OVERR") == f"{connection.selector.name}.OVERR{3 - connection.number}"
             yield connection.loop.report(
                 "OVERR",
                 None,
@@ -482,7 +482,7 @@ def override_not_connected(context: NextopidContext) -> Findings:
                 input=f"MV{connection.number}",
                 selector=connection.selector.name,
                 output=f"OVERR{connection.number}",
-                found=f"{fault.text}: crossed" if crossed else fault.text,
+                found=f"{fault.text}: crossed" if is_crossed else fault.text,
             )
 
 
