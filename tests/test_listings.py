@@ -627,3 +627,21 @@ def test_every_format_does_what_it_is_for(vendor):
         does = {trait for trait in set().union(*TRAITS.values()) if getattr(kind, trait)}
         assert (kind.name, does) == (name, TRAITS[name])
         assert kind.encoding == {"cdv": "utf-16-le", "symbols": "gbk"}.get(name, "utf-8")
+
+
+@pytest.mark.parametrize(
+    ("vendor", "name", "mixed"),
+    [
+        ("ezlogix", "tags", True), ("ezlogix", "csv", False), ("click", "nickname-csv", True), ("click", "cdv", True),
+        ("click", "json", False), ("dpide", "symbols", True), ("dpide", "operands", False), ("nextopid", "st", False),
+        ("dl06", "modbus", False),
+    ],
+)  # fmt: skip
+def test_a_file_of_the_programming_software_holds_more_than_loops(vendor, name, mixed):
+    kind = formats_of(VENDORS[vendor]).FORMATS[name]
+    assert kind.read(written(vendor, name)).is_mixed == mixed
+
+
+def test_a_dump_holds_more_than_loops():
+    text = "<DS=START>\nAddress,1\nDS1,0\n</DS=END>\n"
+    assert formats_of(VENDORS["click"]).FORMATS["data-dump"].read(text).is_mixed

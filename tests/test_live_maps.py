@@ -290,6 +290,7 @@ def test_without_a_map_there_is_one_error_that_shows_one(vendor):
         ) as error:
             call()
         assert "--format modbus-map" in str(error.value)
+        assert (error.value.name, error.value.line, error.value.column) == ("", 1, 1)
     done = run("encode", path, "--format", "modbus")
     assert (done.exit_code, done.stdout, done.stderr.count("\n")) == (2, "", 1)
 
