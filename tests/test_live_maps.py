@@ -393,6 +393,25 @@ def test_an_example_of_a_map_has_room_for_a_float_in_two_registers():
     ]
 
 
+TEMPLATE_HEAD = """\
+# Write the register of each row behind its table, counted from 0:
+# input 0 is 30001, holding 0 is 40001, discrete 0 is 10001, coil 0 is 00001. A switch in a register has its bit \
+behind a point: holding,40.3.
+symbol,table,register,type,order
+"""
+
+
+@pytest.mark.parametrize(
+    ("vendor", "rows"),
+    [
+        ("ezlogix", ["R1,holding,,uint16", "S1,coil,,bool", "# IR1,holding,,uint16", "# OR1,holding,,uint16"]),
+        ("dpide", ["M0,coil,,bool", "D0,holding,,float32,low-first", "D0,holding,,int32,low-first"]),
+    ],
+)
+def test_a_map_to_be_filled_in_has_a_row_for_each_bank_and_type(vendor, rows):
+    assert pidcfg.encode(example(vendor), "modbus-map").text == TEMPLATE_HEAD + "".join(f"{row}\n" for row in rows)
+
+
 @pytest.mark.parametrize(("count", "more"), [(3, ""), (4, " and 1 more"), (9, " and 6 more")])
 def test_an_example_of_a_map_shows_three_rows_and_how_many_more_there_are(count, more):
     rows = [f"A{i},holding,,uint16" for i in range(count)]
