@@ -18,7 +18,7 @@ from pidcfg import api
 from pidcfg.cli.commands.decode import command
 from pidcfg.encoders.contract import formats_of
 from pidcfg.encoders.decoding import read_listing
-from pidcfg.encoders.dl06.files import read_bytes, write_records
+from pidcfg.encoders.dl06.files import read_bytes, read_ihex, write_records
 from pidcfg.encoders.listing import ListingError, read_text
 from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
@@ -399,6 +399,13 @@ def test_what_is_no_record_is_refused_at_its_line(text, line, message):
     assert caught.value.line == line
 
 
+@pytest.mark.parametrize(("there", "missing"), [(0x1000, 0x1001), (0x1001, 0x1000)])
+def test_half_a_word_is_refused(there, missing):
+    with pytest.raises(ListingError) as error:
+        read_ihex(write_records({0xFFE: 1, 0xFFF: 2, there: 3}))
+    assert str(error.value) == f"byte 0x{missing:X} is missing, so the word at 0x800 is incomplete"
+
+
 def test_extended_and_start_addresses_are_those_of_the_specification():
     text = ":020000021200EA\n:0100100001EE\n:020000040001F9\n:0100000002FD\n:0400000300003800C1\n" + END
     assert read_bytes(text.replace("\n", "\r\n").lower()) == {0x12010: 1, 0x10000: 2}
@@ -626,6 +633,7 @@ def test_every_format_does_what_it_is_for(vendor):
     for name, kind in formats_of(VENDORS[vendor]).FORMATS.items():
         does = {trait for trait in set().union(*TRAITS.values()) if getattr(kind, trait)}
         assert (kind.name, does) == (name, TRAITS[name])
+        assert not kind.looks_like("Hello, world")
         assert kind.encoding == {"cdv": "utf-16-le", "symbols": "gbk"}.get(name, "utf-8")
 
 

@@ -247,7 +247,7 @@ def body(statements: str, variables: str = "") -> str:
     )
 
 
-OTHER_VARIABLES = "S : STRING; T : TIME; V : REAL := X;"
+OTHER_VARIABLES = "S : STRING; T : TIME; V : REAL := X; N__1 : REAL;"
 
 
 def test_only_what_is_wired_is_a_signal_where_no_comment_says_more():
@@ -387,6 +387,7 @@ def test_names_that_read_like_truths_stay_names():
         ("A(QV := X);", (4, 3), "PIDA_REAL has no input parameter QV; did you mean"),
         ("A(PV := FT_101);", (4, 9), "FT_101 is no variable that the program declares"),
         ("A(PV := B.XV);", (4, 11), "PIDA_REAL has no parameter XV"),
+        ("A(PV := N__1);", (2, 38), "'N__1' is not usable as the name of an instance"),
         ("A(PV := V);", (2, 23), "V is read by a block, and begins with something that is no literal"),
         ("A(PV := X.Y);", (4, 9), "X.Y is no variable that the program declares, and no parameter"),
         ("A(PV := Z);", (4, 9), "Z is a BOOL; numbers are wanted"),
@@ -464,6 +465,8 @@ def test_refused(statements, place, says):
         ("L : ControlSelectMax;", "ControlSelectMax is a function, which has no instance"),
         ("a : REAL;", "a is declared again"),
         ("L : PIDA_REAL := 5;", "initial values of an instance stand in parentheses"),
+        ("L : PIDA_REAL := (SP := 1) + X;", "'X' stands behind the structure"),
+        ("L : PIDA_REAL := (SP := 1, );", "a name is missing after the parenthesis or comma, before ')'"),
         ("L : PIDA_REAL := (SP := X);", "L.SP begins with something that is no literal"),
         ("L : PIDA_REAL := (SP := 1, sp := 2);", "sp stands here again"),
         ("L : PIDA_REAL := (MV := 1);", "PIDA_REAL has no input parameter MV"),
